@@ -1,17 +1,20 @@
 """Co-simulation: a case that its importer moves on by steps of any length, exact inside: the stepper in C."""
 
+from collections.abc import Iterator
+
 from vibrocap.exchange.c_library import c_files
 from vibrocap.exchange.fmu import variables as of
 from vibrocap.exchange.fmu.description import Package
 from vibrocap.exchange.fmu.package import header
 from vibrocap.exchange.stepped_case import SteppedCase
+from vibrocap.physics.names import numbered
 
 
 def co_simulation(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for co-simulation is made of."""
     parameters, states = of.parameters(stepped), of.states(stepped)
     inputs, sides = of.inputs(stepped), of.sides(stepped.contacts)
-    kinds = list(dict.fromkeys(stepped.event_kinds))  # several of a machine may have one name
+    counted = list(dict.fromkeys(stepped.counted))  # several of a machine may have one name
     variables = (
         of.time(stepped),
         *parameters,
@@ -19,10 +22,10 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         *inputs,
         *of.observables(stepped),
         *sides,
-        *of.counts(kinds, len(sides)),
+        *of.counts(counted, len(sides)),
         of.STATUS,
     )
-    values = [*(each.value for each in stepped.parameters), *(each.value for each in stepped.states)]
+    values = [each.in_unit for each in (*stepped.parameters, *stepped.states)]
     constants = {
         "PARAMETER": 0,
         "STATE": len(parameters),
@@ -30,7 +33,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         "HELD": len(values) + len(stepped.observables),
         "TIME": len(values) + len(stepped.observables) + len(stepped.inputs),
         "VALUES": len(values) + len(stepped.observables) + len(stepped.inputs) + 1,
-        "COUNTS": len(sides) + len(kinds),
+        "COUNTS": len(sides) + len(counted),
         "PARAMETERS": len(parameters),
         "STATES": len(states),
         "OBSERVABLES": len(stepped.observables),
@@ -46,7 +49,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         f"#define TOLERANCE {stepped.case.tolerance.hex()}",
         '#define TOLERANCES "from 1e-14 to 1e-2"',
         f'#define STARTS "{"a finite number" if inputs else "0, where the drive of the case begins"}"',
-        f"static const int count_of_kind[] = {{{', '.join(str(kinds.index(each)) for each in stepped.event_kinds)}}};",
+        f"static const int count_of[][{len(sides) + 1}] = {{{', '.join(_places(stepped, counted))}}};",
         f"typedef struct {{ {name} motion; double tolerance, begun; int input_changed; }} own_state;",
     ]
     sources = c_files(stepped.case, name, stepped.input)
@@ -57,3 +60,11 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         sources={each: sources[each] for each in (f"{name}.h", f"{name}.c")},
         header=header(variables, constants, values, stepped, own),
     )
+
+
+def _places(stepped: SteppedCase, counted: list[str]) -> Iterator[str]:
+    """Of each kind of event its place among the counts, by contact, none first; -1: it is of no such contact."""
+    for at, kind in enumerate(stepped.event_kinds):
+        names = [kind if at >= stepped.contact_kinds else ""]
+        names += [numbered(kind, c) if not names[0] else "" for c in range(1, stepped.contacts + 1)]
+        yield f"{{{', '.join(str(counted.index(name)) if name else '-1' for name in names)}}}"
