@@ -17,6 +17,8 @@ from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.spreadsheets import beside
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.scales import SIScales
+from vibrocap.physics.dimensions.units import parameter_keys
+from vibrocap.physics.parameters import Positive, parameter, parameters
 
 CASE = """\
 [machine]
@@ -459,3 +461,20 @@ def test_friction_between_bodies_that_turn_is_a_torque():
     assert drill.with_parameters({"friction.stribeck_velocity_rad_per_s": 0.2}).friction.stribeck_velocity == 0.2
     fed = vc.System(vc.Clutch(), vc.Exponential(), vc.Harmonic(), units=SIScales())
     assert vc.mean_velocity(vc.simulate(fed, periods=60)).unit_of("value") == "rad/s"
+
+
+def test_a_declared_unit_and_a_role_give_one_key():
+    """Radians of a declared unit stand in the key, as those of a role do; before, its dimension had lost them."""
+
+    @parameters
+    class Part:
+        stiffness: Positive = parameter(1.0, "k", "of a role", "torsional stiffness")
+        stiffness_2: Positive = parameter(1.0, "k", "declared", unit="N m/rad")
+        damping: Positive = parameter(1.0, "c", "of a role", "torsional damping")
+        damping_2: Positive = parameter(1.0, "c", "declared", unit="N m s/rad")
+        rate_2: Positive = parameter(1.0, "w", "declared", unit="rad/s")
+        friction_2: Positive = parameter(1.0, "c", "along a line", unit="N s/m")
+
+    keys = ["stiffness_N_m_per_rad", "stiffness_2_N_m_per_rad", "damping_N_m_s_per_rad", "damping_2_N_m_s_per_rad"]
+    for effort in ("force", "torque"):
+        assert list(parameter_keys(Part, effort)) == [*keys, "rate_2_rad_per_s", "friction_2_N_s_per_m"]
