@@ -8,7 +8,7 @@ out for a fixed order.
 import functools
 import operator
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
@@ -25,6 +25,8 @@ ONE, TWO = literal(1.0), literal(2.0)
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for."""
 
+    slow: Mapping[int, int] = {}  # states whose rates are not theirs, see `slow_manifold.py`
+
     def __init__(
         self, graph: Graph, rates: list[Expression], code: Code | None = None, mechanics: Mechanics | None = None
     ):
@@ -34,8 +36,8 @@ class JetWriter:
         self._written: dict[tuple[int, int], Formula] = {}
         self.forms = Forms(graph, rates)
         self._numbers: dict[int, int] = {}
-        needed = reachable(graph, [rate.index for rate in rates])
-        self._uses = Counter(operand for index in needed for operand in operands_of(graph, index))
+        self.needed = set(reachable(graph, [rate.index for rate in rates]))
+        self._uses = Counter(operand for index in self.needed for operand in operands_of(graph, index))
         self.mechanics = None if mechanics is None else MechanicsWriter(self, mechanics)
         if self.mechanics is not None and not self.mechanics.usable:
             self.mechanics = None
@@ -207,9 +209,9 @@ class JetWriter:
         """
         scale = literal(sign / k)
         op, *operands = self.graph.nodes[a]
-        if op == "state" and self.mechanics is not None:
+        if op == "state" and operands[0] not in self.slow:
             product = self.graph.known("mul", f, self.rates[operands[0]].index)
-            if product is not None and self.mechanics.level(product) == 1:  # of the momentum: known already
+            if product is not None and self._is_early(product):  # of the momentum
                 return self.coefficient(product, k - 1) * scale
         order = sorted(range(1, k), key=lambda j: max(j, k - j))
         weighted = [(j, self._weighted(a, j)) for j in order]
@@ -223,6 +225,10 @@ class JetWriter:
                 start = self.code.name(name, self._scaled(sign * factor, start))
             sums.append((1, newest * start))
         return total(sums)
+
+    def _is_early(self, product: int) -> bool:
+        """Whether what is made of a rate needs no later coefficient than the state, and is written anyway."""
+        return product in self.needed if self.mechanics is None else self.mechanics.level(product) == 1
 
     def _function(self, index: int, op: str, a: int, k: int) -> Formula:
         if k == 0:
