@@ -151,10 +151,14 @@ class JetWriter:
     def _product(self, a: int, b: int, k: int) -> Formula:
         if a != b or k == 0:
             return self.products(((a, i), (b, k - i)) for i in range(k + 1))
+        newest = TWO * self.coefficient(a, 0) * self.coefficient(a, k)
+        return total([*self._inner_square(a, k), (1, newest)])
+
+    def _inner_square(self, a: int, k: int) -> list[Term]:
+        """The coefficient k of a square but for what the newest one adds."""
         middle = self.products([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else ZERO
         half = self.products(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
-        newest = TWO * self.coefficient(a, 0) * self.coefficient(a, k)
-        return total([(1, middle), (1, TWO * half), (1, newest)])
+        return [(1, middle), (1, TWO * half)]
 
     def _quotient(self, index: int, a: int, b: int, k: int) -> Formula:
         """Newest terms with factors of their own, so that little is left to do once they are known."""
@@ -178,7 +182,7 @@ class JetWriter:
             return self.code.function("exp", exponent * self.code.function("log", size))
         known = (self._weighted(index, k - j) * self.coefficient(a, j) for j in range(1, k))
         moving = f"where(abs({first.text}) > {AT_REST!r}, {first.text}, math.inf)"
-        inverse = self.named("i", ONE / Formula(moving, first.known), index)
+        inverse = self.named("b", ONE / Formula(moving, first.known), index)
         later = functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)
         return (exponent * self._slope_series(a, index, k) - later) * inverse
 
@@ -252,10 +256,11 @@ class JetWriter:
         newest, first = self.coefficient(a, k), self.coefficient(a, 0)
         if op == "log":
             known = (self._weighted(index, j) * self.coefficient(a, k - j) for j in range(1, k))
-            return (newest - functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)) / first
+            inverse = self.named("i", ONE / first, a)
+            return (newest - functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)) * inverse
         if op == "sqrt":
-            earlier = self.products(((index, i), (index, k - i)) for i in range(1, k))
-            return literal(0.5) * (newest - earlier) / self.coefficient(index, 0)
+            inverse = self.named("r", literal(0.5) / self.coefficient(index, 0), index)
+            return total([(1, newest), *((-sign, term) for sign, term in self._inner_square(index, k))]) * inverse
         raise ValueError(f"no Taylor recurrence for {op}")
 
 
