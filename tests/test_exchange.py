@@ -5,6 +5,8 @@ What the library does as a stepper (inputs, parameters, copies, ends) is asked i
 
 import csv
 import ctypes
+import dataclasses
+import functools
 import importlib.util
 import math
 import os
@@ -26,6 +28,7 @@ from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.fmu.fmu import export_fmu
+from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
@@ -77,17 +80,25 @@ def states_at(record, period, times):
 
 
 def assert_same_bits(case, rows, code):
-    """Samples, events and the end that a program printed are those of the literal kernel."""
+    """Samples, events and the end that a program printed are those of the literal kernel; in SI to rounding."""
     record, period = expected(case), case.system.drive.period
     contacts, count = record.contacts, len(case.system.state_names)
     kinds = event_kinds(case.system.placed.switch_events)
     times, ended = np.array([float(row[0]) for row in rows]), code != 0
     values = np.array([row[3 : 3 + contacts + count] for row in rows], float)
+    equal = np.testing.assert_array_equal
+    if case.system.units is not None:
+        times /= case.system.si.factor("time")
+        begun = record.piece_instants[:, 0] * period + record.piece_instants[:, 1]
+        nearest = begun[np.argmin(np.abs(begun - times[:, None]), axis=1)]
+        times = np.where(np.abs(nearest - times) < 1e-13 * (1.0 + times), nearest, times)  # a step begins at an event
+        values[:, contacts:] /= [case.system.si.factor(name) for name in case.system.state_names]
+        equal = functools.partial(np.testing.assert_allclose, rtol=1e-13, atol=1e-13)  # a time moves by its rounding
     states, sides = states_at(record, period, times[: len(rows) - ended])
     decided = {*case.system.switched, *getattr(case.system.controller, "states", ())}
     smooth = [name not in decided for name in case.system.state_names]
-    np.testing.assert_array_equal(values[0, contacts:][smooth], states[0][smooth])  # at its start nothing is decided
-    np.testing.assert_array_equal(values[1 : len(states), contacts:], states[1:])
+    equal(values[0, contacts:][smooth], states[0][smooth])  # at its start nothing is decided
+    equal(values[1 : len(states), contacts:], states[1:])
     np.testing.assert_array_equal(values[1 : len(states), :contacts], sides[1:])
     happened = record.event_instants[:, 0] * period + record.event_instants[:, 1]
     wanted = sorted(
@@ -96,10 +107,12 @@ def assert_same_bits(case, rows, code):
         if time <= times[-1] and kinds[kind] not in ("graze", *BOUNDS)
     )
     told = {"start", "instant", "finished", *(status.value for status in STATUSES.values())}
-    assert sorted((float(row[0]), row[1], int(row[2])) for row in rows if row[1] not in told) == wanted
+    found = sorted((time, row[1], int(row[2])) for time, row in zip(times, rows, strict=True) if row[1] not in told)
+    assert [each[1:] for each in found] == [each[1:] for each in wanted]
+    equal([each[0] for each in found], [each[0] for each in wanted])
     if ended:
         assert rows[-1][1] == STATUSES[record.status].value
-        np.testing.assert_array_equal(values[-1, contacts:], record.final)
+        equal(values[-1, contacts:], record.final)
     else:
         assert rows[-1][1] == "finished"
 
@@ -332,21 +345,53 @@ def test_an_export_that_was_stopped_can_be_repeated(tmp_path, monkeypatch):
         }
 
 
-def test_every_variable_of_an_fmu_in_si_has_the_factor_of_its_unit(tmp_path):
-    """By the unit that its description gives: kg^a m^b s^c, from the scales of the case alone. Needs no importer."""
+@needs_gcc
+def test_a_case_in_si_is_set_stepped_and_seen_in_si(tmp_path):
+    """Against the stepper, whose motion is the same but for the compiler's rounding."""
+    case = read_case(next(path for path in EXAMPLES if path.stem == "bench-in-si"))
+    export_c(case, tmp_path, input="drive")
+    out = built(tmp_path, "-O1", "-shared", "-fPIC", sources=("capsule.c",), out="capsule.so")
+    library = ctypes.CDLL(str(out))
+    library.capsule_look.restype = ctypes.POINTER(ctypes.c_double)
+    library.capsule_time.restype = library.capsule_parameter.restype = ctypes.c_double
+    motion, h, signal = ctypes.create_string_buffer(100_000), 0.02, (0.4, -1.5, 2.0)
+    library.capsule_case(motion)
+    for at, value in ((0, 0.3), (3, 0.05)):
+        assert library.capsule_set_initial(motion, at, ctypes.c_double(value))
+    masses = [each.name for each in SteppedCase(case, "drive").parameters].index("machine.mass_ratio")
+    before = library.capsule_parameter(motion, masses)
+    assert library.capsule_set_parameter(motion, masses, ctypes.c_double(1.1 * before))
+    assert library.capsule_parameter(motion, masses) == pytest.approx(1.1 * before, rel=1e-15)
+    library.capsule_begin(motion)
+    machine = dataclasses.replace(case.system.machine, mass_ratio=1.1 * case.system.machine.mass_ratio)
+    other = dataclasses.replace(case, system=dataclasses.replace(case.system, machine=machine))
+    beside = vc.stepper(other, input="drive", initial={"angle": 0.3, "velocity": 0.05})
+    for _ in range(20):
+        assert library.capsule_set_input(motion, *map(ctypes.c_double, signal))
+        library.capsule_step(motion, ctypes.c_double(h))
+        beside.step(signal[0], h, *signal[1:])
+        seen = np.ctypeslib.as_array(library.capsule_look(motion), (len(beside.values),))
+        np.testing.assert_allclose(seen, beside.values, rtol=1e-11, atol=1e-12)
+    assert library.capsule_time(motion) == pytest.approx(20 * h, rel=1e-14)
+
+
+def test_every_quantity_in_si_has_the_factor_of_its_unit(tmp_path):
+    """By the units that an FMU describes: kg^a m^b s^c, from the scales of the case alone. Needs no importer."""
     case = read_case(next(path for path in EXAMPLES if path.stem == "bench-in-si"))
     export_fmu(case, tmp_path / "bench.fmu", platforms=("none",))
     with zipfile.ZipFile(tmp_path / "bench.fmu") as file:
         root = ElementTree.fromstring(file.read("modelDescription.xml"))
-        table = file.read("sources/variables.h").decode()
-    factors = {name: float.fromhex(value) for name, value in re.findall(r'\{"([^"]+)", (\S+), ', table)}
+        library = next(
+            file.read(each).decode() for each in file.namelist() if each.endswith(".c") and "fmi" not in each
+        )
+    rows = re.findall(r'\{"([^"]+)", "([^"]+)", (0x\S+), ', library)
+    factors = {(name, unit): float.fromhex(value) for name, unit, value in rows}
     bases = {each.get("name"): dict(each.find("BaseUnit").attrib) for each in root.iter("Unit")}
     one = dict(zip(("kg", "m", "s"), case.system.units.units, strict=True)) | {"rad": 1.0}
-    listed = {each.get("name"): each for each in root.find("ModelVariables")}
-    assert {*factors} == {*listed}
-    for name, each in listed.items():
-        size = math.prod(one[base] ** int(power) for base, power in bases.get(each.get("unit"), {}).items())
-        size /= 2.0 * math.pi if each.get("unit") == "Hz" else 1.0  # cycles, where the equations count in radians
-        assert factors[name] == pytest.approx(size, rel=1e-14), name
+    for (name, unit), factor in factors.items():
+        size = math.prod(one[base] ** int(power) for base, power in bases.get(unit, {}).items())
+        size /= 2.0 * math.pi if unit == "Hz" else 1.0  # cycles, where the equations count in radians
+        assert factor == pytest.approx(size, rel=1e-14), name
+    assert {each.get("unit") for each in root.find("ModelVariables")} - {None} == {unit for _, unit in factors} - {"1"}
     assert 0.1 < one["s"] < 0.2
-    assert factors["position"] != 1.0
+    assert factors["position", "m"] != 1.0

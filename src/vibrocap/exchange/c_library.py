@@ -25,7 +25,7 @@ AN_INPUT = """The drive is an input: @name@_set_input says what it is from then 
 
 
 def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str, str]:
-    """The sources of a case, by file name: NAME.h, NAME.c, main.c and README.txt. Times and states are dimensionless.
+    """The sources of a case, by file name: NAME.h, NAME.c, main.c and README.txt; numbers are in SI if the case is.
 
     name: of the library, with which all its names begin: lower-case letters, digits and underscores
     input: "drive", if the drive is set by the caller; None: it is that of the case
@@ -73,9 +73,9 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     words |= {"name": name, "NAME": name.upper()}
     return words | {
         "drive_said": AN_INPUT if held else "The drive is that of the case.",
-        "units_said": "What one unit is in SI is told by the tables of quantities."
+        "units_said": "All numbers are in SI, in the units that the tables of quantities tell."
         if in_si
-        else "The case says nothing of SI, so that all scales are 1.",
+        else "All numbers are dimensionless, as in the case.",
         "kilobytes": f"{8 * sum(sizes.values()) / 1000:.1f}",
         "states": str(len(stepped.states)),
         "observables": str(len(stepped.observables)),
@@ -106,7 +106,7 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
         "identity": ", ".join(str(byte) for byte in hashlib.sha256(text.encode()).digest()[:8]),
         "samples": str(SAMPLES),
         "lines": str(math.floor(SAMPLES * stepped.case.periods + 0.5)),
-        "period": number(stepped.case.system.drive.period),
+        "period": number(stepped.case.system.drive.period * stepped.time.scale),
         "run": "< inputs.txt > motion.csv" if held else "> motion.csv",
     }
 
@@ -121,7 +121,7 @@ def _infos(ports: Sequence[Port]) -> str:
     """Initialisers of quantities; C has no empty arrays."""
     rows = (
         f'\n    {{"{each.name}", "{each.unit}", '
-        + ", ".join(map(number, (each.scale, each.value, each.least, each.most)))
+        + ", ".join(map(number, (each.scale, each.in_unit, *each.bounds)))
         + "}"
         for each in ports
     )

@@ -4,7 +4,7 @@ HEADER = """/* A vibro-driven capsule with its exact stick-slip contact, moved o
 
    @drive_said@
 
-   All numbers are dimensionless. @units_said@
+   @units_said@
 
    Order of calls: @name@_case, then any of @name@_set_parameter, @name@_set_initial, @name@_set_tolerance, then
    @name@_begin, then @name@_step and @name@_look as often as wanted. */
@@ -39,7 +39,7 @@ typedef struct {
   double trace[@trace@];
 } @name@;
 
-/* A quantity: its dimensionless number times `scale` is in `unit` ("1" and 1.0 where the case is not in SI). */
+/* A quantity in its unit ("1" where the case is not in SI), of which one unit of the equations is `scale`. */
 typedef struct {
   const char *name, *unit;
   double scale;
@@ -165,13 +165,13 @@ int @name@_set_parameter(@name@ *c, int i, double value) {
   const @name@_quantity *known = @name@_parameter_info(i);
   if (known == NULL || c->ints[@BEGUN@] || !@name@_finite(value)) return 0;
   if (value < known->least || value > known->most) return 0;
-  c->floats[@name@_place(i)] = value;
+  c->floats[@name@_place(i)] = value / known->scale;
   return 1;
 }
 
 int @name@_set_initial(@name@ *c, int i, double value) {
   if (i < 0 || i >= @NAME@_STATES || c->ints[@BEGUN@] || !@name@_finite(value)) return 0;
-  c->floats[@STATE@ + i] = value;
+  c->floats[@STATE@ + i] = value / @name@_state_info(i)->scale;
   return 1;
 }
 
@@ -189,7 +189,7 @@ int @name@_begin(@name@ *c) {
 @input_defined@
 static int @name@_gone(@name@ *c, double h, int to_event) {
   if (!c->ints[@BEGUN@] || !@name@_finite(h) || !(h > 0.0)) return @NAME@_REFUSED;
-  c->floats[@LENGTH@] = h;
+  c->floats[@LENGTH@] = h / @name@_time_info()->scale;
   c->ints[@STOPPED@] = 0;
   @name@_kernel_take_step(c->floats, c->ints, c->trace, to_event);
   if (c->ints[@ENDED@] != @NAME@_RUNNING) return @name@_ended(c);
@@ -202,15 +202,20 @@ int @name@_step_to_event(@name@ *c, double h) { return @name@_gone(c, h, 1); }
 
 int @name@_status(const @name@ *c) { return @name@_ended(c); }
 
-double @name@_time(const @name@ *c) { return c->floats[@CLOCK@]; }
+double @name@_time(const @name@ *c) { return c->floats[@CLOCK@] * @name@_time_info()->scale; }
 
 double @name@_parameter(const @name@ *c, int i) {
-  return i >= 0 && i < @NAME@_PARAMETERS ? c->floats[@name@_place(i)] : 0.0;
+  const @name@_quantity *known = @name@_parameter_info(i);
+  return known == NULL ? 0.0 : c->floats[@name@_place(i)] * known->scale;
 }
 
 const double *@name@_look(@name@ *c) {
+  double *seen = c->trace + @SHOWN@;
+  int i;
   @name@_kernel_look_at(c->floats, c->ints, c->trace, 0);
-  return c->trace + @SHOWN@;
+  for (i = 0; i < @NAME@_STATES; i++) seen[i] *= @name@_state_info(i)->scale;
+  for (i = 0; i < @NAME@_OBSERVABLES; i++) seen[@NAME@_STATES + i] *= @name@_observable_info(i)->scale;
+  return seen;
 }
 
 int @name@_side(const @name@ *c, int contact) {
@@ -230,7 +235,7 @@ int64_t @name@_last_event(const @name@ *c, double *time, int *kind, int *contact
   int64_t total = 0;
   int i;
   for (i = 0; i < @counts@; i++) total += c->ints[@COUNTED@ + i];
-  if (time) *time = c->floats[@LAST_TIME@];
+  if (time) *time = c->floats[@LAST_TIME@] * @name@_time_info()->scale;
   if (kind) *kind = (int)c->ints[@LAST_KIND@];
   if (contact) *contact = (int)c->ints[@LAST_CONTACT@];
   return total;
@@ -253,9 +258,9 @@ int @name@_load(@name@ *c, const void *bytes, size_t size) {
 INPUT_DEFINED = """
 int @name@_set_input(@name@ *c, double value, double slope, double curvature) {
   if (!@name@_finite(value) || !@name@_finite(slope) || !@name@_finite(curvature)) return 0;
-  c->floats[@INPUT@] = value;
-  c->floats[@INPUT@ + 1] = slope;
-  c->floats[@INPUT@ + 2] = curvature;
+  c->floats[@INPUT@] = value / @name@_input_info(0)->scale;
+  c->floats[@INPUT@ + 1] = slope / @name@_input_info(1)->scale;
+  c->floats[@INPUT@ + 2] = curvature / @name@_input_info(2)->scale;
   c->ints[@NEW_INPUT@] = 1;
   return 1;
 }
@@ -355,5 +360,6 @@ int main(void) {
 README = """\
 Build and run: cc -O2 -o @name@ main.c @name@.c -lm && ./@name@ @run@ (any C99 compiler, no -ffast-math).
 @name@.h is the interface; @name@.c needs no other library, allocates nothing and has no global state.
-All values are dimensionless; columns of main.c: time, what, number of the contact, sides, states, observables.
+@units_said@
+Columns of main.c: time, what, number of the contact, sides, states, observables.
 """

@@ -19,7 +19,7 @@ from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.dimensions.conversion import quantity_in_si
-from vibrocap.physics.dimensions.units import over_seconds
+from vibrocap.physics.dimensions.units import over_seconds, shortest
 from vibrocap.physics.names import numbered, split_path
 from vibrocap.physics.parameters import bounds
 from vibrocap.physics.system import System
@@ -35,7 +35,8 @@ Input = Literal["drive"] | None
 class Port:
     """A quantity that crosses the border between a motion and what steps it.
 
-    A dimensionless number times `scale` is in `unit`, an SI unit; "1" and 1.0 where the case is not in SI.
+    A dimensionless number times `scale` is in `unit`, an SI unit; "1" and 1.0 where the case is not in SI. All other
+    numbers are dimensionless.
     value: of the case, of parameters and initial states; least, most: what a parameter may be by itself
     place: of a parameter, in the parameter vector
     """
@@ -47,6 +48,18 @@ class Port:
     least: float = -math.inf
     most: float = math.inf
     place: int = 0
+
+    @property
+    def in_unit(self) -> float:
+        """The value in the unit, with the fewest digits that give the dimensionless one exactly."""
+        found = shortest(self.value, self.scale)
+        return self.value * self.scale if found is None else found
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Least and most in the unit; what is to be greater than 0 stays so."""
+        least = self.least * self.scale
+        return math.nextafter(0.0, 1.0) if self.least > 0.0 and least == 0.0 else least, self.most * self.scale
 
 
 @dataclasses.dataclass(frozen=True)

@@ -65,7 +65,6 @@ def header(
     statuses = [f'    case {code}: return "{text}";' for code, text in stepped.statuses.items()]
     begun = [f"  values[{i}] = {value.hex()};" for i, value in enumerate(values) if value]
     words = {
-        "time_factor": stepped.time.scale.hex(),
         "constants": "\n".join(f"#define {each} {place}" for each, place in constants.items()),
         "own": "\n".join(own),
         "rows": "\n".join(map(_row, variables)),
@@ -80,10 +79,9 @@ def header(
 
 def _row(each: Variable) -> str:
     causalities = {"parameter": "PARAMETER_OF_CASE", "input": "INPUT", "output": "START" if each.starts else "OTHER"}
-    least, most = (number(float(bound)) for bound in (each.port.least, each.port.most))
+    least, most = map(number, each.port.bounds)
     causality = causalities.get(each.causality, "OTHER")
-    factor = float(each.port.scale).hex()
-    return f'  {{"{each.name}", {factor}, {least}, {most}, {each.place}, {each.type}, {causality}}},'
+    return f'  {{"{each.name}", {least}, {most}, {each.place}, {each.type}, {causality}}},'
 
 
 HEADER = """/* What the variables of this FMU are, where they stand in memory, and their start values. */
@@ -94,18 +92,16 @@ HEADER = """/* What the variables of this FMU are, where they stand in memory, a
 #include <stdint.h>
 
 #define TOKEN "@TOKEN@"
-#define TIME_FACTOR @time_factor@
 @constants@
 @own@
 
 enum { REAL, WHOLE, TEXT };
 enum { OTHER, PARAMETER_OF_CASE, START, INPUT };
 
-/* factor: what one dimensionless unit is in the unit of the variable; least, most: what a dimensionless value may be;
-   place: in the memory of its type */
+/* least, most: what a value may be; place: in the memory of its type */
 typedef struct {
   const char *name;
-  double factor, least, most;
+  double least, most;
   int place, type, causality;
 } variable;
 

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
-from vibrocap.physics.dimensions.units import one_way, parameter_keys, shortest
+from vibrocap.physics.dimensions.units import one_way, parameter_keys
 from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
 
@@ -50,12 +50,8 @@ class Variable:
 
     @property
     def start(self) -> float | None:
-        """The start value in the unit, with the fewest digits that give the dimensionless one exactly."""
-        if not self.starts:
-            return None
-        value, factor = self.port.value, self.port.scale
-        found = shortest(value, factor)
-        return value * factor if found is None else found
+        """The start value in the unit."""
+        return self.port.in_unit if self.starts else None
 
 
 def time(stepped: SteppedCase) -> Variable:
@@ -129,7 +125,7 @@ def sides(contacts: int) -> list[Variable]:
 
 
 def counts(kinds: Iterable[str], before: int) -> list[Variable]:
-    """How many events of each kind there were, of all contacts. before: whole numbers that stand before them."""
+    """How many events of each kind and contact there were. before: whole numbers that stand before them."""
     return [_whole(f"events.{kind}", f"events: {_words(kind)}", i) for i, kind in enumerate(kinds, start=before)]
 
 

@@ -38,7 +38,7 @@ EXPORT fmi2Status FMI(SetupExperiment)(
   if (in_phase(c, INSTANTIATED, "fmi2SetupExperiment")) return fmi2Error;
   if (tolerance_defined && !take_tolerance(&c->now, tolerance))
     return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
-  if (!take_time(&c->now, start / TIME_FACTOR)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
+  if (!take_time(&c->now, start)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
   return fmi2OK;
 }
 
@@ -155,7 +155,7 @@ EXPORT fmi2Status FMI(CancelStep)(fmi2Component i) {
 EXPORT fmi2Status FMI(GetRealStatus)(fmi2Component i, const fmi2StatusKind kind, fmi2Real *value) {
   instance *c = i;
   if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
-  *value = time_now(&c->now) * TIME_FACTOR;
+  *value = time_now(&c->now);
   return fmi2OK;
 }
 

@@ -30,7 +30,7 @@ EXPORT fmi3Status FMI(EnterInitializationMode)(
   if (in_phase(c, INSTANTIATED, "fmi3EnterInitializationMode")) return fmi3Error;
   if (tolerance_defined && !take_tolerance(&c->now, tolerance))
     return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
-  if (!take_time(&c->now, start / TIME_FACTOR)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
+  if (!take_time(&c->now, start)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
   c->now.phase = INITIALIZING;
   c->now.stale = 1;
   return fmi3OK;
@@ -172,7 +172,7 @@ EXPORT fmi3Status FMI(DoStep)(
   *events = *terminate = *early = false;
   if (in_phase(c, STEPPING, "fmi3DoStep")) return fmi3Error;
   status = go_on(c, time, length, c->event_mode && c->early_return, &event);
-  *last = event || status ? time_now(&c->now) * TIME_FACTOR : time + length;
+  *last = event || status ? time_now(&c->now) : time + length;
   *events = event;
   *early = event && *last < time + length;
   *terminate = status == DISCARD;

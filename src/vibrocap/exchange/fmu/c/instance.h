@@ -13,7 +13,7 @@
 
 enum { INSTANTIATED, INITIALIZING, EVENTS, STEPPING, TERMINATED };
 
-/* Everything that a copy of the state holds. Values are dimensionless: those of variables are values times factors. */
+/* Everything that a copy of the state holds. */
 typedef struct {
   double values[VALUES];
   int64_t counts[COUNTS];
@@ -78,12 +78,11 @@ static const char *not_settable(const instance *c, const variable *v) {
 
 /* Whether a variable may have a value, in its unit; if not, the importer is told. */
 static int check_value(instance *c, const variable *v, double value) {
-  double least = v->least * v->factor, most = v->most * v->factor, own = value / v->factor;
   if (!isfinite(value)) return WRONG("%s should be a finite number, got %g", v->name, value);
-  if (own < v->least && v->least < 1e-300 && v->least > 0.0)
+  if (value < v->least && v->least < 1e-300 && v->least > 0.0)
     return WRONG("%s should be greater than 0, got %g", v->name, value);
-  if (own < v->least) return WRONG("%s should be at least %.17g, got %.17g", v->name, least, value);
-  if (own > v->most) return WRONG("%s should be at most %.17g, got %.17g", v->name, most, value);
+  if (value < v->least) return WRONG("%s should be at least %.17g, got %.17g", v->name, v->least, value);
+  if (value > v->most) return WRONG("%s should be at most %.17g, got %.17g", v->name, v->most, value);
   return DONE;
 }
 
@@ -113,7 +112,7 @@ static int get_real(instance *c, const uint32_t references[], size_t n, double v
   for (k = 0; k < n; k++) {
     const variable *v = variable_of(references[k], REAL);
     if (!v) return WRONG("there is no real variable with the value reference %u", (unsigned)references[k]);
-    values[k] = c->now.values[v->place] * v->factor;
+    values[k] = c->now.values[v->place];
   }
   return DONE;
 }
@@ -129,7 +128,7 @@ static int set_real(instance *c, const uint32_t references[], size_t n, const do
   }
   for (k = 0; k < n; k++) {
     const variable *v = &variables[references[k]];
-    c->now.values[v->place] = values[k] / v->factor;
+    c->now.values[v->place] = values[k];
     c->now.stale = 1;
     if (v->causality == INPUT) input_changed(&c->now);
   }

@@ -71,19 +71,20 @@ static void refresh(instance *c) {
   for (k = CONTACTS; k < COUNTS; k++) d->counts[k] = 0;
   for (k = 0; k < EVENT_KINDS; k++)
     for (contact = 0; contact <= CONTACTS; contact++)
-      d->counts[CONTACTS + count_of_kind[k]] += STEPPER(event_count)(&d->own.motion, k, contact);
+      if (count_of[k][contact] >= 0)
+        d->counts[CONTACTS + count_of[k][contact]] += STEPPER(event_count)(&d->own.motion, k, contact);
 }
 
 /* Advance from a time by a length, at most to the first event where that is asked; `event`: whether there was one. */
 static int go_on(instance *c, double from, double length, int to_event, int *event) {
   data *d = &c->now;
-  double now = time_now(d) * TIME_FACTOR, until, rest;
+  double now = time_now(d), until, rest;
   *event = 0;
   if (!isfinite(length) || !(length > 0.0))
     return WRONG("communicationStepSize should be a finite number greater than 0, got %g", length);
   if (!(fabs(from - now) <= NEAR * (fabs(now) + length)))
     return WRONG("currentCommunicationPoint should be %.17g, where the motion stands, got %.17g", now, from);
-  until = (from + length) / TIME_FACTOR;
+  until = from + length;
   rest = until - time_now(d);
   take_input(d);
   d->stale = 1;
@@ -94,7 +95,7 @@ static int go_on(instance *c, double from, double length, int to_event, int *eve
     *event = 1;
   }
   if (d->status)
-    return say(c, DISCARD, "the motion cannot continue at %.9g: %s", time_now(d) * TIME_FACTOR, status_text(d->status));
+    return say(c, DISCARD, "the motion cannot continue at %.9g: %s", time_now(d), status_text(d->status));
   return DONE;
 }
 
