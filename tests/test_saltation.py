@@ -215,13 +215,13 @@ def differences_of(function, state, sizes):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", exhaustive_but(range(len(FORMS) - 1), [*FORMS]), ids="-".join)
+@pytest.mark.parametrize(("machine", "law", "drive"), exhaustive_but(range(len(FORMS) - 1), [*FORMS]))
 @pytest.mark.parametrize("every", exhaustive_but([0], [4, 1]))
-def test_multipliers_are_those_of_an_independent_map(form, every):
+def test_multipliers_are_those_of_an_independent_map(machine, law, drive, every):
     """On the orbit that both have: derivative and multipliers, to what the differences are known to."""
-    turned, numbers = 0, range(0, FORMS[form], every)
+    turned, numbers = 0, range(0, FORMS[machine, law, drive], every)
     for number in numbers:
-        system = drawn(*form, number)
+        system = drawn(machine, law, drive, number)
         map_ = StroboscopicMap(system)
         settled = map_.images(np.zeros((1, map_.states)), map_.parameters()[None], 60).state[0]
         found = vc.shoot(system, dict(zip(system.state_names, settled.tolist(), strict=True)))
