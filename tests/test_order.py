@@ -182,7 +182,7 @@ def time_derivative_lost(kernel, step):
 
     def unforced(floats, t, point, side, lane, out):
         jacobian(floats, t, point, side, lane, out)
-        floats[out + width - 1 : out + kernel["ROWS"] * width : width] = 0.0
+        floats[out + width - 1 : out + kernel["STATES"] * width : width] = 0.0
 
     return {"jacobian": unforced}
 

@@ -324,7 +324,7 @@ def test_generated_source_has_no_branch(name):
     """Straight-line code: no condition but of a choice of two values, and no loop but the one over the lanes."""
     recorded = equations(SYSTEMS[name])
     states, paths = len(recorded.rates), len(recorded.parameter_paths)
-    tree = ast.parse(generated_source(recorded, Layout(1, states, states, ORDER, paths)))
+    tree = ast.parse(generated_source(recorded, Layout(states=states, order=ORDER, parameters=paths)))
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     for function, loops in (("jet", 1), ("rates", 0), ("jacobian", 0), ("contact_velocity", 0)):
         nodes = list(ast.walk(functions[function]))

@@ -96,7 +96,7 @@ def test_stability_bounds_no_step_where_bristles_have_relaxed(monkeypatch):
     amplitudes = np.linspace(0.8, 2.0, 2 * LANES)
     taken = [np.sum(runs(*SYSTEMS["blocks"], each, amplitudes).head("taylor_steps")) for each in (1e-6, 1e-8, 1e-9)]
     assert sorted(taken) == taken
-    monkeypatch.setattr("vibrocap.numerics.run.ensemble.slow_bristles", lambda _: ())
+    monkeypatch.setattr("vibrocap.numerics.expressions.traits.slow_bristles", lambda _: ())
     monkeypatch.setattr("vibrocap.numerics.run.ensemble.ensemble_kernel", ensemble_kernel.__wrapped__)
     assert taken[1] < 0.45 * np.sum(runs(*SYSTEMS["blocks"], 1e-8, amplitudes).head("taylor_steps"))
 
@@ -146,7 +146,7 @@ def defect(kernel, floats, s):
     found = 0.0
     for lane in range(LANES):
         values = [np.polynomial.Polynomial(row) for row in series[:, :, lane]]
-        point, out = np.zeros(states), np.zeros(kernel["ROWS"])
+        point, out = np.zeros(states), np.zeros(kernel["STATES"])
         point[:] = [each(s) for each in values]
         room = np.concatenate([floats, point, out])
         kernel["rates"](room, s, len(floats), floats[kernel["SIDE"] + lane], lane, len(floats) + states)

@@ -252,7 +252,7 @@ def test_headings_say_what_is_in_si():
     heading = vc.figure(vc.branch(level, "drive.frequency_Hz", (0.99, 1.01)))._suptitle.get_text()
     assert "0.2\N{NO-BREAK SPACE}kg" in heading
     assert "Environment" not in heading
-    assert in_words(level.environment, level).startswith("environment: inclination 0 rad, ")
+    assert in_words("environment", level).startswith("environment: inclination 0 rad, ")
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
     from vibrocap.numerics.codegen.resolution import sharpness
     from vibrocap.numerics.codegen.source import Integrands, integrands_source
-    from vibrocap.numerics.codegen.straight_line import ScalarWriter
     from vibrocap.numerics.compiler.machine import code_made_for
     from vibrocap.numerics.kernel import codes
     from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
@@ -48,7 +47,6 @@ __all__ = [
     "PieceSeries",
     "Recorded",
     "RunResults",
-    "ScalarWriter",
     "StepperKernel",
     "StepperMemory",
     "Stroboscope",

@@ -10,14 +10,13 @@ import numpy as np
 from vibrocap.numerics.codegen.source import Integrands, generated_source, holding_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
-from vibrocap.numerics.run.motion import has_branches, sizes
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
@@ -92,25 +91,22 @@ def ensemble_source(
     """
     loop = loop or ("ensemble" if lanes == 1 else "simd")
     integrands = integrands or integrands_source(equations)
-    states = len(equations.rates)
+    has = traits(equations, side_by_side=loop == "simd")
     own_switches = len(equations.switches) - equations.law_switches
-    watched = equations.true_load is not None and states == equations.base
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
-    parameters, corners = len(equations.parameter_paths), equations.corners
-    tangent = states > equations.base
-    stiff = equations.maybe_stiff and not tangent
-    slow = () if not stiff else slow_bristles(equations) if loop == "simd" else slow_states(equations)
-    own_sizes = sizes(equations)
-    extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0 and not returns
-    own_sizes |= {"slow": slow, "extrapolates": extrapolates}
-    marks = RETURN_MARKS if returns else MARKS
-    layout = Layout(lanes, states, states, order, parameters, marks, entries, **own_sizes)
+    watched = equations.true_load is not None and not has.tangent
+    entries = gathered_entries(has.states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
+    layout = Layout(
+        **vars(has),
+        lanes=lanes,
+        order=order,
+        marks=RETURN_MARKS if returns else MARKS,
+        gathered=entries,
+        extrapolates=loop != "browser" and not (has.tangent or has.turns or returns),
+    )
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(holding_source(equations, "evidence", equations.rates[: equations.base]))
-    more = equations.several, tangent, watched, returns, extrapolates, bool(slow)
-    recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
-    return layout, linked_source("\n\n".join(generated), recipe)
+    return layout, linked_source("\n\n".join(generated), ensemble_recipe(layout, loop))
 
 
 def ensemble_run(

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.structure import slow_states
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -138,51 +138,17 @@ def series_order(tolerance: float) -> int:
     return 12 if tolerance >= 1e-11 else 16
 
 
-def has_branches(equations: Equations) -> bool:
-    """Whether law or machine has several branches, or anything ends a run or changes states at a reversal."""
-    return bool(equations.guards)
-
-
-def sizes(equations: Equations) -> dict[str, Any]:
-    """Of the memory: guards, coefficients of a segment, and what contacts take."""
-    corners = equations.corners
-    return {
-        "switches": len(equations.guards),
-        "coefficients": 0 if corners is None else corners.coefficients,
-        "imposed": len(equations.imposed),
-        "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
-        "implicit": equations.maybe_stiff,
-        "contacts": len(equations.contacts),
-        "turns": len(equations.turns),
-        "held": sum(each.sticks for each in equations.contacts),
-        "rates": _kept_rates(equations),
-    }
-
-
-def _kept_rates(equations: Equations) -> tuple[int, ...]:
-    """Of each state the state that is its rate, if that one is kept whole; none where a series may be damped."""
-    found: list[int] = []
-    for state, rate in enumerate(each.state for each in equations.rates):
-        follows = rate not in (-1, state) and state not in found and (rate > state or found[rate] < 0)
-        found.append(rate if follows and not equations.maybe_stiff else -1)
-    return tuple(found)
-
-
 def motion_layout(equations: Equations, order: int) -> Layout:
     """The memory of one motion of these equations."""
-    states = len(equations.rates)
-    own = sizes(equations)
-    return Layout(1, states, states, order, len(equations.parameter_paths), slow=slow_states(equations), **own)
+    return Layout(**vars(traits(equations)), order=order)
 
 
 def linked_motion(equations: Equations, order: int) -> tuple[Layout, Linked]:
     """(layout, text) of the kernel for one motion of these equations."""
     from vibrocap.numerics.codegen.source import generated_source  # only here: most kernels are on the disk
 
-    layout, corners = motion_layout(equations, order), equations.corners is not None
-    more = equations.several, bool(layout.slow)
-    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners, *more)
-    return layout, linked_source(generated_source(equations, layout), recipe)
+    layout = motion_layout(equations, order)
+    return layout, linked_source(generated_source(equations, layout), motion_recipe(layout))
 
 
 @functools.lru_cache(maxsize=64)
@@ -223,14 +189,14 @@ def recorded_run(
     """
     order = series_order(tolerance) if order is None else order
     layout, advance = kernel(equations, order, plain, literal)
-    whole_trace = 8.0 * int(np.floor(phase + periods + 1e-12)) * layout.rows
+    whole_trace = 8.0 * int(np.floor(phase + periods + 1e-12)) * layout.states
     check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     room = int(min(PIECE_ROOM, 250 * periods + 200)), EVENT_ROOM
     limits = max_events_per_period, max_steps
     begun = begun_memory(equations, layout, parameters, initial, period, periods, tolerance, limits, room, phase)
     floats, ints, trace = begun
     given_away = False
-    place, rows = layout.places, layout.rows
+    place, rows = layout.places, layout.states
     event_start, piece_start = int(ints[place["RECORDED_EVENT_START"]]), int(ints[place["PIECE_START"]])
     pieces, events = [], []
     status = codes.RUNNING
@@ -289,7 +255,7 @@ def begun_memory(
 
     limits: most events per period and most steps; room: pieces and events that the trace holds
     """
-    place, rows = layout.places, layout.rows
+    place, rows = layout.places, layout.states
     floats, ints = layout.allocated()
     marks = phase + periods  # of the drive, at the end
     whole_periods = int(np.floor(marks + 1e-12))

@@ -11,12 +11,12 @@ from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import c_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.structure import slow_states
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import stepper_recipe
-from vibrocap.numerics.run.motion import has_branches, series_order, sizes
+from vibrocap.numerics.run.motion import series_order
 
 ENTRIES = ("begin_motion", "take_step", "look_at")
 ENDLESS = 2**62  # periods
@@ -126,13 +126,11 @@ def stepper_kernel(
 
 @functools.lru_cache(maxsize=64)
 def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool, parts: int) -> StepperKernel:
-    states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
-    own = None if held_input else corners
+    contacts, own = len(equations.contacts), None if held_input else equations.corners
     part, rows = (0, 0) if own is None else (len(own.numbers), len(own.lengths))
     layout = Layout(
-        *(1, states, states, order, len(equations.parameter_paths)),
-        **sizes(equations),
-        slow=slow_states(equations),
+        **vars(traits(equations)),
+        order=order,
         counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
         observed=len(observed),
@@ -141,10 +139,6 @@ def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_inpu
     )
     values = [value for _, value in observed]
     generated = [generated_source(equations, layout), instants_source(equations, values, with_table=not held_input)]
-    branches, several = has_branches(equations), equations.several
-    recipe = stepper_recipe(
-        equations.maybe_stiff, branches, corners is not None, several, held_input, bool(layout.slow)
-    )
-    text = linked_source("\n\n".join(generated), recipe)
+    text = linked_source("\n\n".join(generated), stepper_recipe(layout, held_input))
     names = tuple(name for name, _ in observed)
     return StepperKernel(layout, text, names, held_input, parts * rows)

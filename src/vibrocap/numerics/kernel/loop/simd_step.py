@@ -64,7 +64,7 @@ from vibrocap.numerics.kernel.generated.places import (
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.lane import every_lane
 from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
@@ -238,7 +238,7 @@ def move_simd(floats, ints, trace, plain, h):
                     if (doubtful >> lane) & 1:
                         look_at_load(floats, ints, lane, lane.step)
     finite = plain
-    for i in range(ROWS):
+    for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES
         following = series_value(floats, row + every, h)
         finite = finite & (abs(following) <= 1e300)

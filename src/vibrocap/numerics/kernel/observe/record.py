@@ -14,7 +14,7 @@ from vibrocap.numerics.kernel.generated.sizes import (
     LANES,
     ORDER,
     PIECE_SIZE,
-    ROWS,
+    STATES,
     WHOLE_COUNT,
     WHOLE_ROWS,
 )
@@ -42,9 +42,9 @@ def on_piece(floats, ints, trace, lane, h):
     trace[place + 4] = lane.stiff
     # Not in the order of the memory: LLVM would copy several at once, and a wide load waits until all narrow stores to
     # its place, of the coefficients just written, have left the processor. That was a seventh of the time of a motion.
-    for i in range(ROWS):
+    for i in range(STATES):
         trace[place + PIECE_HEAD + i] = lane.series[i * (ORDER + 1)]
-    out = place + PIECE_HEAD + ROWS - 1
+    out = place + PIECE_HEAD + STATES - 1
     for k in range(1, ORDER + 1):
         for i in range(WHOLE_COUNT):
             trace[out + i * ORDER + k] = lane.series[WHOLE_ROWS[i] * (ORDER + 1) + k]
@@ -91,12 +91,12 @@ def write_event(floats, ints, trace, lane, kind, contact, s):
     trace[place] = lane.period_count
     trace[place + 1] = lane.time + s
     trace[place + 2] = kind
-    for i in range(ROWS):
+    for i in range(STATES):
         if s == 0.0:
             trace[place + EVENT_HEAD + i] = lane.state[i]
         else:
             trace[place + EVENT_HEAD + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    trace[place + EVENT_HEAD + ROWS] = contact + 1
+    trace[place + EVENT_HEAD + STATES] = contact + 1
     lane.recorded_events += 1
 
 
@@ -106,5 +106,5 @@ def on_jump(floats, ints, lane, gained):
 
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
-    for i in range(ROWS):
-        trace[lane.period_count * ROWS + i] = lane.state[i]
+    for i in range(STATES):
+        trace[lane.period_count * STATES + i] = lane.state[i]

@@ -36,7 +36,7 @@ from vibrocap.numerics.kernel.generated.places import (
     WAIT,
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
 from vibrocap.numerics.kernel.step.slow_manifold import (
@@ -167,7 +167,7 @@ def enter_manifolds(floats, h):
     Of a contact that creeps velocity and bristle may be one damped oscillation, or decay nearly as fast as each other.
     Out of such a pair none is slaved alone, as the other still bounds the step; where that would not pay, both are.
     """
-    for i in range(ROWS):
+    for i in range(STATES):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     if PAIR:

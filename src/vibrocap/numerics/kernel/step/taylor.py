@@ -21,7 +21,7 @@ from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, 
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import inverse_scale
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
@@ -297,6 +297,6 @@ def through_points(floats, row, first, stride, h):
 
 def move_to(floats, ints, lane, s):
     """Put the lane at time s of its present series."""
-    for i in range(ROWS):
+    for i in range(STATES):
         lane.state[i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     lane.time += s
