@@ -17,7 +17,8 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.laboratory.driven import driven_equations
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
 TABLE = json.loads(Path(__file__).with_name("sharp_motions.json").read_text(encoding="utf-8"))
@@ -155,7 +156,7 @@ def test_lanes_see_what_single_motions_see(law):
     rows = [row for row in rows if row.get("exponent", 2.0) == 2.0][:40]
     systems = [system_of(row) for row in rows]
     recorded = equations(systems[0])
-    budget = Budget(TABLE["periods"], 1, 0.0, 1e-9, 10_000, 10_000_000)
+    budget = Budget(TABLE["periods"], 1e-9, 10_000, 10_000_000, window=1)
     values = np.array([parameter_values(system) for system in systems])
     results = ensemble_run(recorded, values, np.array([row["start"] for row in rows]), budget)
     assert np.all(results.finished)

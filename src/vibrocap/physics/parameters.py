@@ -299,9 +299,8 @@ def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     found = []
     for name, field in _declaring(cls).__pydantic_fields__.items():
         extra = field.json_schema_extra or {}
-        known = extra.get("symbol", ""), field.description or "", field.default
         declared = extra.get("role", ""), extra.get("dimension"), extra.get("in_si", ""), extra.get("unit", "")
-        found.append(ParameterInfo(name, *known, *declared))
+        found.append(ParameterInfo(name, extra.get("symbol", ""), field.description or "", field.default, *declared))
     return tuple(found)
 
 
