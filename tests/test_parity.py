@@ -13,6 +13,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import roots
 from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
 from vibrocap.numerics.linker import link
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff lugre": vc.LuGre(bristle_stiffness=1e4)}
@@ -32,10 +33,7 @@ def run(system, periods, plain, tolerance=1e-9):
         parameter_values(system),
         start_of(system),
         system.drive.period,
-        periods,
-        tolerance,
-        10_000,
-        10**6,
+        Budget(periods, tolerance, 10_000, 10**6),
         plain=plain,
     )
 

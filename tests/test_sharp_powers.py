@@ -23,7 +23,8 @@ from vibrocap.measures.work_balance import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.expressions.structure import gaps, no_series_at_rest
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
 TABLE = json.loads(Path(__file__).with_name("sharp_powers.json").read_text(encoding="utf-8"))
@@ -141,7 +142,7 @@ def test_lanes_see_what_single_motions_see(law, kept):
     rows = [row for row in TABLE["systems"] if row["law"] == law and row["machine"] == "oscillator"]
     rows = [row for row in rows if kept(row["exponent"])]
     systems = [system_of(row) for row in rows]
-    budget = Budget(TABLE["periods"], 1, 0.0, 1e-9, 10_000, 10_000_000)
+    budget = Budget(TABLE["periods"], 1e-9, 10_000, 10_000_000, window=1)
     values = np.array([parameter_values(system) for system in systems])
     results = ensemble_run(equations(systems[0]), values, np.array([row["marks"][0] for row in rows]), budget)
     assert np.all(results.finished)

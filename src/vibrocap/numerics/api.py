@@ -26,9 +26,10 @@ if TYPE_CHECKING:
     from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
+    from vibrocap.numerics.run.budget import Budget
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
-    from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+    from vibrocap.numerics.run.ensemble import ensemble_run
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import PieceSeries, RunResults

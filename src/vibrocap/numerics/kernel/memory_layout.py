@@ -7,6 +7,8 @@ places are constants of the linked kernel.
 
 import dataclasses
 import functools
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +34,7 @@ RESULT_HEAD = (
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states, then the number of the contact
+WHOLES = frozenset(INT_ENTRIES)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -216,6 +219,18 @@ class Layout(Traits):
     def stepper_trace_size(self) -> int:
         """Numbers on the trace of a stepper: what it shows, the table of its drive, a backup of what it carries."""
         return self.shown + self.table + self.places["SERIES"] + self.whole_size
+
+    def put(self, floats: np.ndarray, ints: np.ndarray, entries: Mapping[str, Any]) -> None:
+        """Put a number into an entry of every lane, or several numbers into that of the one lane that there is."""
+        places, alone = self.places, self.lanes == 1
+        for name, value in entries.items():
+            array, place = ints if name in WHOLES else floats, places[name]
+            if hasattr(value, "__len__"):
+                array[place : place + len(value)] = value
+            elif alone:
+                array[place] = value
+            else:
+                array[place : place + self.lanes] = value
 
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:
         """(floats, ints) with everything zero."""

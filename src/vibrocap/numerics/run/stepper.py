@@ -16,6 +16,7 @@ from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import stepper_recipe
+from vibrocap.numerics.run.budget import Budget, begun
 from vibrocap.numerics.run.motion import series_order
 
 ENTRIES = ("begin_motion", "take_step", "look_at")
@@ -63,29 +64,22 @@ class StepperKernel:
         """Of the memory, by name."""
         return self.layout.constants()
 
-    def memory(
-        self,
-        parameters: Sequence[float],
-        initial: Sequence[float],
-        tolerance: float,
-        max_events_per_period: int,
-        max_steps: int,
-    ) -> StepperMemory:
-        """The memory that `begin_motion` is given.
-
-        max_events_per_period: of an input, per length; max_steps: per length
-        """
-        place, layout = self.places, self.layout
-        floats, ints = layout.allocated()
-        floats[place["STATE"] : place["STATE"] + layout.states] = initial
-        floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)] = parameters
-        floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
-        floats[place["TOLERANCE"]] = tolerance
-        ints[place["WHOLE_PERIODS"]] = 0 if self.held_input else ENDLESS
-        ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps
-        ints[place["TABLE_START"]], ints[place["SEGMENT_COUNT"]] = layout.shown, self.segments
-        ints[place["NEW_INPUT"]] = int(self.held_input)
-        return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
+    def memory(self, parameters: Sequence[float], initial: Sequence[float], budget: Budget) -> StepperMemory:
+        """The memory that `begin_motion` is given; the budget is one per length, of an input its events too."""
+        floats, ints = begun(
+            self.layout,
+            budget,
+            STATE=initial,
+            PARAMETER=parameters,
+            REFUTED_SPEED=np.inf,
+            FAR_SPEED=np.inf,
+            WHOLE_PERIODS=0 if self.held_input else ENDLESS,
+            STEPS_PER_CALL=budget.max_steps,
+            TABLE_START=self.layout.shown,
+            SEGMENT_COUNT=self.segments,
+            NEW_INPUT=self.held_input,
+        )
+        return StepperMemory(floats, ints, np.zeros(self.layout.stepper_trace_size))
 
     def entry(self, name: str, memory: StepperMemory, plain: bool = False) -> Entry:
         """One of ENTRIES on a memory: compiled, with every sum and product rounded as in C, or as plain Python."""
