@@ -1,7 +1,6 @@
 """Results in SI: cases there and back, motions, files, and sweeps whose numbers are those without units."""
 
 import dataclasses
-import json
 import math
 import re
 from pathlib import Path
@@ -256,21 +255,6 @@ def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
     assert '\nvelocity = "m/s"\n' in beside(path).read_text(encoding="utf-8")
     rows = np.genfromtxt(path, delimiter=",", names=True)
     assert np.array_equal(rows["drive"], known["drive"])
-
-
-def test_json_carries_si_units_and_the_numbers_without(place, capsys):
-    assert cli.main(["simulate", "si.toml", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    units = {"drift": "m", "time": "s"}
-    assert {name: found[name]["unit"] for name in units} == units
-    assert (found["state"]["angle_rate"]["unit"], found["energy"]["drive"]["unit"]) == ("rad/s", "J")
-    motion = case_from_text(CASE).simulate()
-    assert {name: each["dimensionless"] for name, each in found["state"].items()} == motion.dimensionless.state
-    assert {name: each["value"] for name, each in found["state"].items()} == motion.state
-    assert found["time"]["value"] == pytest.approx(12 / 1.1, rel=1e-14)
-    scales = [(found["drift"], 0.25), (found["mean_velocity"]["value"], math.sqrt(9.80665 * 0.25))]
-    for each, factor in [*scales, (found["energy"]["drive"], 0.2 * 9.80665 * 0.25)]:
-        assert each["value"] == pytest.approx(each["dimensionless"] * factor)
 
 
 def test_the_summary_has_units(place, capsys):
