@@ -84,11 +84,11 @@ class Layout(Traits):
     @functools.cached_property
     def sizes(self) -> dict[str, int]:
         """Items per entry that does not have one."""
-        found = self._own_sizes()
+        sizes = self._own_sizes()
         if self.extrapolates:
             before = FLOAT_ENTRIES[: FLOAT_ENTRIES.index("KEPT")]
-            found["KEPT"] = sum(found.get(name, 1) for name in (*INT_ENTRIES, *before))
-        return found
+            sizes["KEPT"] = sum(sizes.get(name, 1) for name in (*INT_ENTRIES, *before))
+        return sizes
 
     def _own_sizes(self) -> dict[str, int]:
         """All but the size of KEPT, which follows from the others."""
@@ -196,19 +196,19 @@ class Layout(Traits):
     @functools.cached_property
     def places(self) -> dict[str, int]:
         """Offset of each entry of `ints` and of `floats`."""
-        found, place = {}, 0
+        places, place = {}, 0
         for name in INT_ENTRIES:
-            found[name] = place
+            places[name] = place
             place += self.sizes.get(name, 1) * self.lanes
         place = 0
         for name in FLOAT_ENTRIES:
-            found[name] = place
+            places[name] = place
             place += self.sizes.get(name, 1) * self.lanes
-        place = found["MEASURED"]
+        place = places["MEASURED"]
         for name, size in self.gathered:
-            found[name] = place
+            places[name] = place
             place += size * self.lanes
-        return found
+        return places
 
     @property
     def shown(self) -> int:

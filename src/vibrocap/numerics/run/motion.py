@@ -161,11 +161,11 @@ def kernel(equations: Equations, order: int, plain: bool = False, literal: bool 
         return layout, plain_kernel(text)["advance"]
     layout = motion_layout(equations, order)
     key = kernel_key(equations, layout, literal)
-    if (found := known_kernel(key)) is None:
+    if (compiled := known_kernel(key)) is None:
         _, text = linked_motion(equations, order)
-        found = compiled_kernel(text, literal)
+        compiled = compiled_kernel(text, literal)
         note_kernel(key, text, literal)
-    return layout, found
+    return layout, compiled
 
 
 def recorded_run(

@@ -211,8 +211,7 @@ def step_simd(floats, ints, trace, running):
 def within_piece(floats, row, h):
     """Where a guard stays positive over the step beyond doubt, so that its branch lasts; or the true load does.
 
-    As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
-    all others, which is largest at the end of the step.
+    As in `ahead_simd`: its first four terms stay above the sum of all others, which is largest at the end of the step.
     """
     every = all_lanes()
     others = abs(load(floats, row + ORDER * LANES))

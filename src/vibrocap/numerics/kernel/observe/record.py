@@ -5,8 +5,7 @@ modes that are tried at an instant are none.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
-from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, SWITCHED, TRACE_FULL
-from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
+from vibrocap.numerics.kernel.codes import SWITCHED, TRACE_FULL
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
@@ -18,6 +17,7 @@ from vibrocap.numerics.kernel.generated.sizes import (
     WHOLE_COUNT,
     WHOLE_ROWS,
 )
+from vibrocap.numerics.kernel.loop.start import change_of_side
 from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -66,16 +66,9 @@ def on_instant(floats, ints, trace, lane):
 def tell_sides(floats, ints, trace, lane):
     """Record what has become of the sides since they were told last."""
     for c in range(CONTACTS):
-        now, before = lane.side[c], lane.side_told[c]
-        if now != before:
-            lane.side_told[c] = now
-            if abs(before) <= 1.0 and STICKS[c] + KINKS[c] > 0:
-                kind = REVERSAL
-                if now == 0.0:
-                    kind = STICK
-                elif before == 0.0:
-                    kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
-                write_event(floats, ints, trace, lane, kind, c, 0.0)
+        kind = change_of_side(floats, lane, c)
+        if kind >= 0:
+            write_event(floats, ints, trace, lane, kind, c, 0.0)
 
 
 def on_event(floats, ints, trace, lane, kind, contact, s):

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES, WORK
@@ -172,11 +173,7 @@ def velocity_series(floats, ints, lane, h):
 def velocity_at(floats, ints, lane, c, s):
     """Velocity of a contact at time s of the present series."""
     for i in range(STATES):
-        start = i * (ORDER + 1)
-        result = lane.series[start + 4]
-        for k in range(3, -1, -1):
-            result = result * s + lane.series[start + k]
-        floats[POINT + i] = result
+        floats[POINT + i] = polynomial_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, 4, s)
     return contact_velocity(floats, lane.time + s, POINT, c, lane)
 
 

@@ -270,14 +270,6 @@ def series_value(floats, row, s):
     return floats[row] + s * (other + s * one)
 
 
-def series_slope(floats, row, s):
-    """Slope at time s of the series whose first coefficient stands at floats[row]."""
-    result = ORDER * floats[row + ORDER * LANES]
-    for k in range(ORDER - 1, 0, -1):
-        result = result * s + k * floats[row + k * LANES]
-    return result
-
-
 def through_five(floats, row, v0, v1, v2, v3, v4, h):
     """Write the series of degree 4 through five values at even distances along a step."""
     for k in range(5, ORDER + 1):
