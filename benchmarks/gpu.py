@@ -17,7 +17,8 @@ import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run import cuda
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 
 RUNS = 1_000_000
 PERIODS = 40
@@ -47,7 +48,7 @@ def sweep_of(law, runs: int, shuffled: bool = True):
 
 def budget(tolerance: float) -> Budget:
     """Every run to its end, the last ten periods measured."""
-    return Budget(PERIODS, 10, 0.0, tolerance, 10_000, 50_000_000)
+    return Budget(PERIODS, tolerance, 10_000, 50_000_000, window=10)
 
 
 def seconds_of(run, sweep) -> float:

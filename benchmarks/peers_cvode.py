@@ -21,6 +21,7 @@ import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import begun_memory, linked_motion
 
 BDF, NORMAL, ROOT_FOUND = 2, 1, 2  # of cvode.h
@@ -83,7 +84,7 @@ def callbacks(system: vc.System, data: Callable, matrix_data: Callable):
     layout, text = linked_motion(recorded, 12)
     names = plain_kernel(text)
     state = list(initial_state(system, {}).values())
-    given = parameter_values(system), state, system.drive.period, 1, 1e-9, (1, 1), (8, 8)
+    given = parameter_values(system), state, system.drive.period, Budget(1, 1e-9, 1, 1), (8, 8)
     arrays = begun_memory(recorded, layout, *given)
     entries = [
         compiled_kernel(str(text) + ENTRIES, entry=f"peer_{each}").bound_to(*arrays) for each in ("rates", "jacobian")

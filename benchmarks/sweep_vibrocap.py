@@ -5,7 +5,8 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import INITIAL, PERIODS, SWEEP_SET, Sweep
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 
 # The largest with two digits at which 99 % of the runs end within the error asked.
 TOLERANCE = {"exponential": 5.9e-8, "lugre": 2.0e-7}
@@ -25,7 +26,7 @@ def problem(law: str, masses: np.ndarray) -> tuple:
 
 def budget(law: str) -> Budget:
     """Every run to its end; only its states are kept, as the peers do."""
-    return Budget(PERIODS, 1, 0.0, TOLERANCE[law], 10_000, 50_000_000)
+    return Budget(PERIODS, TOLERANCE[law], 10_000, 50_000_000, window=1)
 
 
 def prepare_sweep(law: str, masses: np.ndarray, threads: int = 1) -> Sweep:

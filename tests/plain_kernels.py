@@ -13,6 +13,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
@@ -56,11 +57,9 @@ INT_ENTRIES = frozenset(motion.memory.INT_ENTRIES)
 def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel:
     """The kernel of a system, with the parameters of the system in every lane."""
     recorded = equations(system)
-    states = len(recorded.rates)
-    sizes = motion.sizes(recorded) | {"switches": len(recorded.switches), "coefficients": 0}
-    layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), **sizes)
-    recipe = motion_recipe(recorded.maybe_stiff, layout.switches > 0, several=recorded.several)
-    text = linked_source(generated_source(recorded, layout), recipe)
+    has = dataclasses.replace(traits(recorded), switches=len(recorded.switches), coefficients=0, slow=())
+    layout = Layout(**vars(has), lanes=lanes, order=order)
+    text = linked_source(generated_source(recorded, layout), motion_recipe(layout))
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
     for lane in range(lanes):
         set_lane(kernel, system, lane)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import DEFAULTS
 from independent import moment, until_switch
 from thinned import exhaustive_but
 from vibrocap.cli.main import main
@@ -273,18 +274,12 @@ def test_branches_basins_and_crossings_go_along_the_lag():
 
 # --- cases, units and refusals ----------------------------------------------------------------------------------------
 
-CASE = """
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "square"
+CASE = f"""{DEFAULTS.replace("harmonic", "square")}
 [actuator]
 time_constant = 0.4
 limit = 1.2
 [initial]
-actuator_output = {output}
+actuator_output = {{output}}
 """
 
 

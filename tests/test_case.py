@@ -12,6 +12,7 @@ import typing
 import pytest
 
 import vibrocap as vc
+from cases import DEFAULTS as PLAIN
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, CaseError, case_from_dict, case_from_text, case_text, read_case
 from vibrocap.physics.catalogue import drives, laws, machines
@@ -20,15 +21,6 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.quantities.hints import call_hints
 from vibrocap.quantities.opening import opened_in_si
-
-PLAIN = """
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "harmonic"
-"""
 
 
 def complaints(text: str) -> tuple[str, ...]:

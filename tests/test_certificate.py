@@ -7,8 +7,8 @@ import vibrocap as vc
 from planted import planted
 from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
+from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
-from vibrocap.physics.parameters import parameters
 from vibrocap.quantities.dimensional import view
 
 
@@ -188,6 +188,50 @@ def test_a_part_of_ones_own_whose_balance_does_not_close_is_told_so(system, fiel
     assert not verdict.ok
     assert f"{field} " in repr(certificate)
     assert "FAILED" in repr(certificate)
+
+
+@parameters
+class Hoop(Machine):
+    """A bead that rubs along the circle on which a carriage, which rubs on the ground, guides it."""
+
+    name = "hoop"
+    angle = coordinate("theta", "angle of the bead", "rad")
+    position = coordinate("X", "place of the carriage", "m", rate="velocity")
+
+    def parts(self, q):
+        carriage = Mass("carriage", 2.0, x=q.position)
+        bead = Mass("bead", 1.0, on=carriage, x=sin(q.angle), z=-cos(q.angle))
+        springs = Spring(1.5, q.angle), Spring(1.0, q.position)
+        rubs = Contact(carriage, load=1.0), Contact(bead, on=carriage, path=q.angle, load=0.7)
+        return carriage, bead, springs, rubs, Drive(q.position)
+
+
+@pytest.mark.parametrize("faulty", [None, 0, 1])
+def test_a_wrong_friction_along_a_curved_path_is_noticed(faulty):
+    """A hundredth of the friction at one contact is missing in the rates: its work contradicts the energy."""
+
+    @planted(Hoop)
+    class Slack:
+        """A hoop whose rates know less friction."""
+
+        name = "slack"
+
+        def equations_of_motion(self, t, y, drive, frictions):
+            return None
+
+        def rates(self, t, y, drive, frictions):
+            shares = (0.99 if c == faulty else 1.0 for c in range(2))
+            less = tuple(share * friction for share, friction in zip(shares, frictions, strict=True))
+            return Hoop.rates(self, t, y, drive, less)
+
+    laws = [vc.Coulomb(0.2, 0.3), vc.Coulomb(0.25, 0.3)]
+    motion = vc.simulate(vc.System(Slack(), laws, vc.Harmonic(amplitude=1.2, frequency=0.8)), periods=3)
+    assert {"reversal", "reversal_2", "stick_2"} <= {event.kind for event in motion.events}
+    failed = [verdict.field for verdict in motion.certificate.verdicts if not verdict.ok]
+    assert failed == ([] if faulty is None else ["energy_residual"])
+    if faulty is not None:
+        (failure,) = motion.certificate.failures
+        assert "`energy` and `powers` of the machine contradict its `rates`" in failure
 
 
 def test_every_piece_of_evidence_has_a_bound_and_a_verdict():

@@ -19,6 +19,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import SETTLED as CASE
+from cases import printed_json, refused
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text, read_case
 from vibrocap.cli.command import COMMANDS, GROUPS
@@ -27,19 +29,6 @@ from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
 from vibrocap.io.spreadsheets import beside
 
-CASE = """\
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "harmonic"
-[initial]
-angle = 1.0471975511965976
-[run]
-periods = 12
-tolerance = 1e-10
-"""
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 KEYS = ["state", "time", "drift", "mean_velocity", "cost_of_transport", "winding", "events"]
 KEYS += ["stick_fraction", "least_reaction", "energy", "certificate", "status"]
@@ -57,22 +46,6 @@ def lugre(tmp_path):
     path = tmp_path / "lugre.toml"
     path.write_text(CASE.replace("exponential", "lugre"))
     return path
-
-
-def printed_json(capsys, *arguments) -> dict:
-    assert main([str(argument) for argument in arguments]) == OK
-    output = capsys.readouterr()
-    assert output.err == ""
-    return json.loads(output.out, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
-
-
-def refused(capsys, *arguments) -> str:
-    """What stands on stderr of a command that was refused before any work."""
-    assert main([str(argument) for argument in arguments]) == WRONG_INPUT
-    output = capsys.readouterr()
-    assert output.out == ""
-    assert "Traceback" not in output.err
-    return output.err
 
 
 # --- help, version, what cannot be understood ------------------------------------------------------------------------
@@ -221,7 +194,7 @@ def test_exports_without_a_case(name, content, expected, tmp_path, capsys):
 
 
 def test_json_is_the_motion_in_full_precision(case, capsys):
-    record = printed_json(capsys, "simulate", case, "--json")
+    record = printed_json(capsys, "simulate", case)
     motion = read_case(case).simulate()
     assert list(record) == KEYS
     assert record["state"] == motion.state
@@ -247,21 +220,21 @@ def test_json_is_the_motion_in_full_precision(case, capsys):
 
 
 def test_json_of_a_law_that_cannot_stick_has_null_not_nan(lugre, capsys):
-    record = printed_json(capsys, "simulate", lugre, "--json")
+    record = printed_json(capsys, "simulate", lugre)
     assert record["stick_fraction"] is None
     assert record["certificate"]["stick_force_ratio"] is None
     assert list(record["state"])[-1] == "bristle"
 
 
 def test_json_of_less_than_a_period(case, capsys):
-    record = printed_json(capsys, "simulate", case, "--json", "--periods", "0.5")
+    record = printed_json(capsys, "simulate", case, "--periods", "0.5")
     assert record["drift"] is None
     assert record["mean_velocity"] is None
     assert record["time"] == pytest.approx(math.pi, rel=1e-15)
 
 
 def test_options_replace_the_cases_settings(case, capsys):
-    record = printed_json(capsys, "simulate", case, "--json", "--periods", "3", "--tolerance", "1e-6")
+    record = printed_json(capsys, "simulate", case, "--periods", "3", "--tolerance", "1e-6")
     motion = read_case(case, periods=3, tolerance=1e-6).simulate()
     assert record["state"] == motion.state
     assert record["mean_velocity"]["window"] == [0.0, motion.end]
@@ -279,7 +252,7 @@ def test_summary_names_window_settlement_and_evidence(case, lugre, capsys):
 
 
 def test_summary_shows_energy_per_distance_and_least_reaction_with_their_units(capsys):
-    record = printed_json(capsys, "simulate", EXAMPLES / "bench-in-si.toml", "--json")
+    record = printed_json(capsys, "simulate", EXAMPLES / "bench-in-si.toml")
     motion = read_case(EXAMPLES / "bench-in-si.toml").simulate()
     cost = vc.measured(motion, ["cost_of_transport"], window=10)["cost_of_transport"]
     least = motion.system.si.factor_of("N")
@@ -295,7 +268,7 @@ def test_summary_shows_energy_per_distance_and_least_reaction_with_their_units(c
 
 @pytest.mark.parametrize("name", ["symmetric-no-travel", "slides-or-sticks-by-its-start"])
 def test_what_cannot_travel_has_no_energy_per_distance(name, capsys):
-    assert printed_json(capsys, "simulate", EXAMPLES / f"{name}.toml", "--json")["cost_of_transport"] is None
+    assert printed_json(capsys, "simulate", EXAMPLES / f"{name}.toml")["cost_of_transport"] is None
     assert main(["simulate", str(EXAMPLES / f"{name}.toml")]) == OK
     assert "cost of transport" not in capsys.readouterr().out
 
@@ -304,7 +277,7 @@ def test_motion_that_never_moves_has_a_summary(case, capsys):
     case.write_text(
         CASE.replace("angle = 1.0471975511965976", "angle = 0.0").replace("[initial]", "amplitude = 0.1\n[initial]")
     )
-    record = printed_json(capsys, "simulate", case, "--json")
+    record = printed_json(capsys, "simulate", case)
     assert record["stick_fraction"] == 1.0
     assert record["state"]["position"] == 0.0
     assert main(["simulate", str(case)]) == OK
@@ -353,15 +326,15 @@ def test_run_that_fails_at_once_is_still_reported(kind, case, capsys):
 def test_export_can_be_run_again_to_the_same_bits(kind, law, case, capsys):
     case.write_text(CASE.replace("exponential", law))
     out = case.parent / f"run.{kind}"
-    first = printed_json(capsys, "simulate", case, "--json", "--periods", "4", "--out", out)
+    first = printed_json(capsys, "simulate", case, "--periods", "4", "--out", out)
     assert read_source(out) == read_case(case, periods=4.0)
-    assert printed_json(capsys, "simulate", out, "--json") == first
-    assert printed_json(capsys, "friction", out, "--json")["law"] == law
+    assert printed_json(capsys, "simulate", out) == first
+    assert printed_json(capsys, "friction", out)["law"] == law
 
 
 def test_csv_holds_the_motion_in_full_precision(case, capsys):
     out = case.parent / "run.csv"
-    printed_json(capsys, "simulate", case, "--json", "--out", out)
+    printed_json(capsys, "simulate", case, "--out", out)
     rows = list(csv.reader(out.read_text().splitlines()))
     table = dict(zip(rows[0], np.array(rows[1:], dtype=float).T, strict=True))
     check_columns(table, read_case(case).simulate())
@@ -377,7 +350,7 @@ def test_tables_leave_for_pandas_excel_and_matlab(case, capsys):
     motion, paths = read_case(case).simulate(), {}
     for kind in ("csv", "xlsx", "mat"):
         paths[kind] = case.parent / f"run.{kind}"
-        printed_json(capsys, "simulate", case, "--json", "--out", paths[kind])
+        printed_json(capsys, "simulate", case, "--out", paths[kind])
     plain = pandas.read_csv(paths["csv"])  # no option
     book = pandas.read_excel(paths["xlsx"], sheet_name=None)
     arrays = scipy_io.loadmat(paths["mat"], squeeze_me=True, simplify_cells=True)
@@ -392,14 +365,14 @@ def test_tables_leave_for_pandas_excel_and_matlab(case, capsys):
     assert case_from_text(arrays["case_toml"], "").system == read_case(case).system
     assert dict(zip(book["columns"]["name"], book["columns"]["meaning"], strict=True))["status"] == "finished"
     first = paths["mat"].read_bytes()
-    printed_json(capsys, "simulate", case, "--json", "--out", paths["mat"])
+    printed_json(capsys, "simulate", case, "--out", paths["mat"])
     assert paths["mat"].read_bytes() == first
 
 
 def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):
     xarray = pytest.importorskip("xarray")
     out = case.parent / "run.nc"
-    record = printed_json(capsys, "simulate", case, "--json", "--out", out)
+    record = printed_json(capsys, "simulate", case, "--out", out)
     with xarray.open_dataset(out, engine="h5netcdf") as dataset:
         motion = read_case(case).simulate()
         check_columns({name: dataset[name].values for name in (*dataset.data_vars, "time")}, motion)
@@ -418,7 +391,7 @@ def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):
 def test_netcdf_holds_the_events_of_contacts_that_are_decided_together(name, tmp_path, capsys):
     xarray = pytest.importorskip("xarray")
     out, example = tmp_path / "run.nc", Path(__file__).parents[1] / "examples" / f"{name}.toml"
-    record = printed_json(capsys, "simulate", example, "--periods", "2", "--json", "--out", out)
+    record = printed_json(capsys, "simulate", example, "--periods", "2", "--out", out)
     with xarray.open_dataset(out, engine="h5netcdf") as dataset:
         kinds = dataset["event_kind"].values.tolist()
     assert any(kind.endswith("_2") for kind in kinds)
@@ -447,7 +420,7 @@ def pixels_of(path):
 def test_plot_is_written_and_the_same_each_time(kind, case, capsys):
     paths = [case.parent / f"{number}.{kind}" for number in range(2)]
     for path in paths:
-        printed_json(capsys, "simulate", case, "--json", "--plot", path)
+        printed_json(capsys, "simulate", case, "--plot", path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
@@ -457,7 +430,7 @@ def test_plot_is_written_and_the_same_each_time(kind, case, capsys):
 def test_plot_is_not_blank_and_nothing_is_cut_off(law, arguments, case, capsys):
     case.write_text(CASE.replace("exponential", law))
     path = case.parent / "run.png"
-    printed_json(capsys, "simulate", case, "--json", "--plot", path, *arguments)
+    printed_json(capsys, "simulate", case, "--plot", path, *arguments)
     pixels = pixels_of(path)
     assert np.mean(np.any(pixels != 255, axis=2)) > 0.03
     blue = np.abs(pixels - [0x00, 0x72, 0xB2]).sum(axis=2) < 30
@@ -475,7 +448,7 @@ def test_film_shows_stick_and_both_slips(kind, case, capsys):
         pytest.skip("ffmpeg is not installed")
     image, sequence = pytest.importorskip("PIL.Image"), pytest.importorskip("PIL.ImageSequence")
     path = case.parent / f"run.{kind}"
-    printed_json(capsys, "simulate", case, "--json", "--periods", "1", "--animate", path)
+    printed_json(capsys, "simulate", case, "--periods", "1", "--animate", path)
     if kind == "mp4":
         subprocess.run(["ffmpeg", "-loglevel", "error", "-i", path, case.parent / "%03d.png"], check=True)
         frames = [pixels_of(frame) for frame in sorted(case.parent.glob("*.png"))]
@@ -494,13 +467,13 @@ def test_film_shows_stick_and_both_slips(kind, case, capsys):
 
 
 def test_limits_exact_as_printed_and_when_they_do_not_exist(lugre, capsys):
-    record = printed_json(capsys, "friction", lugre, "--json")
+    record = printed_json(capsys, "friction", lugre)
     assert record["offset"]["exist"] is False
     assert record["boundary_velocity"] == pytest.approx(0.0405, abs=5e-5)
     assert main(["friction", str(lugre)]) == OK
     assert "viscous_damping is 0" in " ".join(capsys.readouterr().out.split())
     lugre.write_text(lugre.read_text().replace('"lugre"', '"lugre"\nviscous_damping = 0.4'))
-    offset = printed_json(capsys, "friction", lugre, "--json")["offset"]
+    offset = printed_json(capsys, "friction", lugre)["offset"]
     assert offset["lower"] == pytest.approx(0.006696630374612, rel=1e-12)
     assert offset["upper"] == pytest.approx(0.181821489161179, rel=1e-12)
     assert offset["printed_lower"] == pytest.approx(0.0066667, abs=5e-8)
@@ -511,7 +484,7 @@ def test_limits_exact_as_printed_and_when_they_do_not_exist(lugre, capsys):
 
 
 def test_limits_of_the_exponential_law(case, capsys):
-    assert printed_json(capsys, "friction", case, "--json")["breakaway_force"] == 0.45
+    assert printed_json(capsys, "friction", case)["breakaway_force"] == 0.45
     assert main(["friction", str(case)]) == OK
     assert "breakaway force" in capsys.readouterr().out
 
@@ -605,9 +578,9 @@ def test_values_of_a_case_are_replaced_by_options(case, lugre, capsys):
     text = lugre.read_text().replace('"lugre"', '"lugre"\nbristle_damping = 5.0')
     lugre.write_text(text.replace("[run]", "bristle = 1e-3\n[run]"))
     values = ("--set", "friction.decay_rate=5,run.periods=4", "--set", "friction.law=exponential")
-    found = printed_json(capsys, "simulate", lugre, "--json", *values, "--initial", "angle=0.5")
+    found = printed_json(capsys, "simulate", lugre, *values, "--initial", "angle=0.5")
     case.write_text(CASE.replace('"exponential"', '"exponential"\ndecay_rate = 5').replace("1.0471975511965976", "0.5"))
-    assert found == printed_json(capsys, "simulate", case, "--json", "--periods", "4")
+    assert found == printed_json(capsys, "simulate", case, "--periods", "4")
 
 
 def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
@@ -725,7 +698,7 @@ def test_scales_of_which_no_unit_can_be_made_are_refused(size, case, capsys):
     largest = ("--scales", "pendulum_mass_kg=1e50,pendulum_length_m=1e50,gravity_m_per_s2=1e-50")
     assert main(["new", "--from", str(case), *largest, "--out", str(case.with_name("si.toml"))]) == OK
     capsys.readouterr()
-    record = printed_json(capsys, "simulate", case.with_name("si.toml"), "--periods", "1", "--json")
+    record = printed_json(capsys, "simulate", case.with_name("si.toml"), "--periods", "1")
     assert 0.0 < abs(record["energy"]["drive"]["value"]) < math.inf
 
 

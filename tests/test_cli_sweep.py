@@ -16,11 +16,12 @@ import pytest
 import xarray as xr
 
 import interrupts
+from cases import SETTLED as CASE
+from cases import command, refused
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError, read_case
-from vibrocap.cli.main import main
 from vibrocap.cli.sweep_request import read_cases
-from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
+from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, TimeLeft, duration
 from vibrocap.cli.texts import pairs
 from vibrocap.measures.during_run import measure_table
 from vibrocap.ranges import values_between
@@ -28,19 +29,6 @@ from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-CASE = """\
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "harmonic"
-[initial]
-angle = 1.0471975511965976
-[run]
-periods = 12
-tolerance = 1e-10
-"""
 MASS, TORQUE = "machine.mass_ratio=1:3:3", "drive.amplitude=1:2:4"
 
 
@@ -51,19 +39,6 @@ def case(tmp_path, monkeypatch):
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     return path
-
-
-def command(*arguments) -> int:
-    return main([str(argument) for argument in arguments])
-
-
-def refused(capsys, *arguments, code=WRONG_INPUT) -> str:
-    """What stands on stderr of a command that was refused."""
-    assert command(*arguments) == code
-    output = capsys.readouterr()
-    assert output.out == ""
-    assert "Traceback" not in output.err
-    return output.err
 
 
 # --- a sweep, with the engine ----------------------------------------------------------------------------------------

@@ -22,7 +22,8 @@ from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.subset import parsed
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run import ensemble, motion
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.numerics.run.motion import recorded_run
 
 
@@ -361,10 +362,7 @@ def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypa
                 parameter_values(system),
                 start,
                 system.drive.period,
-                0.7,
-                1e-9,
-                1000,
-                10**6,
+                Budget(0.7, 1e-9, 1000, 10**6),
                 order=order,
             )
         )
@@ -403,11 +401,13 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
             ),
         )
         if lanes == 0:
-            run = recorded_run(recorded, parameters, start, system.drive.period, 20, 1e-9, 1000, 10**6, order=12)
+            run = recorded_run(
+                recorded, parameters, start, system.drive.period, Budget(20, 1e-9, 1000, 10**6), order=12
+            )
             found.append((run.pieces, run.events, run.final))
         else:
             rows = np.tile(parameters, (9, 1)) * np.linspace(0.9, 1.1, 9)[:, None]
-            budget = Budget(20, 4, 0.0, 1e-8, 1000, 10**6, 63)
+            budget = Budget(20, 1e-8, 1000, 10**6, window=4, asked=63)
             run = ensemble_run(recorded, rows, np.tile(start, (9, 1)), budget, threads=1, order=10)
             found.append((run.numbers,))
     getattr(module, made).cache_clear()
@@ -429,7 +429,7 @@ def test_an_ensemble_without_fused_operations_is_that_of_plain_python(law, lanes
     parameters[:, recorded.parameter_paths.index("machine.mass_ratio")] = np.linspace(0.5, 6.0, runs)
     initial = np.zeros((runs, len(recorded.rates)))
     initial[:, 0] = np.linspace(0.4, 1.2, runs)
-    budget = Budget(2, 1, 0.0, 1e-6, 1000, 10**6, 63)
+    budget = Budget(2, 1e-6, 1000, 10**6, window=1, asked=63)
     results = []
     for make in (lambda text: plain_kernel(text)["advance_ensemble"], lambda text: exactly(text, "advance_ensemble")):
         ensemble.ensemble_kernel.cache_clear()

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-import independent
 import vibrocap as vc
-from independent import BACK, FORWARD, REVERSAL, STICK, until_switch
+from independent_contacts import motion as independent_motion
 from thinned import exhaustive_but, slow_but
 from vibrocap.measures.during_run import measured
 from vibrocap.physics.drives.drive import segment_table
@@ -32,7 +31,6 @@ each_drive = pytest.mark.parametrize(  # each of the others is compiled anew
     slow_but([SQUARE], exhaustive_but({SQUARE, *range(0, len(DRIVES), 3)}, DRIVES)),
     ids=lambda drive: drive.name,
 )
-KINDS = {"stick": STICK, "slip_forward": FORWARD, "slip_back": BACK, "reversal": REVERSAL}
 
 
 def system_of(law=None, drive=None, **machine):
@@ -44,75 +42,23 @@ def system_of(law=None, drive=None, **machine):
 # --- an independent solver that stops at the corners ------------------------------------------------------------------
 
 
-def square_motion(parameters, initial, periods, period, duty, rtol=1e-13):
-    """(final state, events) under a square wave: DOP853 in each mode, stopped and restarted at every corner.
-
-    The equations are those of tests/independent.py, whose drive is replaced by a level of either sign.
-    """
-    p = dict(parameters)
-    exponential = p["law"] == "exponential"
-    rates = independent.exponential_rates if exponential else independent.lugre_rates
-    limit = p["static_coefficient"] * p["normal_load"]
-    t, y, side, events = 0.0, np.array(initial, float), int(np.sign(initial[3])), []
-    for number in range(periods):
-        for level, share in ((1.0, duty), (-1.0, 1.0)):
-            p["amplitude"] = level * parameters["amplitude"]
-            end = (number + share) * period
-
-            def hold(state, p=p):
-                return independent.holding_force(0.0, state, p)
-
-            def flow(time, state, side):
-                return rates(0.0, state, p, side)
-
-            if side == 0 and abs(hold(y)) > limit:
-                side = int(math.copysign(1, hold(y)))
-                events.append((t, FORWARD if side > 0 else BACK))
-            while t < end:
-
-                def watched(time, state, side=side):
-                    return side * state[3] if side else limit - abs(independent.holding_force(0.0, state, p))
-
-                t, y, switched = until_switch(
-                    lambda time, state, side=side: flow(time, state, side), watched, t, y, end, period / 60, rtol, 1e-14
-                )
-                if not switched:
-                    continue
-                before = side
-                if side == 0:
-                    side = int(math.copysign(1, hold(y)))
-                else:
-                    y[3] = 0.0
-                    if exponential:
-                        side = 0 if abs(hold(y)) < limit else int(math.copysign(1, hold(y)))
-                    else:
-                        side = -side
-                kind = {0: STICK, 1: FORWARD, -1: BACK}[side]
-                events.append((t, REVERSAL if before == -side else kind))
-    return y, events
+SOFT = vc.LuGre(
+    bristle_stiffness=20.0, bristle_damping=0.4, viscous_damping=0.1, coulomb_coefficient=0.15, static_coefficient=0.45,
+    stribeck_velocity=0.1, stribeck_exponent=1.0,
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("law", ["exponential", pytest.param("lugre", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), SOFT]), ids=lambda law: law.name)
 def test_square_wave_against_an_event_solver(law):
     """State and event times to 1e-9, with the contact sticking, slipping and turning."""
-    friction = {"coulomb_coefficient": 0.15, "static_coefficient": 0.45}
-    if law == "exponential":
-        friction |= {"decay_rate": 10.0}
-    else:
-        friction |= {"bristle_stiffness": 20.0, "bristle_damping": 0.4, "viscous_damping": 0.1}
-        friction |= {"stribeck_velocity": 0.1, "stribeck_exponent": 1.0}
-    machine = {"mass_ratio": 2.5, "stiffness": 2.0, "damping": 1.0, "normal_load": 1.0}
-    parameters = {"law": law, "amplitude": 1.5, "frequency": 1.0} | machine | friction
-    part = vc.Exponential(**friction) if law == "exponential" else vc.LuGre(**friction)
-    system = system_of(part, **machine)
-    motion = vc.simulate(system, periods=2, initial=START, tolerance=1e-11)
-    start = [START.get(name, 0.0) for name in system.state_names]
-    state, events = square_motion(parameters, start, 2, system.drive.period, 0.4)
-    assert motion.status.ok
-    assert np.array(list(motion.state.values())) == pytest.approx(state, abs=1e-9)
-    assert [KINDS[event.kind] for event in motion.events] == [kind for _, kind in events]
-    assert [event.time for event in motion.events] == pytest.approx([time for time, _ in events], abs=1e-9)
-    assert len(events) >= 5
+    system = system_of(law)
+    found = vc.simulate(system, periods=2, initial=START, tolerance=1e-11)
+    expected = independent_motion(system, START, 2)
+    assert found.status.ok
+    assert found.state == pytest.approx(expected.state, abs=1e-9)
+    assert [event.kind for event in found.events] == [kind for _, kind in expected.events]
+    assert [event.time for event in found.events] == pytest.approx([time for time, _ in expected.events], abs=1e-9)
+    assert len(expected.events) >= 5
 
 
 # --- corners are the borders of steps ---------------------------------------------------------------------------------

@@ -26,7 +26,8 @@ from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run import cuda as on_gpu
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff": vc.LuGre(bristle_stiffness=1e4)}
 EVERYTHING = 63  # all groups of measures
@@ -36,10 +37,10 @@ define internal i1 @in_all_threads(i1 %one) alwaysinline {
 }
 """
 CASES = {  # law, runs, budget
-    "exponential": ("exponential", 7, Budget(2, 1, 0.0, 1e-6, 1000, 75, EVERYTHING)),
-    "lugre": ("lugre", 3, Budget(1, 1, 0.0, 1e-6, 1000, 10**6, EVERYTHING)),
-    "settling": ("exponential", 3, Budget(14, 2, 0.1, 1e-4, 1000, 10**6, EVERYTHING)),
-    "stiff": ("stiff", 2, Budget(1, 1, 0.0, 1e-4, 1000, 10**6, EVERYTHING)),
+    "exponential": ("exponential", 7, Budget(2, 1e-6, 1000, 75, window=1, asked=EVERYTHING)),
+    "lugre": ("lugre", 3, Budget(1, 1e-6, 1000, 10**6, asked=EVERYTHING)),
+    "settling": ("exponential", 3, Budget(14, 1e-4, 1000, 10**6, window=2, threshold=0.1, asked=EVERYTHING)),
+    "stiff": ("stiff", 2, Budget(1, 1e-4, 1000, 10**6, asked=EVERYTHING)),
 }
 
 
@@ -266,7 +267,7 @@ def test_the_code_for_gpus_is_complete(law, tmp_path):
 
 # --- a GPU, or none -------------------------------------------------------------------------------------------------
 
-ON_GPU = Budget(5, 2, 0.0, 1e-8, 1000, 10**6, EVERYTHING)
+ON_GPU = Budget(5, 1e-8, 1000, 10**6, window=2, asked=EVERYTHING)
 
 
 def test_a_gpu_agrees_with_the_cpu_to_rounding():

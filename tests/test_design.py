@@ -285,19 +285,6 @@ def test_the_fast_orbit_of_the_trap_is_refused_by_its_multiplier():
     assert reason_against(orbit, near, problem.goal) == f"largest multiplier {abs(orbit.multipliers[0]):.6g}"
 
 
-@pytest.mark.exhaustive  # the same orbit is refused above
-@pytest.mark.slow
-def test_unstable_orbit_of_the_trap_does_not_win():
-    """A closed orbit with V = 0.39276 has the multiplier -1.79; stable designs were known up to 0.3899."""
-    system, over = trap()
-    found = optimise(system, over, subject_to="least_reaction > 0.1", starts=START)
-    assert found.value is not None
-    assert found.orbit is not None
-    assert 0.3899 < found.value < 0.39276
-    assert found.orbit.stable
-    assert "stability" in found.limits
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "code", "said"),
@@ -840,50 +827,6 @@ def test_design_that_lifts_off_on_its_way_is_begun_from_where_its_neighbour_has_
     assert again.costs[0, 0, 1] == runs.costs[0, 0, 1]
 
 
-@pytest.mark.slow
-def test_designs_in_si_are_in_si_once(capsys):
-    """The optimum in SI is that of the system without units, times its scales, in Python, JSON and text."""
-    case = "examples/bench-in-si.toml"
-    given = vc.read_case(case)
-    asked = {"evaluations": 64, "spread_starts": 8, "starts": [{"angle": 0.5, "velocity": 0.1}]}
-    found = vc.optimise(given.system, {"drive.frequency_Hz": (0.8, 1.2)}, subject_to="peak_drive < 1.2", **asked)
-    unit = given.system.si
-    hertz, speed = 1.0 / (2.0 * np.pi * unit.scales.time_s), unit.factor_of("m/s")
-    own = asked | {"starts": [{"angle": 0.5, "velocity": 0.1 / speed}]}
-    over = {"drive.frequency": (0.8 / hertz, 1.2 / hertz)}
-    plain = optimise(
-        given.system.dimensionless, over, subject_to=f"peak_drive < {1.2 / unit.factor_of('N m')!r}", **own
-    )
-    assert found.design["drive.frequency_Hz"] == pytest.approx(plain.design["drive.frequency"] * hertz, rel=1e-9)
-    assert found.value == pytest.approx(plain.value * speed, rel=1e-9)
-    assert found.unit_of("value") == found.unit == "m/s"
-    assert found.starts[0]["velocity"] == pytest.approx(0.1, rel=1e-12)
-    assert found.orbit.mean_velocity == pytest.approx(found.value, rel=1e-9)
-    slopes, scale = found.slopes["drive.frequency_Hz"], speed / hertz
-    for one, other in zip(slopes, plain.slopes["drive.frequency"], strict=True):
-        assert (one is None) == (other is None)
-        assert one is None or one == pytest.approx(other * scale, rel=1e-6)
-    motion, same = found.attractors.attractors[0].motion, plain.attractors.attractors[0].motion
-    assert motion.drift == pytest.approx(same.drift * unit.factor_of("m"), rel=1e-9)
-    own_torque = given.system.parameter("drive.amplitude_N_m") + given.system.parameter("drive.second_amplitude_N_m")
-    assert found.constraints["peak_drive < 1.2"] == pytest.approx(own_torque, rel=1e-9)  # both are largest at once
-    assert found.dimensionless.orbit.mean_velocity == pytest.approx(plain.orbit.mean_velocity, rel=1e-9)
-    capsys.readouterr()
-    command = ["optimise", case, "--over", "drive.frequency_Hz=0.8:1.2", "--evaluations", "64"]
-    assert main([*command, "--json"]) == 0
-    record = json.loads(capsys.readouterr().out)
-    best, velocity = record["value"], record["orbit"]["mean_velocity"]
-    assert (best["unit"], velocity["value"]) == ("m/s", pytest.approx(best["value"], rel=1e-9))
-    assert velocity["dimensionless"] * speed == pytest.approx(velocity["value"])
-    assert best["dimensionless"] * speed == pytest.approx(best["value"])
-    drift = record["attractors"]["attractors"][0]["drift"]
-    assert (drift["unit"], drift["value"]) == ("m", pytest.approx(drift["dimensionless"] * unit.factor_of("m")))
-    assert main(command) == 0
-    text = " ".join(capsys.readouterr().out.split())
-    assert f"mean_velocity {best['value']:.10g} m/s" in text
-    assert f"drift {record['orbit']['drift']['value']:.10g} m, " in text
-
-
 @pytest.fixture(scope="module")
 def fitted():
     """(a fit of the law of the bench to a noisy steady curve, the bench with the fitted law)."""
@@ -939,47 +882,6 @@ def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys)
     assert "has no fitted law; give the fit for friction" in capsys.readouterr().err
     assert main(["robust", case, "--uncertain", f"friction=fit:{case}"]) == 2
     assert "is no fit.json" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
-    """Each is that of the system without units times its scale: twice the scale, or none, would fail."""
-    case = "examples/bench-in-si.toml"
-    system, start = vc.read_case(case).system, vc.read_case(case).initial
-    unit, plain = system.si, system.dimensionless
-    hertz, speed, cost = 1.0 / (2.0 * np.pi * unit.scales.time_s), unit.factor_of("m/s"), unit.factor_of("J/m")
-    assert abs(speed - 1.0) > 0.1
-    assert abs(cost - 1.0) > 0.1
-    sure = vc.robustness(system, {"drive.frequency_Hz": (0.9, 1.1)}, samples=16, initial=start)
-    same = vc.robustness(plain, {"drive.frequency": (0.9 / hertz, 1.1 / hertz)}, samples=16, initial=start)
-    for name in ("nominal", "mean", "worst", "deviation", "tail_mean"):
-        assert getattr(sure, name) == pytest.approx(getattr(same, name) * speed, rel=1e-9), name
-    assert sure.values == pytest.approx(same.values * speed, rel=1e-9)
-    frequencies = sure.parameters["drive.frequency_Hz"]
-    assert frequencies == pytest.approx(same.parameters["drive.frequency"] * hertz, rel=1e-12)
-    assert main(["robust", case, "--uncertain", "drive.frequency_Hz=0.9:1.1", "--samples", "16", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["mean"]["value"] == pytest.approx(sure.mean, rel=1e-12)
-    assert main(["robust", case, "--uncertain", "drive.frequency_Hz=0.9:1.1", "--samples", "16"]) == 0
-    assert f"{sure.mean:.6g} m/s" in capsys.readouterr().out
-    (bound,), (bare,) = vc.performance_bounds(system), vc.performance_bounds(plain)
-    orbit, other = vc.orbit(system, initial=start), vc.orbit(plain, initial=start)
-    assert bound.value == pytest.approx(bare.value * cost, rel=1e-12)
-    assert bound.of(orbit) == pytest.approx(bare.of(other) * cost, rel=1e-9)
-    assert main(["orbit", case, "--json"]) == 0
-    (record,) = json.loads(capsys.readouterr().out)["bounds"]
-    assert (record["value"]["value"], record["value"]["unit"]) == (bound.value, "J/m")
-    assert record["reached"]["value"] == pytest.approx(bound.of(orbit), rel=1e-9)
-    pytest.importorskip("pymoo")
-    damper = system.parameter("machine.damping_N_m_s_per_rad") / system.parameter("machine.damping")
-    asked = {"evaluations": 300, "points": 4, "starts": [start]}
-    over = {"drive.frequency_Hz": (0.6, 2.0), "machine.damping_N_m_s_per_rad": (0.05, 0.1)}
-    front = vc.pareto_front(system, over, **asked)
-    over = {"drive.frequency": (0.6 / hertz, 2.0 / hertz), "machine.damping": (0.05 / damper, 0.1 / damper)}
-    known = vc.pareto_front(plain, over, **asked)
-    assert front.units == ("m/s", "J/m")
-    assert front.values == pytest.approx(known.values * [speed, cost], rel=1e-6)
-    assert abs(front.orbits[0].mean_velocity) == pytest.approx(front.values[0, 0], rel=1e-9)
-    assert front.table()[0]["mean_velocity"] == front.values[0, 0]
 
 
 @pytest.mark.parametrize("many", [16, 40])

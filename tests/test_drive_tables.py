@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import DEFAULTS
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
 from vibrocap.physics.drives.drive import segment_table
@@ -142,15 +143,7 @@ def test_a_switch_is_a_square_wave_shifted_and_sweeps_over_its_phase():
         assert found == pytest.approx(late.state["position"], abs=1e-6)
 
 
-CASE = """
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "table"
-file = "current.csv"
-"""
+CASE = DEFAULTS.replace('"harmonic"', '"table"\nfile = "current.csv"')
 COLUMNS = "time, force\n# as measured\n0, 0.2\n0.3; 1.5\n\n1.0 -0.4\n1.6,0.9\n2.5,0.2\n"
 
 

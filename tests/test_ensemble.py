@@ -14,14 +14,14 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import ASK_MODES, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
-from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.physics.parameters import parameters
 
 LANES = lane_count()
 ORDER, STEPS = 10, RESULT_HEAD.index("taylor_steps")
-BUDGET = Budget(periods=6, window=2, threshold=0.0, tolerance=1e-8, max_events_per_period=10_000, max_steps=10**6)
-LIMITS = BUDGET.periods, BUDGET.tolerance, BUDGET.max_events_per_period, BUDGET.max_steps
+BUDGET = Budget(6, 1e-8, 10_000, 10**6, window=2)
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 METHODS = 4.0  # tolerances between steps on slow manifolds in lanes and alone: of the 500 motions below at most 3.5
 
@@ -62,7 +62,7 @@ def alone(law: str, seed: int, shift: float = 0.0):
     """The drawn motion by the recording kernel, from a start shifted by so much."""
     system, start = drawn(law, seed)
     shifted, values = list(start + shift * (start != 0.0)), parameter_values(system)
-    return recorded_run(equations(system), values, shifted, system.drive.period, *LIMITS, order=ORDER)
+    return recorded_run(equations(system), values, shifted, system.drive.period, BUDGET, order=ORDER)
 
 
 def spelled_from_pieces(single) -> str:
@@ -277,7 +277,7 @@ def test_a_motion_below_the_tolerance_keeps_its_signs():
         system = drawn("lugre", 0)[0].with_parameters({"drive.amplitude": amplitude})
         parameters, start = parameter_values(system), np.zeros((1, len(system.state_names)))
         results = ensemble_run(equations(system), np.array([parameters]), start, BUDGET, 1, order=ORDER)
-        single = recorded_run(equations(system), parameters, list(start[0]), system.drive.period, *LIMITS, order=ORDER)
+        single = recorded_run(equations(system), parameters, list(start[0]), system.drive.period, BUDGET, order=ORDER)
         assert results.head("taylor_steps") == len(single.pieces)
         assert results.state[0] == pytest.approx(single.final, rel=0.0, abs=5e-3 * amplitude)
 

@@ -22,6 +22,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.physics.catalogue import machines
@@ -43,19 +44,17 @@ def system_with(law, ratio=2.5, drive=None):
 def stored_motion(system, periods) -> Trajectory:
     """The motion step by step as an ensemble follows it, from the plain kernel: no other one has to be compiled."""
     start = dict.fromkeys(system.state_names, 0.0) | START
-    limits = 10_000, 10**6
+    budget = Budget(periods, TOLERANCE, 10_000, 10**6)
     recorded = recorded_run(
         equations(system),
         parameter_values(system),
         list(start.values()),
         system.drive.period,
-        periods,
-        TOLERANCE,
-        *limits,
+        budget,
         plain=True,
         order=ORDER,
     )
-    return _trajectory(system, start, periods, TOLERANCE, limits, 0.0, 0.0, 256, recorded)
+    return _trajectory(system, start, budget, 0.0, 0.0, 256, recorded)
 
 
 # --- during the run = from the stored motion -------------------------------------------------------------------------

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent import until_switch
 from law_instances import LAWS
 from thinned import exhaustive_but, slow_but
 from vibrocap.cli.main import main
@@ -173,79 +172,6 @@ def test_fins_alone_make_a_symmetric_capsule_travel():
 
 
 # --- the pendulum capsule, by another solver --------------------------------------------------------------------------
-
-
-def slope_motion(system, periods):
-    """State after so many periods by DOP853: Lagrange's equations in the frame of the slope, and N from the bob.
-
-    With the bob at (X - sin(theta), cos(theta)) and gravity (-sin(phi), -cos(phi)).
-    """
-    machine, law, drive, outside = system.machine, system.friction, system.drive, system.environment
-    total, phi = machine.mass_ratio + 1.0, outside.inclination
-    dynamic = machine.normal_load == "dynamic"
-
-    def solved(t, y, side, friction):
-        """(theta'', X'', N, R); friction: its coefficient, None where the capsule rests."""
-        angle, rate, _, speed = y
-        sine, cosine = math.sin(angle), math.cos(angle)
-        drag = outside.linear_drag * speed + side * outside.quadratic_drag * speed**2
-        torque = drive.amplitude * math.cos(drive.frequency * t) - machine.stiffness * angle - machine.damping * rate
-        torque += sine * math.cos(phi) + cosine * math.sin(phi)
-        forces = outside.force - drag - total * math.sin(phi) - sine * rate**2
-        unknown = np.zeros((4, 4))
-        unknown[0] = 1.0, -cosine, 0.0, 0.0  # theta'' - cos X'' = torque
-        unknown[1] = -cosine, total, 0.0, 1.0  # (lambda + 1) X'' - cos theta'' + R = forces
-        unknown[2] = (sine, 0.0, 1.0, 0.0) if dynamic else (0.0, 0.0, 1.0, 0.0)  # N
-        unknown[3] = (0.0, 1.0, 0.0, 0.0) if friction is None else (0.0, 0.0, -side * friction, 1.0)
-        load = total * math.cos(phi) - (cosine * rate**2 if dynamic else 0.0)
-        return np.linalg.solve(unknown, [torque, forces, load, 0.0])
-
-    def coefficient(side, speed):
-        drop = law.static_coefficient - law.coulomb_coefficient
-        return law.coulomb_coefficient + drop * math.exp(-law.decay_rate * side * speed)
-
-    def rates(t, y, side):
-        found = solved(t, y, side, coefficient(side, y[3]) if side else None)
-        return [y[1], found[0], y[3], found[1]]
-
-    def spare(t, y):
-        _, _, load, held = solved(t, y, 0, None)
-        return law.static_coefficient * load - abs(held)
-
-    def side_at_rest(t, y):
-        return 0 if spare(t, y) > 0.0 else int(np.sign(solved(t, y, 0, None)[3]))
-
-    period, t, y = drive.period, 0.0, np.array([START["angle"], 0.0, 0.0, 0.0])
-    side, end, changes = side_at_rest(t, y), periods * drive.period, 0
-    while t < end:
-
-        def flow(time, state, side=side):
-            return rates(time, state, side)
-
-        def watched(time, state, side=side):
-            return side * state[3] if side else spare(time, state)
-
-        t, y, switched = until_switch(flow, watched, t, y, end, period / 40, 1e-12, 1e-13)
-        if switched:
-            changes += 1
-            if side:
-                y[3] = 0.0
-                side = side_at_rest(t, y)
-            else:
-                side = int(np.sign(solved(t, y, 0, None)[3]))
-    return y, changes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("load", exhaustive_but([1], ["weight", "dynamic"]))
-def test_capsule_on_a_slope_is_that_of_an_independent_solver(load):
-    system = capsule(load, amplitude=1.6, mass_ratio=4.0, **EVERYTHING)
-    motion = vc.simulate(system, periods=4, initial=START, tolerance=1e-12)
-    state, changes = slope_motion(system, 4)
-    assert motion.certificate.ok
-    assert [*motion.state.values()] == pytest.approx(state, abs=1e-9)
-    assert len(motion.events) == changes >= 8
-    assert {"stick", "slip_forward"} <= {event.kind for event in motion.events}
 
 
 @pytest.mark.slow

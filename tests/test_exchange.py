@@ -32,7 +32,7 @@ from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
-from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.api import Budget, recorded_run
 from vibrocap.numerics.compiler import c_source, compiled
 from vibrocap.physics.events import BOUNDS
 
@@ -69,7 +69,7 @@ def expected(case):
     system = case.system
     initial = [*initial_state(system, case.initial).values()]
     given = equations(system), parameter_values(system), initial, system.drive.period
-    return recorded_run(*given, **case.run | {"periods": case.periods + 1}, literal=True)
+    return recorded_run(*given, Budget(**case.run | {"periods": case.periods + 1}), literal=True)
 
 
 def states_at(record, period, times):

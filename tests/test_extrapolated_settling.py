@@ -96,7 +96,17 @@ def problem(system, over):
 def settled(given, extrapolate, periods=60, tolerance=1e-8, **further):
     """Results of runs that settle."""
     asked = numerics.codes.ASK_MODES | numerics.codes.ASK_INTEGRALS
-    budget = numerics.Budget(periods, 10, THRESHOLD, tolerance, 10_000, 10**9, asked, 1, extrapolate=extrapolate)
+    budget = numerics.Budget(
+        periods,
+        tolerance,
+        10_000,
+        10**9,
+        window=10,
+        threshold=THRESHOLD,
+        asked=asked,
+        evidence=1,
+        extrapolate=extrapolate,
+    )
     return numerics.ensemble_run(*given, budget, threads=1, **further)
 
 
@@ -172,7 +182,7 @@ def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
     assert np.all(found.response_period[taken] == 1)
     assert not np.any(waited.finished & ~found.finished)
     some = tuple(each[taken] if isinstance(each, np.ndarray) else each for each in given)
-    budget = numerics.Budget(600, 1, 0.0, 1e-8, 10_000, 10**9, numerics.codes.ASK_MODES)
+    budget = numerics.Budget(600, 1e-8, 10_000, 10**9, window=1, asked=numerics.codes.ASK_MODES)
     long = numerics.ensemble_run(*some, budget, threads=1)
     assert np.max(distances(system, some, found[taken], long)) <= THRESHOLD
     for name in ("LETTERS", "LETTER_COUNT"):
@@ -183,7 +193,7 @@ def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
 def test_a_limit_that_is_not_checked_is_off():
     """By more than the threshold, in some runs of the same map: that is what the check is for."""
     given = grid(EM, np.linspace(0.1, 8.0, 20), np.linspace(1.0, 3.0, 20))
-    long = numerics.ensemble_run(*given, numerics.Budget(600, 1, 0.0, 1e-8, 10_000, 10**9), threads=1)
+    long = numerics.ensemble_run(*given, numerics.Budget(600, 1e-8, 10_000, 10**9, window=1), threads=1)
     with faulty(given, (RETURNS, "if True:"), (CHECK, "if True:")):
         found = settled(given, True)
     off = distances(EM, given, found, long) > THRESHOLD
@@ -215,7 +225,9 @@ def test_threads_order_and_cuts_change_nothing():
     for run in (0, 17, 40):
         alone = settled((given[0], given[1][[run]], given[2][[run]]), True)
         assert np.array_equal(alone.numbers[0], found.numbers[run])
-    budget = numerics.Budget(60, 10, THRESHOLD, 1e-8, 10_000, 10**9, 17, 1, extrapolate=True)
+    budget = numerics.Budget(
+        60, 1e-8, 10_000, 10**9, window=10, threshold=THRESHOLD, asked=17, evidence=1, extrapolate=True
+    )
     both = numerics.ensemble_run(*given, budget, threads=2)
     assert np.array_equal(both.numbers, found.numbers)
 
@@ -232,7 +244,7 @@ def test_a_saddle_that_a_run_passes_is_not_taken():
     recorded, count, scales = equations(system), 40, np.array(system.scales(), dtype=float)
     begun = saddle + 1e-4 * scales * np.random.default_rng(0).normal(size=(count, 5))
     given = recorded, np.tile(parameter_values(system), (count, 1)), begun
-    once = numerics.ensemble_run(given[0], given[1][:1], saddle[None], numerics.Budget(1, 1, 0.0, 1e-10, 99, 9999))
+    once = numerics.ensemble_run(given[0], given[1][:1], saddle[None], numerics.Budget(1, 1e-10, 99, 9999))
     moved = (once.state[0] - saddle) / scales
     assert np.max(np.abs(np.delete(moved, 2))) < 1e-7  # it is one
     found = settled(given, True, periods=300)

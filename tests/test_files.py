@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from cases import SHORT as CASE
 from interrupts import heard
 from vibrocap import files
 from vibrocap.cli.main import main
@@ -19,17 +20,6 @@ try:
     import resource
 except ImportError:  # Windows
     resource = None
-
-CASE = """
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "harmonic"
-[run]
-periods = 2
-"""
 
 
 def names(folder):

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from cases import SHORT as CASE
 from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
 from vibrocap.cli.commands.plot import picture_path
@@ -146,16 +147,6 @@ def test_a_record_with_such_a_name_is_listed(tmp_path, capsys):
 
 
 # --- what would be waited for -----------------------------------------------------------------------------------------
-CASE = """
-[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "harmonic"
-[run]
-periods = 2
-"""
 TABLE = CASE.replace('"harmonic"', '"table"\nfile = "in.csv"')
 READS = {  # a file that is read: a command that reads it
     "in.toml": ("simulate", "in.toml"),

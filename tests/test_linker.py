@@ -12,6 +12,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.lane import Gathered
+from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
 from vibrocap.numerics.linker.places import with_places
@@ -27,6 +28,11 @@ KERNEL_MODULES = sorted(
     for path in link.KERNEL.rglob("*.py")
     if path.stem != "interface" and path.parent.name != "generated"
 )
+
+
+def layout_with(switches=1, **traits):
+    """The memory of a motion of four states with these traits and a guard of its law."""
+    return Layout(states=4, parameters=1, order=10, switches=switches, **traits)
 
 
 def linked():
@@ -82,7 +88,7 @@ def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():
 
 @pytest.mark.parametrize("left_out", ["step.method_choice", "observe.window", "observe.settle", "loop.one_by_one"])
 def test_what_must_be_answered_and_is_not_is_refused(left_out):
-    recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=True, branches=True)
+    recipe = recipes.ensemble_recipe(layout_with(stiff=True), "ensemble")
     _, text = ensemble_source(equations(vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Harmonic())), 10, 1)
     text.check()
     assert left_out in recipe.modules
@@ -93,7 +99,7 @@ def test_what_must_be_answered_and_is_not_is_refused(left_out):
 
 @pytest.mark.parametrize("other", ["step.method_choice", "events.corners", "observe.record", "loop.simd_step"])
 def test_what_is_answered_twice_is_refused(other):
-    recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=False, branches=True, corners=True)
+    recipe = recipes.ensemble_recipe(layout_with(stiff=False, coefficients=1), "ensemble")
     twice = recipe.modules if other in recipe.modules else (*recipe.modules, other)
     parts = {f"{name} ": link.kernel_source(name) for name in twice} | {other: link.kernel_source(other)}
     with pytest.raises(LinkError, match=r"` is defined in .* and in "):
@@ -169,7 +175,7 @@ def test_a_fault_is_refused_before_it_is_compiled(monkeypatch):
 
 
 def test_a_kernel_is_a_file_without_its_head():
-    for recipe in (recipes.DRIVEN, recipes.ensemble_recipe("simd", maybe_stiff=True, branches=True)):
+    for recipe in (recipes.DRIVEN, recipes.ensemble_recipe(layout_with(stiff=True), "simd")):
         for module in recipe.modules:
             path = link.KERNEL / f"{module.replace('.', '/')}.py"
             heads = (ast.Import, ast.ImportFrom, ast.Expr)
@@ -195,13 +201,11 @@ def test_modules_import_what_runs():
     """What a module of the kernel imports from another one is what a kernel with it holds, of that other one."""
     every = [recipes.DRIVEN]
     for stiff in (False, True):
-        for branches in (False, True):
-            every.append(recipes.motion_recipe(stiff, branches))
+        for switches in (0, 1):
+            every.append(recipes.motion_recipe(layout_with(stiff=stiff, switches=switches)))
             for tangent in (False, True):
-                every += [
-                    recipes.ensemble_recipe(loop, stiff and not tangent, branches, tangent)
-                    for loop in ("ensemble", "simd", "gpu")
-                ]
+                layout = layout_with(stiff=stiff, switches=switches, tangent=tangent, coefficients=int(tangent))
+                every += [recipes.ensemble_recipe(layout, loop) for loop in ("ensemble", "simd", "gpu")]
     promised = {"codes", "lane", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
     imports, strays = {}, set()
     for module in {module for recipe in every for module in recipe.modules}:

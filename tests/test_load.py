@@ -360,7 +360,7 @@ def test_runs_that_would_lift_off_are_told_from_those_that_touch_zero(law, ampli
         assert vc.measured(one, "hidden_lift_off", window=3)["hidden_lift_off"] == lifts
         assert bool(one.certificate.warnings) == bool(lifts)
     states = np.array([[START.get(name, 0.0) for name in system.state_names]])
-    budget, parameters = numerics.Budget(3, 3, 0.0, 1e-6, 100, 10_000), np.array([parameter_values(near)])
+    budget, parameters = numerics.Budget(3, 1e-6, 100, 10_000), np.array([parameter_values(near)])
     assert numerics.ensemble_run(equations(near), parameters, states, budget, lanes=1, plain=True).lifted == [1.0]
 
 

@@ -209,7 +209,7 @@ def test_a_tangent_takes_the_steps_of_its_motion():
     """
     system = vc.System(vc.PendulumCapsule(mass_ratio=0.2, normal_load="dynamic"), vc.LuGre(), vc.Harmonic())
     recorded, row = equations(system), np.array(parameter_values(system))[None]
-    start, budget = np.zeros((1, 10)), Budget(1, 1, 0.0, 1e-6, 1000, 500)
+    start, budget = np.zeros((1, 10)), Budget(1, 1e-6, 1000, 500)
     start[0, [0, 1, 7]] = -1.0, -1.0, 1.0
     alone = ensemble_run(recorded, row, start[:, :5], budget, order=6)
     along = ensemble_run(variational_equations(recorded), row, start, budget, order=6)

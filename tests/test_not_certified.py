@@ -14,7 +14,8 @@ from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
 from vibrocap.motion import evidence, run_evidence
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_run
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table, parameters
 from vibrocap.plotting.studies.maps import study_figure
@@ -106,7 +107,7 @@ def seen(system, start, periods, fault=None, tolerance=TOLERANCE):
     """(result of a run as plain Python, whether it is certified), with evidence of all of its periods."""
     recorded, row = equations(system), np.array([parameter_values(system)])
     state = np.array([[start.get(name, 0.0) for name in system.state_names]])
-    budget = Budget(periods, periods, 0.0, tolerance, 1000, 100_000, evidence=periods)
+    budget = Budget(periods, tolerance, 1000, 100_000, evidence=periods)
     names = ensemble_kernel(recorded, 12, 1, True, None, False)[1].__globals__
     with planted(names, fault) if fault else contextlib.nullcontext():
         results = ensemble_run(recorded, row, state, budget, threads=1, order=12, lanes=1, plain=True)
@@ -150,7 +151,7 @@ def test_evidence_changes_no_bit_of_a_run_and_is_the_same_in_any_lane():
     rows = np.tile(parameter_values(COULOMB), (21, 1))
     rows[:, recorded.parameter_paths.index("machine.mass_ratio")] = np.linspace(0.5, 5.0, 21)
     states = np.tile([0.5, 0.0, 0.0, 0.0], (21, 1))
-    plain = Budget(6, 2, 0.0, TOLERANCE, 1000, 100_000)
+    plain = Budget(6, TOLERANCE, 1000, 100_000, window=2)
     asked = dataclasses.replace(plain, evidence=1)
     first = ensemble_run(recorded, rows, states, asked, threads=1)
     assert np.array_equal(ensemble_run(recorded, rows, states, plain, threads=2).state, first.state)
@@ -276,7 +277,7 @@ def test_whole_runs_at_loose_tolerances_are_refused_where_their_certificates_are
     recorded, rows = equations(systems[0]), np.array([parameter_values(system) for system in systems])
     states = np.zeros((60, len(recorded.state_names)))
     states[:, 0] = draw.uniform(-1.0, 1.0, 60)
-    budget = Budget(3, 3, 0.0, 1e-5, 10_000, 30_000, evidence=3)
+    budget = Budget(3, 1e-5, 10_000, 30_000, evidence=3)
     results = ensemble_run(recorded, rows, states, budget, order=10)
     good, differ = run_evidence.certified(recorded, results, rows, 1e-5), 0
     for system, state, passed in zip(systems, states, good, strict=True):

@@ -13,6 +13,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import roots
 from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
 from vibrocap.numerics.linker import link
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff lugre": vc.LuGre(bristle_stiffness=1e4)}
@@ -32,10 +33,7 @@ def run(system, periods, plain, tolerance=1e-9):
         parameter_values(system),
         start_of(system),
         system.drive.period,
-        periods,
-        tolerance,
-        10_000,
-        10**6,
+        Budget(periods, tolerance, 10_000, 10**6),
         plain=plain,
     )
 
@@ -76,7 +74,7 @@ EVENT_ROOM, PIECE_ROOM = 100, 1_500
 
 def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
     """Every lane runs a period of its own system, each with its own region of the trace: (statuses, regions)."""
-    layout, rows = kernel.layout, kernel.layout.rows
+    layout, rows = kernel.layout, kernel.layout.states
     marks = (PERIODS + 1) * rows
     region = EVENT_ROOM * layout.event_size + PIECE_ROOM * layout.piece_size
     trace = np.zeros(marks + layout.lanes * region)
@@ -114,14 +112,14 @@ def test_a_lane_among_others_is_the_same_run_alone(law):
     together, alone = kernel_of(systems[0], lanes=4), kernel_of(systems[0], lanes=1)
     statuses, traces = run_lanes(together, systems, starts)
     assert statuses == [DONE] * 4
-    states = together.floats[together["STATE"] :][: together.layout.rows * 4].reshape(-1, 4).copy()
+    states = together.floats[together["STATE"] :][: together.layout.states * 4].reshape(-1, 4).copy()
     _, backwards = run_lanes(together, systems[::-1], starts[::-1])
     for lane in range(4):
         _, (single,) = run_lanes(alone, [systems[lane]], [starts[lane]])
         assert np.count_nonzero(single) > 100
         assert np.array_equal(traces[lane], single)
         assert np.array_equal(backwards[3 - lane], single)
-        assert np.array_equal(states[:, lane], alone.floats[alone["STATE"] :][: alone.layout.rows])
+        assert np.array_equal(states[:, lane], alone.floats[alone["STATE"] :][: alone.layout.states])
 
 
 def test_a_lane_that_fails_does_not_touch_the_others():

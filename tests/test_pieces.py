@@ -11,7 +11,8 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from plausible_cases import plausible_case
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
 TOLERANCE = 1e-9
@@ -166,7 +167,7 @@ def test_lanes_together_are_single_runs():
     parameters[:, recorded.parameter_paths.index("machine.mass_ratio")] = np.linspace(0.5, 5.0, runs)
     initial = np.zeros((runs, len(recorded.rates)))
     initial[:, 0] = START["angle"]
-    budget = Budget(1, 1, 0.0, TOLERANCE, 1000, 10**6, 0)
+    budget = Budget(1, TOLERANCE, 1000, 10**6)
     with np.errstate(all="ignore"):  # free lanes are computed along
         simd, alone = (
             ensemble_run(recorded, parameters, initial, budget, threads=1, order=10, lanes=lanes, plain=True)

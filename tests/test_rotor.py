@@ -7,10 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 import vibrocap as vc
+from independent_contacts import motion as independent_motion
 from planted import planted
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
@@ -37,87 +36,30 @@ def pulsed(**parameters):
     return rotor(drive=vc.Square(**({"amplitude": 1.6, "frequency": 0.7, "duty": 0.8} | parameters)))
 
 
-class Independent:
-    """The rotor by its two balances, M q'' = f solved as a matrix, and DOP853 from event to event.
+def gained(orbit):
+    """What the states gain in the period of an orbit, by the solver of `independent_contacts.py`."""
+    end = independent_motion(orbit.system, orbit.state, orbit.period / orbit.system.drive.period)
+    assert end.status == "finished"
+    return {name: end.state[name] - value for name, value in orbit.state.items()}
 
-    Pivot at X, bob at (X - sin(theta), cos(theta)): lambda X'' + x_b'' = -R and, about the pivot, the torque T - nu
-    theta' on the bob; N = lambda + 1 + y_b''. Unknown are X'', theta'' and N.
-    """
 
-    def __init__(self, load, torque=1.5, ratio=4.0, slope=0.75, kinetic=0.1, static=0.15):
-        self.load, self.torque, self.ratio, self.slope = load, torque, ratio, slope
-        self.kinetic, self.static = kinetic, static
-
-    def accelerations(self, y, side):
-        """(X'', theta'', N, R) sliding to a side, or at rest (0)."""
-        th, w = y[0], y[1]
-        s, c = math.sin(th), math.cos(th)
-        dynamic = self.load == "dynamic"
-        # unknowns X'', theta'', N, R
-        rows = [
-            [self.ratio + 1.0, -c, 0.0, 1.0],
-            [-c, 1.0, 0.0, 0.0],
-            [0.0, s if dynamic else 0.0, 1.0, 0.0],
-            [1.0, 0.0, 0.0, 0.0] if side == 0 else [0.0, 0.0, -self.kinetic * side, 1.0],
-        ]
-        lifted = -c * w * w if dynamic else 0.0
-        right = [-s * w * w, self.torque + s - self.slope * w, self.ratio + 1.0 + lifted, 0.0]
-        return np.linalg.solve(rows, right)
-
-    def rates(self, y, side):
-        ax, ath, _, _ = self.accelerations(y, side)
-        return [y[1], ath, 0.0 if side == 0 else y[3], 0.0 if side == 0 else ax]
-
-    def excess(self, y):
-        """What the force at rest lacks of its limit."""
-        _, _, load, force = self.accelerations(y, 0)
-        return self.static * load - abs(force)
-
-    def motion(self, end):
-        """(times, states) of pieces from the start to an end, as solutions of `solve_ivp`."""
-        y, t, pieces = np.array([0.1, 0.0, 0.0, 0.0]), 0.0, []
-        side = 0 if self.excess(y) > 0.0 else int(np.sign(self.accelerations(y, 0)[3]))
-        while t < end:
-            guard = (lambda t, y: self.excess(y)) if side == 0 else (lambda t, y: y[3])
-            guard.terminal, guard.direction = True, -1 if side == 0 else -side
-            found = solve_ivp(
-                lambda t, y, side=side: self.rates(y, side), (t, end), y, method="DOP853", rtol=3e-14, atol=1e-14,
-                events=guard, dense_output=True,
-            )  # fmt: skip
-            pieces.append(found)
-            t, y = float(found.t[-1]), found.y[:, -1].copy()
-            if found.status == 0:
-                break
-            y[3] = 0.0
-            pushed = float(np.sign(self.accelerations(y, 0)[3]))
-            side = int(pushed) if side == 0 or self.excess(y) <= 0.0 else 0
-        return pieces
-
-    def turn(self, end=200.0):
-        """(period, drift) of the last whole turn, from one angle to the same one."""
-        pieces = self.motion(end)
-
-        def at(t):
-            return next(piece.sol(t) for piece in pieces if t <= piece.t[-1])
-
-        last = at(end)
-        before = brentq(lambda t: at(t)[0] - last[0] + TURN, end - 6.0, end - 1.0, xtol=1e-13)
-        return end - before, last[2] - at(before)[2]
+def turn_of(orbit):
+    """What they gain by a turn on an orbit that closes."""
+    return dict.fromkeys(orbit.state, 0.0) | {"angle": TURN, "position": orbit.drift}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("load", PUBLISHED)
 def test_a_turn_is_that_of_an_independent_solver(load):
-    expected = Independent(load).turn()
-    assert expected == pytest.approx(PUBLISHED[load], abs=2e-10)
     found = vc.orbit(rotor(load), initial=START, settle_periods=100)
     assert found.closes
     assert found.stable
     assert found.winding == {"angle": 1}
     assert (found.period, found.drift) == pytest.approx(PUBLISHED[load], abs=1e-11)
+    assert gained(found) == pytest.approx(turn_of(found), abs=1e-10)
     motion = found.motion()
-    gained = np.array([motion.state[name] - found.state[name] for name in motion.state_names])
-    assert gained[[0, 2]] == pytest.approx([TURN, found.drift], abs=1e-10)
+    own = [motion.state[name] - found.state[name] for name in ("angle", "position")]
+    assert own == pytest.approx([TURN, found.drift], abs=1e-10)
     assert "1 turn(s) of angle" in str(found)
 
 
@@ -230,8 +172,7 @@ def test_cycles_of_a_motor_that_is_on_are_followed():
     assert set(found.winding.ravel()) == {1}
     assert found.parameter.min() < 1.45 < found.parameter.max()
     (there,) = found.orbits_at(1.45)
-    expected = Independent("weight", torque=1.45).turn()
-    assert (there.period, there.drift) == pytest.approx(expected, abs=1e-9)
+    assert gained(there) == pytest.approx(turn_of(there), abs=1e-9)
 
 
 @pytest.mark.slow
@@ -257,40 +198,6 @@ def weak_motor(torque=0.18):
     return vc.System(machine, FALLING, vc.Constant(force=torque, duration=6.0))
 
 
-def turn_by_dop853(found):
-    """(state after the period of an orbit, but for a turn and the drift) by DOP853 from event to event."""
-
-    def rates(t, y, side):
-        s, c = math.sin(y[0]), math.cos(y[0])
-        torque = 0.18 + s - 0.01 * y[1]
-        if side == 0:
-            return [y[1], torque, 0.0, 0.0]
-        friction = side * 5.0 * (0.1 + 0.7 * math.exp(-3.0 * abs(y[3])))
-        ax, ath = np.linalg.solve([[5.0, -c], [-c, 1.0]], [-s * y[1] ** 2 - friction, torque])
-        return [y[1], ath, y[3], ax]
-
-    def holding(t, y):
-        s, c = math.sin(y[0]), math.cos(y[0])
-        return 0.8 * 5.0 - abs(c * (0.18 + s - 0.01 * y[1]) - s * y[1] ** 2)
-
-    y, t, side = np.array(list(found.state.values())), 0.0, int(np.sign(found.state["velocity"]))
-    while t < found.period:
-        guard = (lambda t, y: holding(t, y)) if side == 0 else (lambda t, y: y[3])
-        guard.terminal, guard.direction = True, -1 if side == 0 else -side
-        piece = solve_ivp(
-            lambda t, y, side=side: rates(t, y, side), (t, found.period), y, method="DOP853", rtol=1e-12, atol=1e-13,
-            events=guard,
-        )  # fmt: skip
-        t, y = float(piece.t[-1]), piece.y[:, -1].copy()
-        if piece.status == 0:
-            break
-        y[3] = 0.0
-        s, c = math.sin(y[0]), math.cos(y[0])
-        push = c * (0.18 + s - 0.01 * y[1]) - s * y[1] ** 2
-        side = 0 if side != 0 and holding(t, y) > 0.0 else int(np.sign(push))
-    return y
-
-
 @pytest.mark.slow
 def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
     """Both cycles close by an independent solver; the branch folds twice, the same seen from either of them."""
@@ -301,8 +208,7 @@ def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
         assert found.closes
         assert found.stable
         assert TURN / found.period == pytest.approx(speed, abs=1e-7)
-        gained = turn_by_dop853(found) - np.array(list(found.state.values()))
-        assert gained == pytest.approx([TURN, 0.0, found.drift, 0.0], abs=1e-8)
+        assert gained(found) == pytest.approx(turn_of(found), abs=1e-8)
     near = [
         vc.orbit(weak_motor(torque), initial=start.state, settle_periods=400)
         for torque, start in ((0.1985, slow), (0.1635, fast))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_crawler import period_map
+from independent_contacts import motion as independent_motion
 from thinned import exhaustive_but
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
@@ -23,7 +23,7 @@ from vibrocap.physics.catalogue import law as law_of
 TURNING = vc.System(
     vc.TwoMassCrawler(mass_ratio=1.5), vc.anisotropic(vc.Coulomb)(0.05, 0.05, back_ratio=2.0), vc.Harmonic(1.0, 1.0)
 )
-MULTIPLIER = 0.70436105  # by differences of tests/independent_crawler.py, at pushes of 1e-4 and 1e-5
+MULTIPLIER = 0.70436105  # by differences of an independent map, at pushes of 1e-4 and 1e-5
 
 
 @pytest.fixture
@@ -145,7 +145,7 @@ def test_branches_of_crawlers_go_through():
 
 # --- random crawlers against an independent integrator --------------------------------------------------------------
 
-FORMS = {  # how many systems of each: 40 in all, most of the law whose slides are known in closed form
+FORMS = {  # how many systems of each: 40 in all
     ("two-mass-crawler", "coulomb", "biharmonic"): 10,
     ("two-mass-crawler", "coulomb", "three-phase"): 8,
     ("two-mass-crawler", "exponential", "trapezoid"): 3,
@@ -160,61 +160,43 @@ EXACT = 1e-12  # to which both integrators end
 
 
 def drawn(machine, law, drive, number):
-    """The numbers of a random crawler that slides: friction is a part of the largest force at rest."""
+    """A random crawler that slides: friction is a part of the largest force at rest."""
     random = np.random.default_rng([len(machine), len(law), len(drive), number])
 
     def between(low, high):
         return float(random.uniform(low, high))
 
-    p = {"machine": machine, "law": law, "drive": drive, "mass_ratio": between(0.5, 3.0)}
+    body = {"two-mass-crawler": vc.TwoMassCrawler, "pendulum-crawler": vc.PendulumCrawler}[machine](between(0.5, 3.0))
     if drive == "three-phase":
-        p |= {"stroke": between(0.4, 1.2), "first": between(0.3, 1.0), "third": between(0.3, 1.0)}
-        p["second"] = between(1.0, 3.0)
-        strength = p["second"]
+        made = vc.ThreePhase(between(0.4, 1.2), between(0.3, 1.0), strength := between(1.0, 3.0), between(0.3, 1.0))
     else:
-        p |= {"amplitude": between(0.4, 1.2), "frequency": between(0.7, 1.4)}
-        strength = p["amplitude"] * p["frequency"] ** 2
+        pair = amplitude, frequency = between(0.4, 1.2), between(0.7, 1.4)
+        strength = amplitude * frequency**2
         if drive == "biharmonic":  # the plain harmonic every second time
-            p |= {"second_amplitude": between(0.1, 0.5) * (number % 2), "second_phase": between(0.0, 6.0)}
+            made = vc.Biharmonic(*pair, between(0.1, 0.5) * (number % 2), between(0.0, 6.0))
         else:
-            p |= {"rise": between(0.15, 0.3), "hold": between(0.1, 0.25), "fall": between(0.15, 0.3)}
-    p["coulomb_coefficient"] = between(0.03, 0.35) * strength
-    p["static_coefficient"] = p["coulomb_coefficient"] * between(1.0, 1.6)
+            made = vc.Trapezoid(*pair, between(0.15, 0.3), between(0.1, 0.25), between(0.15, 0.3))
+    kinetic = between(0.03, 0.35) * strength
+    levels = {"coulomb_coefficient": kinetic, "static_coefficient": kinetic * between(1.0, 1.6)}
     if law == "coulomb":  # isotropic every second time
-        p |= {"forward_ratio": 1.0, "back_ratio": 1.0 if number % 2 else between(1.2, 2.5)}
-    elif law == "exponential":
-        p["decay_rate"] = between(2.0, 12.0)
-    else:
-        p |= {"bristle_stiffness": between(20.0, 100.0), "bristle_damping": between(0.5, 5.0)}
-        p["stribeck_velocity"] = between(0.1, 0.4)
-    return p
+        back = 1.0 if number % 2 else between(1.2, 2.5)
+        return vc.System(body, law_of("anisotropic-coulomb")(**levels, back_ratio=back), made)
+    if law == "exponential":
+        return vc.System(body, vc.Exponential(**levels, decay_rate=between(2.0, 12.0)), made)
+    bristles = {"bristle_stiffness": between(20.0, 100.0), "bristle_damping": between(0.5, 5.0)}
+    return vc.System(body, vc.LuGre(**levels, **bristles, stribeck_velocity=between(0.1, 0.4)), made)
 
 
-def as_system(p):
-    """The same as a system of the package."""
-    machine = {"two-mass-crawler": vc.TwoMassCrawler, "pendulum-crawler": vc.PendulumCrawler}[p["machine"]]
-    levels = {name: p[name] for name in ("coulomb_coefficient", "static_coefficient")}
-    if p["law"] == "coulomb":
-        ratios = {"forward_ratio": p["forward_ratio"], "back_ratio": p["back_ratio"]}
-        law = law_of("anisotropic-coulomb")(**levels, **ratios)
-    elif p["law"] == "exponential":
-        law = vc.Exponential(**levels, decay_rate=p["decay_rate"])
-    else:
-        law = vc.LuGre(
-            **levels, **{name: p[name] for name in ("bristle_stiffness", "bristle_damping", "stribeck_velocity")}
-        )
-    if p["drive"] == "three-phase":
-        drive = vc.ThreePhase(p["stroke"], p["first"], p["second"], p["third"])
-    elif p["drive"] == "biharmonic":
-        drive = vc.Biharmonic(p["amplitude"], p["frequency"], p["second_amplitude"], p["second_phase"])
-    else:
-        drive = vc.Trapezoid(p["amplitude"], p["frequency"], p["rise"], p["hold"], p["fall"])
-    return vc.System(machine(mass_ratio=p["mass_ratio"]), law, drive)
+def period_map(system, state):
+    """The state a period later but for the position, and how many events there are, by another solver."""
+    start = dict(zip(system.state_names[1:], state, strict=True))
+    found = independent_motion(system, start, 1)
+    return np.array([found.state[name] for name in start]), len(found.events)
 
 
-def image(p, state):
+def image(system, state):
     """Of the independent map."""
-    return period_map(p, state)[0]
+    return period_map(system, state)[0]
 
 
 def differences_of(function, state, sizes):
@@ -233,26 +215,25 @@ def differences_of(function, state, sizes):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", FORMS, ids="-".join)
+@pytest.mark.parametrize(("machine", "law", "drive"), exhaustive_but(range(len(FORMS) - 1), [*FORMS]))
 @pytest.mark.parametrize("every", exhaustive_but([0], [4, 1]))
-def test_multipliers_are_those_of_an_independent_map(form, every):
+def test_multipliers_are_those_of_an_independent_map(machine, law, drive, every):
     """On the orbit that both have: derivative and multipliers, to what the differences are known to."""
-    turned, numbers = 0, range(0, FORMS[form], every)
+    turned, numbers = 0, range(0, FORMS[machine, law, drive], every)
     for number in numbers:
-        p = drawn(*form, number)
-        system = as_system(p)
+        system = drawn(machine, law, drive, number)
         map_ = StroboscopicMap(system)
         settled = map_.images(np.zeros((1, map_.states)), map_.parameters()[None], 60).state[0]
         found = vc.shoot(system, dict(zip(system.state_names, settled.tolist(), strict=True)))
-        assert found.status is vc.OrbitStatus.CONVERGED, p
+        assert found.status is vc.OrbitStatus.CONVERGED, system
         state = state_vector(system, found.state)[1:]
         sizes = map_.scales(map_.parameters())[1:]
-        closed, events = period_map(p, state)
+        closed, events = period_map(system, state)
         assert closed == pytest.approx(state, abs=10.0 * EXACT)
-        derivative, error = differences_of(functools.partial(image, p), state, sizes)
-        assert np.abs(found.derivative[1:, 1:] - derivative).max() <= error, p
+        derivative, error = differences_of(functools.partial(image, system), state, sizes)
+        assert np.abs(found.derivative[1:, 1:] - derivative).max() <= error, system
         expected = np.sort(np.abs(np.linalg.eigvals(derivative)))[::-1]
-        assert np.abs(found.multipliers) == pytest.approx(expected, abs=2.0 * len(state) * error), p
+        assert np.abs(found.multipliers) == pytest.approx(expected, abs=2.0 * len(state) * error), system
         turned += events
     assert turned >= len(numbers)
 

@@ -11,18 +11,12 @@ import sys
 import pytest
 
 import vibrocap as vc
+from cases import DEFAULTS
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import motion
 
-CASE = """[machine]
-kind = "pendulum-capsule"
-[friction]
-law = "exponential"
-[drive]
-waveform = "harmonic"
-amplitude = 1.8
-"""
+CASE = f"{DEFAULTS}amplitude = 1.8\n"
 CALL = """import json, sys
 from vibrocap.cli.main import main
 code = main(["simulate", "case.toml", "--periods", "2", "--json"])

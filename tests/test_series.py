@@ -167,6 +167,8 @@ EXPRESSIONS = {
     "atan of a square": lambda x, t: atan(x * x),
     "power 1.7": lambda x, t: power(x / 0.9, 1.7),
     "power 3": lambda x, t: power(x / 0.9, 3.0),
+    "power below": lambda x, t: 1.0 / power(x / 0.9, 1.7),
+    "sqrt below": lambda x, t: 1.0 / sqrt(1.0 + x * x),
     "quotient": lambda x, t: (1.0 + t) / (2.0 + cos(x)),
     "inverse": lambda x, t: 0.7 / (1.0 + x),
     "multiple over": lambda x, t: (3.0 - 2.0 * x) / (1.0 + x * x),
@@ -324,7 +326,7 @@ def test_generated_source_has_no_branch(name):
     """Straight-line code: no condition but of a choice of two values, and no loop but the one over the lanes."""
     recorded = equations(SYSTEMS[name])
     states, paths = len(recorded.rates), len(recorded.parameter_paths)
-    tree = ast.parse(generated_source(recorded, Layout(1, states, states, ORDER, paths)))
+    tree = ast.parse(generated_source(recorded, Layout(states=states, order=ORDER, parameters=paths)))
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     for function, loops in (("jet", 1), ("rates", 0), ("jacobian", 0), ("contact_velocity", 0)):
         nodes = list(ast.walk(functions[function]))

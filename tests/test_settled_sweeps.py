@@ -191,7 +191,7 @@ def test_one_lane_as_plain_python_and_all_of_them_settle_alike():
     recorded = equations(BELT)
     states = np.array([[2.0, 0.0], [0.55, -1.5], [-1.0, 0.3]])
     parameters = np.tile(parameter_values(BELT), (3, 1))
-    budget = Budget(40, 10, 1e-4, 1e-8, 1000, 10**6, asked=16, evidence=1, returns=True)
+    budget = Budget(40, 1e-8, 1000, 10**6, window=10, threshold=1e-4, asked=16, evidence=1, returns=True)
     plain = ensemble_run(recorded, parameters, states, budget, lanes=1, plain=True)
     for threads in (1, 2):
         whole = ensemble_run(recorded, parameters, states, budget, threads=threads)

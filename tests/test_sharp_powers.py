@@ -23,7 +23,8 @@ from vibrocap.measures.work_balance import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.expressions.structure import gaps, no_series_at_rest
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
 TABLE = json.loads(Path(__file__).with_name("sharp_powers.json").read_text(encoding="utf-8"))
@@ -121,14 +122,27 @@ def test_two_hundred_motions(tenth):
     assert sum(found) >= 0.95 * len(found)
 
 
+KINDS = sorted({(row["law"], row["machine"]) for row in TABLE["systems"]})
+
+
+@pytest.mark.parametrize(("law", "machine"), slow_but([KINDS.index(("exponential", "oscillator"))], KINDS))
+def test_a_motion_of_every_law_on_every_machine(law, machine):
+    row = next(row for row in TABLE["systems"] if (row["law"], row["machine"]) == (law, machine))
+    assert is_honest(row, *error_and_estimate(row, 1e-9))
+
+
+LANES = [("stribeck", lambda power: power % 1.0), ("stribeck", lambda power: power == 6.0)]
+LANES += [("exponential", lambda power: True), ("lugre", lambda power: power % 1.0)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("whole", slow_but([], exhaustive_but([0], [False, True])))
-def test_lanes_see_what_single_motions_see(whole):
+@pytest.mark.parametrize(("law", "kept"), slow_but([], exhaustive_but([0, 2], LANES)))
+def test_lanes_see_what_single_motions_see(law, kept):
     """The same systems side by side end where the yardstick ends."""
-    rows = [row for row in TABLE["systems"] if row["law"] == "stribeck" and row["machine"] == "oscillator"]
-    rows = [row for row in rows if (row["exponent"] == 6.0 if whole else row["exponent"] != round(row["exponent"]))]
+    rows = [row for row in TABLE["systems"] if row["law"] == law and row["machine"] == "oscillator"]
+    rows = [row for row in rows if kept(row["exponent"])]
     systems = [system_of(row) for row in rows]
-    budget = Budget(TABLE["periods"], 1, 0.0, 1e-9, 10_000, 10_000_000)
+    budget = Budget(TABLE["periods"], 1e-9, 10_000, 10_000_000, window=1)
     values = np.array([parameter_values(system) for system in systems])
     results = ensemble_run(equations(systems[0]), values, np.array([row["marks"][0] for row in rows]), budget)
     assert np.all(results.finished)

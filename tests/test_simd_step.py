@@ -59,7 +59,7 @@ def test_guards_in_all_lanes_are_those_one_by_one(name):
 
     In one run of the pendulum it decides how many of rebounds without end are told apart, 224 or 225.
     """
-    given, budget = striking(name, 40), runs_of.Budget(4, 4, 0.0, 1e-8, 10_000, 10**6, 1)
+    given, budget = striking(name, 40), runs_of.Budget(4, 1e-8, 10_000, 10**6, asked=1)
     together = runs_of.ensemble_run(*given, budget, threads=1)
     with mock.patch.object(runs_of, "lane_count", return_value=1):
         single = runs_of.ensemble_run(*given, budget, threads=1)
@@ -81,7 +81,7 @@ def test_with_a_stop_most_steps_are_taken_in_all_lanes(name):
         steps.append((kernel["bits"](running), simd(floats, ints, trace, running)))
         return steps[-1][1]
 
-    budget = runs_of.Budget(2, 2, 0.0, 1e-8, 10_000, 10**6)
+    budget = runs_of.Budget(2, 1e-8, 10_000, 10**6)
     with (
         mock.patch.dict(kernel, step_simd=counted),
         mock.patch.object(runs_of, "ensemble_kernel", return_value=(layout, entry)),

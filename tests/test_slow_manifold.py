@@ -12,14 +12,8 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import DONE
-from vibrocap.numerics.run.ensemble import (
-    Budget,
-    ensemble_kernel,
-    ensemble_order,
-    ensemble_run,
-    prepared_lanes,
-    write_runs,
-)
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_order, ensemble_run, prepared_lanes, write_runs
 
 LANES, PERIODS = lane_count(), 3
 BRISTLES = vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2)
@@ -57,7 +51,7 @@ def runs(system, given, tolerance, amplitudes):
         parameter_values(dataclasses.replace(system, drive=dataclasses.replace(system.drive, amplitude=each)))
         for each in amplitudes
     ]
-    budget = Budget(PERIODS, 1, 0.0, tolerance, 10_000, 10**6)
+    budget = Budget(PERIODS, tolerance, 10_000, 10**6, window=1)
     starts = np.array([start_of(system, given)] * len(values))
     return ensemble_run(equations(system), np.array(values), starts, budget, 1)
 
@@ -96,7 +90,7 @@ def test_stability_bounds_no_step_where_bristles_have_relaxed(monkeypatch):
     amplitudes = np.linspace(0.8, 2.0, 2 * LANES)
     taken = [np.sum(runs(*SYSTEMS["blocks"], each, amplitudes).head("taylor_steps")) for each in (1e-6, 1e-8, 1e-9)]
     assert sorted(taken) == taken
-    monkeypatch.setattr("vibrocap.numerics.run.ensemble.slow_bristles", lambda _: ())
+    monkeypatch.setattr("vibrocap.numerics.expressions.traits.slow_bristles", lambda _: ())
     monkeypatch.setattr("vibrocap.numerics.run.ensemble.ensemble_kernel", ensemble_kernel.__wrapped__)
     assert taken[1] < 0.45 * np.sum(runs(*SYSTEMS["blocks"], 1e-8, amplitudes).head("taylor_steps"))
 
@@ -113,7 +107,7 @@ def lanes_on_the_manifold(tolerance=1e-10):
     """(kernel, floats): the plain kernel, with both blocks fast and on their manifolds, no sweep made yet."""
     system, _ = SYSTEMS["blocks"]
     layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None, False)
-    kernel, budget = entry.__globals__, Budget(1, 1, 0.0, tolerance, 100, 100)
+    kernel, budget = entry.__globals__, Budget(1, tolerance, 100, 100)
     floats, ints = prepared_lanes(layout, budget, LANES)
     starts = np.array([start_of(system, {"velocity": 0.35 + 0.01 * i, "velocity_2": -0.4}) for i in range(LANES)])
     trace = np.zeros((LANES, layout.run_size))
@@ -146,7 +140,7 @@ def defect(kernel, floats, s):
     found = 0.0
     for lane in range(LANES):
         values = [np.polynomial.Polynomial(row) for row in series[:, :, lane]]
-        point, out = np.zeros(states), np.zeros(kernel["ROWS"])
+        point, out = np.zeros(states), np.zeros(kernel["STATES"])
         point[:] = [each(s) for each in values]
         room = np.concatenate([floats, point, out])
         kernel["rates"](room, s, len(floats), floats[kernel["SIDE"] + lane], lane, len(floats) + states)

@@ -84,7 +84,7 @@ def implicit(monkeypatch):
 
     def made(*given):
         with monkeypatch.context() as patch:
-            patch.setattr(kernels, "slow_states", lambda _: ())
+            patch.setattr("vibrocap.numerics.expressions.traits.slow_states", lambda _: ())
             kernels.kernel.cache_clear()
             found = motion(*given)
         kernels.kernel.cache_clear()

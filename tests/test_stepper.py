@@ -27,6 +27,7 @@ from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import begun_memory, series_order
 from vibrocap.numerics.run.motion import kernel as motion_kernel
 from vibrocap.physics.catalogue import laws, machines
@@ -88,7 +89,7 @@ def cases(table):
 def literal(system, initial, periods, tolerance):
     state = dict.fromkeys(system.state_names, 0.0) | initial
     given = equations(system), parameter_values(system), [*state.values()], system.drive.period
-    return recorded_run(*given, periods, tolerance, 10_000, 10**7, literal=True)
+    return recorded_run(*given, Budget(periods, tolerance, 10_000, 10**7), literal=True)
 
 
 def initial_of(system):
@@ -134,7 +135,7 @@ def test_the_kernel_begins_as_a_recorded_run_does(system):
     initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
     given = parameter_values(system), [*initial.values()]
     layout, advance = motion_kernel(equations(system), series_order(1e-9), literal=True)
-    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (9, 99))
+    wanted = begun_memory(equations(system), layout, *given, system.drive.period, Budget(5, 1e-9, 10, 10), (9, 99))
     while wanted[0][layout.places["TIME"]] == 0.0:
         advance(*wanted, 1)
     stepped = SteppedCase(Case(system, initial))

@@ -12,14 +12,8 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import codes
-from vibrocap.numerics.run.ensemble import (
-    Budget,
-    ensemble_order,
-    ensemble_run,
-    ensemble_source,
-    prepared_lanes,
-    write_runs,
-)
+from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source, prepared_lanes, write_runs
 from vibrocap.numerics.run.results import RunResults
 
 EMIT = """
@@ -100,7 +94,7 @@ def test_objects_for_other_processors_do_what_this_one_does(name, law, tmp_path)
     parameters[:, recorded.parameter_paths.index("drive.amplitude")] = np.linspace(0.5, 2.0, runs)
     start = np.zeros((runs, len(system.state_names)))
     start[:, 0] = 1.0
-    budget = Budget(12, 10, 0.0, 1e-9, 10_000, 1_000_000, codes.ASK_EXTREMES)
+    budget = Budget(12, 1e-9, 10_000, 1_000_000, window=10, asked=codes.ASK_EXTREMES)
     here = ensemble_run(recorded, parameters, start, budget, threads=1)
 
     triple, processor, features, lanes, _ = TARGETS[name]

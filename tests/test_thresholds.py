@@ -186,7 +186,7 @@ def test_a_contact_leaves_with_an_acceleration_from_a_millionth_of_its_growth(bl
 def test_a_sign_is_in_doubt_from_three_hundredths_of_a_velocity_or_from_rounding(error, end, doubtful):
     kernel = kernel_of(vc.System(vc.Oscillator(), vc.LuGre(), vc.Harmonic()))
     state = kernel["STATE_OF"][0]
-    kernel.floats[kernel["STAGE"] + (kernel["STAGES"] - 1) * kernel["ROWS"] + state] = error
+    kernel.floats[kernel["STAGE"] + (kernel["STAGES"] - 1) * kernel["STATES"] + state] = error
     assert (kernel["doubt_of_sign"](kernel.floats, state, 0, end, end) > 1.0) == doubtful
 
 

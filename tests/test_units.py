@@ -1,7 +1,6 @@
 """Results in SI: cases there and back, motions, files, and sweeps whose numbers are those without units."""
 
 import dataclasses
-import json
 import math
 import re
 from pathlib import Path
@@ -17,6 +16,8 @@ from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.spreadsheets import beside
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.scales import SIScales
+from vibrocap.physics.dimensions.units import parameter_keys
+from vibrocap.physics.parameters import Positive, parameter, parameters
 
 CASE = """\
 [machine]
@@ -258,21 +259,6 @@ def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
     assert np.array_equal(rows["drive"], known["drive"])
 
 
-def test_json_carries_si_units_and_the_numbers_without(place, capsys):
-    assert cli.main(["simulate", "si.toml", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    units = {"drift": "m", "time": "s"}
-    assert {name: found[name]["unit"] for name in units} == units
-    assert (found["state"]["angle_rate"]["unit"], found["energy"]["drive"]["unit"]) == ("rad/s", "J")
-    motion = case_from_text(CASE).simulate()
-    assert {name: each["dimensionless"] for name, each in found["state"].items()} == motion.dimensionless.state
-    assert {name: each["value"] for name, each in found["state"].items()} == motion.state
-    assert found["time"]["value"] == pytest.approx(12 / 1.1, rel=1e-14)
-    scales = [(found["drift"], 0.25), (found["mean_velocity"]["value"], math.sqrt(9.80665 * 0.25))]
-    for each, factor in [*scales, (found["energy"]["drive"], 0.2 * 9.80665 * 0.25)]:
-        assert each["value"] == pytest.approx(each["dimensionless"] * factor)
-
-
 def test_the_summary_has_units(place, capsys):
     assert cli.main(["simulate", "si.toml"]) == 0
     out = capsys.readouterr().out
@@ -459,3 +445,20 @@ def test_friction_between_bodies_that_turn_is_a_torque():
     assert drill.with_parameters({"friction.stribeck_velocity_rad_per_s": 0.2}).friction.stribeck_velocity == 0.2
     fed = vc.System(vc.Clutch(), vc.Exponential(), vc.Harmonic(), units=SIScales())
     assert vc.mean_velocity(vc.simulate(fed, periods=60)).unit_of("value") == "rad/s"
+
+
+def test_a_declared_unit_and_a_role_give_one_key():
+    """Radians of a declared unit stand in the key, as those of a role do; before, its dimension had lost them."""
+
+    @parameters
+    class Part:
+        stiffness: Positive = parameter(1.0, "k", "of a role", "torsional stiffness")
+        stiffness_2: Positive = parameter(1.0, "k", "declared", unit="N m/rad")
+        damping: Positive = parameter(1.0, "c", "of a role", "torsional damping")
+        damping_2: Positive = parameter(1.0, "c", "declared", unit="N m s/rad")
+        rate_2: Positive = parameter(1.0, "w", "declared", unit="rad/s")
+        friction_2: Positive = parameter(1.0, "c", "along a line", unit="N s/m")
+
+    keys = ["stiffness_N_m_per_rad", "stiffness_2_N_m_per_rad", "damping_N_m_s_per_rad", "damping_2_N_m_s_per_rad"]
+    for effort in ("force", "torque"):
+        assert list(parameter_keys(Part, effort)) == [*keys, "rate_2_rad_per_s", "friction_2_N_s_per_m"]

@@ -40,33 +40,27 @@ def answer(capsys, *words, code=0):
     return json.loads(capsys.readouterr().out)
 
 
-def printed(capsys, *words, code=0):
-    assert cli.main([*words]) == code
-    return capsys.readouterr().out
-
-
 def plain_system(text=BENCH):
     return dataclasses.replace(case_from_text(text).system, units=None)
 
 
-# --- limits -----------------------------------------------------------------------------------------------------------
-def test_limits_in_si(place, capsys):
-    """Amontons' law on the bench: (0.5 + 0.2) kg g, and its shares; the curve falls as e^(-6.5 s/m v)."""
-    found = answer(capsys, "friction", "si.toml")
-    load = 0.7 * 9.80665
-    assert found["load"]["value"] == pytest.approx(load, rel=1e-14)
-    assert found["breakaway_force"]["value"] == pytest.approx(0.15 * load, rel=1e-14)
-    assert found["coulomb_force"]["value"] == pytest.approx(0.05 * load, rel=1e-14)
-    for point in found["curve"]:
-        droop = 0.1 * load * math.exp(-6.5 * point["velocity"]["value"])
-        assert point["friction"]["value"] == pytest.approx(0.05 * load + droop, rel=1e-13)
-        assert point["slope"]["value"] == pytest.approx(-6.5 * droop, rel=1e-13)
-    assert found["breakaway_force"]["unit"] == "N"
-    assert found["load"]["dimensionless"] == pytest.approx(3.5, rel=1e-14)
-    out = printed(capsys, "friction", "si.toml")
-    assert "N = 6.864655 N" in out
-    assert " m/s " in out
-    assert "N s/m" in out
+# --- tables -----------------------------------------------------------------------------------------------------------
+TABLES = {
+    "friction si.toml": ("N = 6.864655 N", " m/s ", "N s/m"),
+    "orbit si.toml": (" m per period", " m/s\n", "period        1 s", " rad/s, position"),
+    "basins si.toml --plane angle_deg=-20:20,velocity_m_per_s=-1:1 --resolution 2": (" m per drive period",),
+    "crossing si.toml --over drive.frequency_Hz=0.95:1.05 --value 0.047 --points 3": (
+        "drift = 0.047 m over drive.frequency_Hz",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", TABLES)
+def test_tables_of_commands_say_their_units(place, capsys, command):
+    """Their numbers are those of --json (test_views.py)."""
+    assert cli.main(command.split()) == 0
+    printed = capsys.readouterr().out
+    assert all(said in printed for said in TABLES[command])
 
 
 def test_limits_of_bristles_in_si(place, capsys):
@@ -95,23 +89,6 @@ stribeck_velocity_m_per_s = 0.15
 
 
 # --- steady motions ---------------------------------------------------------------------------------------------------
-@pytest.mark.slow
-def test_an_orbit_in_si(place, capsys):
-    found = answer(capsys, "orbit", "si.toml")
-    same = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
-    assert found["period"]["value"] == pytest.approx(1.0, rel=1e-14)
-    assert found["drift"]["value"] == pytest.approx((same.drift or 0.0) * METRE, rel=1e-14)
-    assert found["mean_velocity"]["value"] == pytest.approx((same.mean_velocity or 0.0) * METRE / SECOND, rel=1e-14)
-    factors = {"angle": 1.0, "angle_rate": 1 / SECOND, "position": METRE, "velocity": METRE / SECOND}
-    for name, factor in factors.items():
-        assert found["state"][name]["value"] == pytest.approx(same.state[name] * factor, rel=1e-14)
-    assert [each["unit"] for each in found["state"].values()] == ["rad", "rad/s", "m", "m/s"]
-    assert found["drift"]["dimensionless"] == same.drift
-    out = printed(capsys, "orbit", "si.toml")
-    for said in (" m per period", " m/s\n", "period        1 s", " rad/s, position"):
-        assert said in out
-
-
 def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
     """Every motion within the record of another is converted as that is."""
     from vibrocap.cli.commands.orbit import orbit_view
@@ -134,28 +111,6 @@ def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
 
 # --- over a parameter -------------------------------------------------------------------------------------------------
 @pytest.mark.slow
-def test_a_branch_in_si(place, capsys):
-    """Under two tones there are no twins: the branch is one."""
-    text = BENCH.replace('"harmonic"', '"biharmonic"\nsecond_amplitude_N_m = 0.4')
-    Path("si.toml").write_text(text, encoding="utf-8")
-    words = ("branch", "si.toml", "--over", "machine.capsule_mass_kg=0.5:0.51", "--points", "400")
-    found = answer(capsys, *words)
-    assert found["over"] == "machine.capsule_mass_kg"
-    assert [each["value"] for each in found["between"]] == pytest.approx([0.5, 0.51], rel=1e-14)
-    assert [each["dimensionless"] for each in found["between"]] == pytest.approx([2.5, 2.55], rel=1e-14)
-    (one,) = found["branches"]
-    factors = {"parameter": 0.2, "period": SECOND, "drift": METRE, "mean_velocity": METRE / SECOND}
-    for name, factor in factors.items():
-        assert one[name]["value"] == pytest.approx(np.array(one[name]["dimensionless"]) * factor, rel=1e-13), name
-    assert one["parameter"]["value"][-1] == pytest.approx(0.51, rel=1e-12)
-    units = {"parameter": "kg", "period": "s", "drift": "m", "mean_velocity": "m/s"}
-    assert {name: one[name]["unit"] for name in units} == units
-    orbit = vc.orbit(plain_system(text), initial=case_from_text(text).initial)
-    assert one["drift"]["value"][0] == pytest.approx((orbit.drift or 0.0) * METRE, rel=1e-9)
-    assert "over machine.capsule_mass_kg" in printed(capsys, *words)
-
-
-@pytest.mark.slow
 def test_special_points_of_a_branch_are_in_si():
     system, torque = case_from_text(CASE).system, 0.2 * 9.80665 * 0.25  # harmonic: symmetry can break
     between = (torque, 2.2 * torque)
@@ -173,41 +128,11 @@ def test_special_points_of_a_branch_are_in_si():
     assert "drive.amplitude_N_m = " in str(shown) or not found.joins
 
 
-def test_a_crossing_in_si(place, capsys):
-    """Found again without units; the slope is of m over Hz."""
-    words = ("crossing", "si.toml", "--over", "drive.frequency_Hz=0.95:1.05", "--value", "0.047", "--points", "3")
-    found = answer(capsys, *words)
-    (place_,) = found["found"]
-    assert found["value"]["value"] == pytest.approx(0.047, rel=1e-14)
-    assert [each["value"] for each in place_["values"]] == pytest.approx([0.047], rel=1e-11)
-    assert place_["slope"]["unit"] == "m per Hz"
-    hertz = 1.0 / (2.0 * math.pi * SECOND)
-    assert place_["at"]["value"] == pytest.approx(place_["at"]["dimensionless"] * hertz, rel=1e-14)
-    assert all(end["value"] == pytest.approx(end["dimensionless"] * hertz, rel=1e-14) for end in place_["bracket"])
-    assert place_["slope"]["value"] == pytest.approx(place_["slope"]["dimensionless"] * METRE / hertz, rel=1e-13)
-    assert found["parameters"]["value"] == pytest.approx([0.95, 1.0, 1.05], rel=1e-14)
-    there = plain_system().with_parameters({"drive.frequency": place_["at"]["dimensionless"]})
-    orbit = vc.orbit(there, initial=case_from_text(BENCH).initial)
-    assert (orbit.drift or 0.0) * METRE == pytest.approx(0.047, rel=1e-9)
-    assert "drift = 0.047 m over drive.frequency_Hz" in printed(capsys, *words)
-
-
 def test_crossings_with_another_machine_take_paths_in_si(place):
     from vibrocap.cli.commands.crossing import _other
 
     system = case_from_text(BENCH).system
     assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
-
-
-def test_basins_in_si(place, capsys):
-    plane = "angle_deg=-20:20,velocity_m_per_s=-1:1"
-    found = answer(capsys, "basins", "si.toml", "--plane", plane, "--resolution", "2")
-    orbit = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
-    twins = [abs(orbit.drift or 0.0) * METRE * sign for sign in (-1.0, 1.0)]
-    assert sorted(each["drift"]["value"] for each in found["attractors"]) == pytest.approx(twins, rel=1e-9)
-    assert all(each["drift"]["unit"] == "m" for each in found["attractors"])
-    out = printed(capsys, "basins", "si.toml", "--plane", plane, "--resolution", "2")
-    assert " m per drive period" in out
 
 
 def test_the_plane_of_basins_is_given_in_si():
@@ -327,7 +252,7 @@ def test_headings_say_what_is_in_si():
     heading = vc.figure(vc.branch(level, "drive.frequency_Hz", (0.99, 1.01)))._suptitle.get_text()
     assert "0.2\N{NO-BREAK SPACE}kg" in heading
     assert "Environment" not in heading
-    assert in_words(level.environment, level).startswith("environment: inclination 0 rad, ")
+    assert in_words("environment", level).startswith("environment: inclination 0 rad, ")
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():

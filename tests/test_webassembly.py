@@ -24,6 +24,7 @@ from vibrocap.numerics.compiler.subset import LIBRARY
 from vibrocap.numerics.kernel.codes import DONE, MACHINE_SWITCHED
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.physics.catalogue import laws
 
@@ -268,7 +269,7 @@ def motions(system, entries, monkeypatch, periods):
         monkeypatch.setattr(motion, "kernel", lambda *_, entry=entry: (kernel.layout, entry))
         numbers = equations(system), parameter_values(system), start, system.drive.period
         with np.errstate(all="ignore"):
-            found.append(recorded_run(*numbers, periods, 1e-9, 1000, 10**6, order=12))
+            found.append(recorded_run(*numbers, Budget(periods, 1e-9, 1000, 10**6), order=12))
     return found
 
 

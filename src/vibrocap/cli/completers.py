@@ -5,7 +5,7 @@ A shell asks the command line itself, by a hidden command of cyclopts, each time
 """
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,30 +45,19 @@ fi
 """
 
 
-def law_names(asked: Any) -> Offered:
-    """Friction laws, each with the first line of what it says of itself."""
-    from vibrocap.physics.catalogue import laws
+def names_of(*kinds: str) -> Callable[[Any], Offered]:
+    """Parts of some kinds in the catalogue, such as "laws", each with the first line of what it says of itself."""
 
-    return _pieces(asked, _described(laws()))
+    def offered(asked: Any) -> Offered:
+        from vibrocap.physics import catalogue
 
+        return [each for kind in kinds for each in _pieces(asked, _described(getattr(catalogue, kind)()))]
 
-def machine_names(asked: Any) -> Offered:
-    """Machines."""
-    from vibrocap.physics.catalogue import machines
-
-    return _pieces(asked, _described(machines()))
+    return offered
 
 
-def drive_names(asked: Any) -> Offered:
-    """Drives."""
-    from vibrocap.physics.catalogue import drives
-
-    return _pieces(asked, _described(drives()))
-
-
-def part_names(asked: Any) -> Offered:
-    """Laws, machines and drives."""
-    return [*law_names(asked), *machine_names(asked), *drive_names(asked)]
+law_names, machine_names, drive_names = names_of("laws"), names_of("machines"), names_of("drives")
+part_names = names_of("laws", "machines", "drives")
 
 
 def listed_names(asked: Any) -> Offered:

@@ -6,9 +6,9 @@ from rich.table import Table
 
 from vibrocap.cli.terminal import Page, table
 from vibrocap.physics import events
-from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
+from vibrocap.physics.dimensions.stated import parameters_stated
 from vibrocap.physics.names import SIGNAL, name_and_number
-from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
+from vibrocap.physics.parameters import brief, described, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import computed
@@ -37,9 +37,9 @@ CHANNELS = {
 def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title: str) -> None:
     """The summary of `vibrocap simulate`; record: the view of it."""
     page.say(title, style="bold")
-    for name, part in motion.system.parts.items():
+    for name in motion.system.parts:
         signal = f"{name.removeprefix(SIGNAL)}: " if name.startswith(SIGNAL) else ""
-        page.say(f"  {signal}{in_words(part, motion.system)}", style="dim")
+        page.say(f"  {signal}{in_words(name, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
         page.print(_energy_table(record["energy"]))
@@ -154,36 +154,13 @@ def _certificate_table(certificate: dict[str, Any]) -> Table:
     return made
 
 
-def in_words(part: Any, system: System, digits: int = 6) -> str:
+def in_words(name: str, system: System, digits: int = 6) -> str:
     """A part in a line, in SI where the system knows its scales: its name, and each parameter with its unit."""
+    part = system.parts[name]
     if system.units is None:
         return described(part, digits)
-    own = _keys(part, system)
-    words = []
-    for key, value in _values(part, system).items():
-        name, unit = own.get(key, (key, "1"))
-        number = brief(value, digits)
-        words.append(" ".join((name, number) if unit == "1" else (name, number, unit)))
+    words = [
+        " ".join((each.stem, brief(each.value, digits), *([each.unit] if each.unit != "1" else [])))
+        for each in parameters_stated(name, system)
+    ]
     return f"{part.name}: {', '.join(words)}"
-
-
-def _units(part: Any, system: System) -> Units:
-    return system.si.of_part(next(name for name, each in system.parts.items() if each is part))
-
-
-def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
-    """(name without unit, unit) by the keys of a part in SI, for a machine those of its scales too."""
-    known = parameter_keys(type(part), _units(part, system).effort)
-    keys = {key: (each.stem, each.unit) for key, each in known.items()}
-    if part is system.machine and system.units is not None:
-        for info in parameter_table(system.units):
-            assert info.dimension is not None
-            unit = unit_name(info.dimension)
-            keys[info.name] = (info.name.removesuffix(suffix(unit)), unit)
-    return keys
-
-
-def _values(part: Any, system: System) -> dict[str, Any]:
-    """Values of a part by keys in SI, for a machine those of its scales too."""
-    scales = given_parameters(system.units) if part is system.machine else {}
-    return (written_in_si(part, _units(part, system), exactly=False) or {}) | scales

@@ -16,7 +16,7 @@ from vibrocap.case.case import Case
 from vibrocap.motion.held_input import INPUT_NAMES, with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
-from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
+from vibrocap.numerics.api import Budget, StepperKernel, StepperMemory, codes, stepper_kernel
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.units import over_seconds, shortest
@@ -114,9 +114,8 @@ class SteppedCase:
 
     def memory(self) -> StepperMemory:
         """What the stepper carries, before the motion begins."""
-        run = {name: value for name, value in self.case.run.items() if name != "periods"}
         initial = initial_state(self.case.system, self.case.initial).values()
-        return self.kernel.memory(parameter_values(self.system), [*initial], **run)
+        return self.kernel.memory(parameter_values(self.system), [*initial], Budget(**self.case.run))
 
     # --- what crosses the border --------------------------------------------------------------------------------------
 

@@ -168,18 +168,12 @@ class SteppedMotion:
     def _entry(self, name: str) -> Any:
         return self.stepped.kernel.entry(name, self._memory)
 
-    def _go_on(self, length: float) -> None:
-        _check_length(length)
-        self._floats[self._length] = length / self._time_scale
-        self._take(0)
-        if self._ints[self._ended]:
-            raise MotionEnded(self.time, self._status(), self.unit_of("time"))
-
-    def _go_on_to_event(self, length: float) -> bool:
+    def _go_on(self, length: float, to_event: int = 0) -> bool:
+        """Advance, with 1 to the first event at most; whether it stands at one."""
         _check_length(length)
         self._floats[self._length] = length / self._time_scale
         self._ints[self._stopped] = 0
-        self._take(1)
+        self._take(to_event)
         if self._ints[self._ended]:
             raise MotionEnded(self.time, self._status(), self.unit_of("time"))
         return self._ints[self._stopped] == 1
@@ -311,7 +305,7 @@ class Stepper(SteppedMotion):
 
         A graze changes nothing and is only counted. Events at one instant count as one here. Raises MotionEnded.
         """
-        return self._go_on_to_event(length)
+        return self._go_on(length, 1)
 
 
 class InputStepper(SteppedMotion):
@@ -348,7 +342,7 @@ class InputStepper(SteppedMotion):
         """
         _check_length(length)
         self._set(value, slope, curvature)
-        return self._go_on_to_event(length)
+        return self._go_on(length, 1)
 
 
 def _check_length(length: Any) -> None:

@@ -1,18 +1,18 @@
 """Motions as files: NetCDF and CSV, which carry their case and can be run again, Excel workbooks and MATLAB files."""
 
+import functools
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.arguments import lacking, listed
+from vibrocap.arguments import lacking
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.inputs import require_plain_file
-from vibrocap.io.netcdf import write_netcdf
-from vibrocap.io.spreadsheets import beside, headed, write_csv, write_matlab, write_workbook
+from vibrocap.io.spreadsheets import Export, beside
 from vibrocap.quantities.declared import ByName, Shown
 from vibrocap.quantities.dimensional import computed, walked
 from vibrocap.quantities.json_text import json_text
@@ -67,18 +67,7 @@ def write_motion(motion: Shown, path: str | Path, case: Case | None = None, *, u
 
     Raises ValueError for another ending, WriteError where it cannot be written.
     """
-    writers: dict[str, Callable[[Trajectory, Case, Path, list[str]], None]] = {
-        ".nc": _write_netcdf,
-        ".csv": _write_csv,
-        ".xlsx": _write_workbook,
-        ".mat": _write_matlab,
-    }
-    path = Path(path)
-    if path.suffix.lower() not in writers:
-        raise ValueError(f"a motion is written to {listed(writers, ' or ')}, not to {str(path)!r}")
-    headings = headed(columns(motion), lambda name: _unit(motion, name), path, unit_headings)
-    writers[path.suffix.lower()](motion, case_of(motion) if case is None else case, path, headings)
-    return path
+    return MotionExport(motion, case_of(motion) if case is None else case).write(path, unit_headings)
 
 
 def case_of(motion: "Trajectory") -> Case:
@@ -146,11 +135,6 @@ def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = N
     )
 
 
-def _write_netcdf(motion: "Trajectory", case: Case, path: Path, _headings: list[str]) -> None:
-    certificate = _certificate_text(motion)  # before the status, which it may change
-    write_netcdf(motion_dataset(motion, case, certificate), path)
-
-
 def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
     found: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
     if (context := motion.si_context()) is None:
@@ -163,71 +147,58 @@ def _certificate_text(motion: "Trajectory") -> str:
     return json_text(motion.certificate) if len(motion.piece_start) else "null"
 
 
-def _facts(motion: "Trajectory") -> dict[str, str]:
-    """What is known of a motion as a whole."""
-    certificate = " ".join(_certificate_text(motion).split())  # before the status, which it may change
-    return {
-        "source": f"vibrocap {version('vibrocap')}",
-        "certificate": certificate,
-        "status": motion.status.value,
-        "status_text": motion.status.text,
-        "scales": SCALES if motion.si_context() is None else IN_SI,
-        **{name: repr(value) for name, value in start_of(motion).items()},
-    }
+class MotionExport(Export):
+    """A motion on its time grid, with its events."""
 
+    what = sheet = "motion"
 
-def _write_csv(motion: "Trajectory", case: Case, path: Path, headings: list[str]) -> None:
-    """The table; beside it the case and the section [result] in TOML."""
-    table = columns(motion)
-    header = case_text(case).splitlines()
-    header += ["", "[result]", *(f"{key} = '''{value}'''" for key, value in _facts(motion).items())]
-    header += ["", "[result.units]", *(f'{name} = "{_unit(motion, name)}"' for name in table)]
-    if (context := motion.si_context()) is not None:
-        header += ["", "[result.dimensionless_unit]", *(f"{name} = {context.units.factor(name)!r}" for name in table)]
-    header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
-    numbers = {name: values.tolist() for name, values in table.items()}
-    lists = [map(str, map(int, each)) if name == "side" else map(repr, each) for name, each in numbers.items()]
-    write_csv(path, header, headings, zip(*lists, strict=True))
+    def __init__(self, motion: "Trajectory", case: Case):
+        self.motion, self.own, self.case = motion, case, case_text(case)
+        self.table = columns(motion)
+        self.units = {name: _unit(motion, name) for name in self.table}
+        self.meanings = {name: _meaning(name) for name in self.table}
+        self.size = max(len(self.table["time"]), len(motion.event_times))
+        if (context := motion.si_context()) is not None:
+            self.scales = {name: context.units.factor(name) for name in self.table}
 
+    @functools.cached_property
+    def facts(self) -> dict[str, str]:  # type: ignore[override]
+        """What is known of the motion as a whole."""
+        motion = self.motion
+        certificate = " ".join(_certificate_text(motion).split())  # before the status, which it may change
+        return {
+            "source": f"vibrocap {version('vibrocap')}",
+            "certificate": certificate,
+            "status": motion.status.value,
+            "status_text": motion.status.text,
+            "scales": SCALES if motion.si_context() is None else IN_SI,
+            **{name: repr(value) for name, value in start_of(motion).items()},
+        }
 
-def _write_workbook(motion: "Trajectory", case: Case, path: Path, headings: list[str]) -> None:
-    """Sheets with the motion, its events, what the columns mean, and the case."""
-    table = columns(motion)
-    events = (
-        (time, kind, contact)
-        for time, kind, contact in zip(
-            motion.event_times.tolist(),
-            motion.event_kinds.tolist(),
-            motion.event_contacts.tolist(),
-            strict=True,
-        )
-    )
-    meanings = [(name, _unit(motion, name), _meaning(name)) for name in table]
-    known = [*meanings, *((key, "", value) for key, value in _facts(motion).items())]
-    write_workbook(
-        path,
-        {
-            "motion": (headings, zip(*(values.tolist() for values in table.values()), strict=True)),
-            "events": (("time", "kind", "contact"), events),
-            "columns": (("name", "unit", "meaning"), known),
-            "case": (("case",), ((line,) for line in case_text(case).splitlines())),
-        },
-        max(len(table["time"]), len(motion.event_times)),
-    )
+    def rows(self):
+        """For each time."""
+        table = self.table | {name: self.table[name].astype(int) for name in ("side",) if name in self.table}
+        return zip(*(values.tolist() for values in table.values()), strict=True)
 
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """Columns of the events."""
+        motion = self.motion
+        return {"time": motion.event_times, "kind": motion.event_kinds, "contact": motion.event_contacts}
 
-def _write_matlab(motion: "Trajectory", case: Case, path: Path, _headings: list[str]) -> None:
-    """The columns as variables; structs with events, units, meanings and what is known of the motion; the case."""
-    table = columns(motion)
-    events = {"time": motion.event_times, "kind": motion.event_kinds}
-    about = {
-        "events": events | {"contact": motion.event_contacts},
-        "units": {name: _unit(motion, name) for name in table},
-        "meaning": {name: _meaning(name) for name in table},
-        "result": _facts(motion),
-        "case_toml": case_text(case),
-    }
-    write_matlab(path, {**table, **about})
+    def sheets(self):
+        """The events."""
+        rows = zip(*(values.tolist() for values in self.events.values()), strict=True)
+        return {"events": (tuple(self.events), rows)}
+
+    def arrays(self):
+        """The columns, and a struct with the events."""
+        return {**self.table, "events": self.events}
+
+    def dataset(self):
+        """With the certificate."""
+        certificate = _certificate_text(self.motion)  # before the status, which it may change
+        return motion_dataset(self.motion, self.own, certificate)
 
 
 def _case_in_csv(path: Path) -> str:

@@ -1,17 +1,22 @@
-"""Tables for other programs: CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
+"""Results for other programs: NetCDF, CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
 
 import io
 import re
 import zipfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, require
+from vibrocap.arguments import ArgumentError, listed, require
 from vibrocap.files import fill_table, no_formula, replacing, write_text
+from vibrocap.io.netcdf import write_netcdf
 from vibrocap.physics.dimensions.units import suffix
+
+if TYPE_CHECKING:
+    import xarray
 
 BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
 HEADED = (".csv", ".xlsx")  # what has headings
@@ -22,20 +27,99 @@ CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")  
 ROWS, COLUMNS = 1_048_576, 16_384  # of a sheet in Excel
 
 
-def write_csv(path: Path, header: Sequence[str], columns: Sequence[str], rows: Iterable[Iterable[str]]) -> None:
-    """A table that begins with its headings; the header, lines of TOML, goes into a file of its own beside it.
+class Export:
+    """A result as other programs read it: a table, what is known of it, and the case that makes it again.
 
-    The table takes its place last: where either cannot be written, the table that is there stays. Nothing goes beside a
-    pipe.
+    what, sheet: what it is called, and its rows in a workbook
+    units, meanings: by column; scales: the same of what one dimensionless unit is; facts: of the whole, by name
+    case: in TOML; size: rows of the longest table
     """
-    alone = path.exists() and not path.is_file()
-    with replacing(path) as temporary:
-        fill_table(temporary, columns, rows)
-        if not alone:
-            write_text(beside(path), "".join(f"{line}\n" for line in header))
+
+    what: ClassVar[str]
+    sheet: ClassVar[str]
+    units: Mapping[str, str]
+    meanings: Mapping[str, str]
+    scales: Mapping[str, float] = MappingProxyType({})
+    facts: Mapping[str, str]
+    case: str
+    size: int
+
+    def rows(self) -> Iterable[Iterable[Any]]:
+        """In the order of the columns."""
+        raise NotImplementedError
+
+    def sheets(self) -> Mapping[str, tuple[Sequence[str], Iterable[Iterable[Any]]]]:
+        """Further sheets of a workbook, by name: (headings, rows)."""
+        return {}
+
+    def arrays(self) -> dict[str, Any]:
+        """Variables and structs of a MATLAB file."""
+        raise NotImplementedError
+
+    def dataset(self) -> "xarray.Dataset":
+        """Labelled arrays."""
+        raise NotImplementedError
+
+    def write(self, path: str | Path, unit_headings: bool) -> Path:
+        """Write it to a file ending in .nc, .csv, .xlsx or .mat, whole or not at all.
+
+        Raises ValueError for another ending, WriteError where it cannot be written.
+        """
+        path = Path(path)
+        writers = {".nc": self._netcdf, ".csv": self._csv, ".xlsx": self._workbook, ".mat": self._matlab}
+        if path.suffix.lower() not in writers:
+            raise ValueError(f"a {self.what} is written to {listed(writers, ' or ')}, not to {str(path)!r}")
+        writers[path.suffix.lower()](path, _headed(self.units, path, unit_headings))
+        return path
+
+    def _netcdf(self, path: Path, _headings: list[str]) -> None:
+        write_netcdf(self.dataset(), path)
+
+    def _csv(self, path: Path, headings: list[str]) -> None:
+        """The table, which begins with its headings; what is known of it goes into a file of TOML beside it.
+
+        The table takes its place last: where either cannot be written, the table that is there stays. Nothing goes
+        beside a pipe.
+        """
+        alone = path.exists() and not path.is_file()
+        with replacing(path) as temporary:
+            fill_table(temporary, headings, (map(_text, row) for row in self.rows()))
+            if not alone:
+                write_text(beside(path), "".join(f"{line}\n" for line in self._known()))
+
+    def _known(self) -> list[str]:
+        """Lines of TOML: the case, and the section [result]."""
+        lines = [*self.case.splitlines(), "", "[result]", *(f"{key} = '''{x}'''" for key, x in self.facts.items())]
+        lines += ["", "[result.units]", *(f'{_key(name)} = "{unit}"' for name, unit in self.units.items())]
+        if self.scales:
+            lines += ["", "[result.dimensionless_unit]", *(f"{_key(name)} = {x!r}" for name, x in self.scales.items())]
+        return [*lines, "", "[result.meaning]", *(f"{_key(name)} = '''{x}'''" for name, x in self.meanings.items())]
+
+    def _workbook(self, path: Path, headings: list[str]) -> None:
+        """Sheets with the table and what else there is, what the columns mean, and the case."""
+        known = [(name, unit, self.meanings[name]) for name, unit in self.units.items()]
+        known += [(key, "", fact) for key, fact in self.facts.items()]
+        sheets = {self.sheet: (headings, self.rows()), **self.sheets(), "columns": (("name", "unit", "meaning"), known)}
+        case = ((line,) for line in self.case.splitlines())
+        write_workbook(path, {**sheets, "case": (("case",), case)}, self.size)
+
+    def _matlab(self, path: Path, _headings: list[str]) -> None:
+        """Its arrays as variables; structs with units, meanings and what is known; the case."""
+        about = {"units": self.units, "meaning": self.meanings, "result": self.facts, "case_toml": self.case}
+        write_matlab(path, self.arrays() | about)
 
 
-def headed(names: Iterable[str], unit_of: Callable[[str], str], path: Path, with_units: bool) -> list[str]:
+def _key(name: str) -> str:
+    """A name as a key of TOML."""
+    return f'"{name}"' if "." in name else name
+
+
+def _text(value: Any) -> Any:
+    """A value as it stands in a CSV file."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+def _headed(units: Mapping[str, str], path: Path, with_units: bool) -> list[str]:
     """The headings of a table: names, with their units behind them where that is asked for ("position [m]").
 
     A path such as drive.frequency_Hz has its unit already.
@@ -46,9 +130,8 @@ def headed(names: Iterable[str], unit_of: Callable[[str], str], path: Path, with
             f"is for tables with headings ({' and '.join(HEADED)}); in a {path.suffix} file the units are there anyway"
         )
         raise ArgumentError("unit_headings", what)
-    units = {name: unit_of(name) if with_units else "1" for name in names}
     told = {name for name, unit in units.items() if unit in WITHOUT or name.endswith(suffix(unit))}
-    return [name if name in told else f"{name} [{unit}]" for name, unit in units.items()]
+    return [f"{name} [{unit}]" if with_units and name not in told else name for name, unit in units.items()]
 
 
 def beside(path: Path) -> Path:

@@ -132,7 +132,7 @@ def _on(graph: Any, expression: Any) -> Any:
 def _places(kernel: BrowserKernel) -> dict[str, Any]:
     layout = kernel.layout
     constants = layout.constants()
-    sizes = {name: getattr(layout, name) for name in ("rows", "order")}
+    sizes = {"rows": layout.states, "order": layout.order}
     sizes |= {name: getattr(layout, f"{name}_size") for name in ("piece", "event", "run", "result")}
     sizes |= {"marks": layout.marks, "ints": layout.whole_size, "floats": layout.real_size}
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}

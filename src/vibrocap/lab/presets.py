@@ -8,7 +8,7 @@ from typing import Any
 from vibrocap.case.case import Case, read_case
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
-from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.api import Budget, recorded_run
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
@@ -110,8 +110,7 @@ def preset_record(preset: Preset) -> dict[str, Any]:
 def end_of(case: Case) -> dict[str, Any]:
     """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
     system, start = case.system, initial_state(case.system, case.initial)
-    run = (system.drive.period, case.periods, case.tolerance, case.max_events_per_period, case.max_steps)
-    begin = list(start.values())
-    found = recorded_run(equations(system), parameter_values(system), begin, *run, literal=True)
+    run = list(start.values()), system.drive.period, Budget(**case.run)
+    found = recorded_run(equations(system), parameter_values(system), *run, literal=True)
     counts = {"events": len(found.events), "pieces": len(found.pieces), "status": found.status}
     return {"state": found.final.tolist()} | counts

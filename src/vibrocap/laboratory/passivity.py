@@ -354,7 +354,7 @@ def _condition(law: Law) -> str:
     words = " ".join((inspect.getdoc(type(law).passive) or "").split("\n\n")[0].split())
     if type(law).passive is Law.passive or not words:
         return "It states no condition for being passive."
-    return f"Its condition, '{words}', {'holds' if law.passive else 'does not hold'}."
+    return f"Its condition {'holds' if law.passive else 'does not hold'}: {words}"
 
 
 def _searched(recorded: RecordedLaw, bottom: float, top: float) -> str:

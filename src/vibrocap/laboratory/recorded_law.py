@@ -2,20 +2,15 @@
 
 import dataclasses
 import functools
-import types
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.laboratory.driven import check_numbers
-from vibrocap.numerics.api import ScalarWriter
-from vibrocap.numerics.expressions.graph import FUNCTIONS, Expression, Graph, derivative
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.friction.law import Law
-
-# What a written formula calls `math`.
-_NUMPY = types.SimpleNamespace(**{name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS})
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -47,25 +42,9 @@ class RecordedLaw:
         shape = np.broadcast_shapes(velocity.shape, internal.shape[1:], np.shape(side))
         found = np.empty((len(expressions), *shape))
         with np.errstate(all="ignore"):
-            for i, value in enumerate(self._function(tuple(expressions))([velocity, *internal], side)):
+            for i, value in enumerate(evaluate(expressions, 0.0, [velocity, *internal], side, ())):
                 found[i] = value
         return found
-
-    @functools.cached_property
-    def _functions(self) -> dict[tuple[int, ...], Callable]:
-        return {}
-
-    def _function(self, expressions: tuple[Expression, ...]) -> Callable:
-        """A NumPy function (states, side) -> values of formulas, written as source once."""
-        key = tuple(expression.index for expression in expressions)
-        if key not in self._functions:
-            writer = ScalarWriter(self.graph)
-            names = ", ".join([writer.name(expression) for expression in expressions])
-            source = "\n    ".join(["def values(floats, side, point=0):", *writer.lines, f"return [{names}]"])
-            namespace: dict[str, Any] = {"math": _NUMPY, "max": np.maximum}
-            exec(source, namespace)
-            self._functions[key] = namespace["values"]
-        return self._functions[key]
 
     @functools.cached_property
     def force_slopes(self) -> tuple[Expression, ...]:

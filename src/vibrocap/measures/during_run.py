@@ -26,7 +26,7 @@ from vibrocap.measures.recorded.windows import usual_window, whole_periods
 from vibrocap.measures.standard import TRAVEL, known_measure, standard_measures
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import codes, replayed
+from vibrocap.numerics.api import Budget, codes, replayed
 from vibrocap.physics.system import System
 
 # what a measure is called elsewhere: its name here
@@ -93,9 +93,11 @@ def measured(
     if settle and not recording.timed:
         cure = "ensemble() settles runs by their returns, orbit() closes the cycle"
         raise ArgumentError("settle", f"should be None, as nothing drives the system in time; {cure}")
-    threshold, gathered = float(settle or 0.0), (asked_groups(needed), own_integrands(needed, recording))
-    given = (recording, parameter_values(motion.system), motion, int(window), threshold)
-    results = replayed(*given, *gathered, _switch_times(motion))
+    threshold = float(settle or 0.0)
+    taken = {"window": int(window), "threshold": threshold, "asked": asked_groups(needed)}
+    budget = Budget(done, motion.tolerance, 0, 0, **taken)  # a motion that is replayed has no limits
+    given = recording, parameter_values(motion.system), motion, budget
+    results = replayed(*given, own_integrands(needed, recording), _switch_times(motion))
     period = np.array([motion.period])
     runs = Gathered(motion.system, results, period, lambda: np.array([motion.system.mirrored]), threshold)
     found = values(needed, runs)

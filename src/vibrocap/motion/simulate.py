@@ -18,7 +18,7 @@ from vibrocap.motion.evidence import certificate
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
+from vibrocap.numerics.api import Budget, Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.dimensions.units import state_keys
 from vibrocap.physics.events import BOUNDS, KINDS
@@ -267,10 +267,10 @@ def simulate(
     state, time, phase = begun(system, start, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     check_whole("samples", samples, 1, MOST_SAMPLES)
-    limits = max_events_per_period, max_steps
+    budget = Budget(periods, tolerance, max_events_per_period, max_steps)
     with reporting(progress, "Simulating") as report:
-        recorded = _run(system, state, periods, tolerance, *limits, phase, progress=report)
-    return _trajectory(system, state, periods, tolerance, limits, time, phase, samples, recorded)
+        recorded = _run(system, state, budget, phase=phase, progress=report)
+    return _trajectory(system, state, budget, time, phase, samples, recorded)
 
 
 def period_marks(
@@ -289,7 +289,8 @@ def period_marks(
     """
     start = initial_state(system, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
-    found = _run(system, start, periods, tolerance, max_events_per_period, max_steps, keep_pieces=False)
+    budget = Budget(periods, tolerance, max_events_per_period, max_steps)
+    found = _run(system, start, budget, keep_pieces=False)
     return STATUSES[found.status], found.sections
 
 
@@ -304,16 +305,13 @@ def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_s
     check_whole("max_steps", max_steps, 1, 2**62 - 1)
 
 
-def _run(
-    system, start, periods, tolerance, max_events, max_steps, phase=0.0, progress=None, keep_pieces=True, order=None
-) -> Recorded:
+def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) -> Recorded:
     try:
-        begin, limits = list(start.values()), (periods, tolerance, max_events, max_steps)
-        how = {"progress": progress, "keep_pieces": keep_pieces, "phase": phase, "order": order}
-        return recorded_run(equations(system), parameter_values(system), begin, system.drive.period, *limits, **how)
+        begin = list(start.values())
+        return recorded_run(equations(system), parameter_values(system), begin, system.drive.period, budget, **how)
     except TooMuchMemory as error:
-        fitting = periods * error.available / error.needed
-        taken = f"{periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
+        fitting = budget.periods * error.available / error.needed
+        taken = f"{budget.periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
         instead = f"some {fitting:.1g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
         instead += "; is a damping or a stiffness far too large?" if error.said != "are free" else ""
         raise ArgumentError(
@@ -321,7 +319,7 @@ def _run(
         ) from None
 
 
-def _trajectory(system, start, periods, tolerance, limits, time, phase, samples, recorded) -> Trajectory:
+def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajectory:
     recording = equations(system)
     period = system.drive.period
     begun, events = recorded.piece_instants, recorded.event_instants
@@ -329,8 +327,8 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     motion = Trajectory(
         system=system,
         initial=start,
-        periods=periods,
-        tolerance=tolerance,
+        periods=budget.periods,
+        tolerance=budget.tolerance,
         period=period,
         run_status=STATUSES[recorded.status],
         state_names=system.state_names,
@@ -347,7 +345,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         event_states=recorded.event_states,
         observe=Observer(system),
         observable_names=tuple(recording.observables),
-        certify=Certifier(recorded, limits),
+        certify=Certifier(recorded, budget),
         samples=samples,
         start_time=time,
         start_phase=phase,
@@ -379,21 +377,18 @@ def _event_kinds(system: System, recorded: Recorded) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Certifier:
-    """Makes the certificate of a motion when it is asked for, from what its run left and from a second, tighter run.
-
-    limits: most events per period and most steps of the run
-    """
+    """Makes the certificate of a motion when it is asked for, from what its run left and from a second, tighter run."""
 
     recorded: Recorded
-    limits: tuple[int, int]
+    budget: Budget
 
     def __reduce__(self):
         """Pieces and events are not asked for, and are with the motion."""
-        return type(self), (dataclasses.replace(self.recorded, pieces=NOTHING, events=NOTHING), self.limits)
+        return type(self), (dataclasses.replace(self.recorded, pieces=NOTHING, events=NOTHING), self.budget)
 
     def __call__(self, motion: Trajectory) -> Certificate:
-        events, steps = self.limits
-        given = dict(motion.initial), motion.periods, COMPANION * motion.tolerance, events, MORE_STEPS * steps
-        order = series_order(motion.tolerance)  # of the same kernel
-        tighter = _run(motion.system, *given, motion.start_phase, keep_pieces=False, order=order)
+        own, order = self.budget, series_order(motion.tolerance)  # of the same kernel
+        more = dataclasses.replace(own, tolerance=COMPANION * own.tolerance, max_steps=MORE_STEPS * own.max_steps)
+        start = dict(motion.initial)
+        tighter = _run(motion.system, start, more, phase=motion.start_phase, keep_pieces=False, order=order)
         return certificate(motion, self.recorded, tighter, COMPANION)

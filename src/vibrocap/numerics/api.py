@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
     from vibrocap.numerics.codegen.resolution import sharpness
     from vibrocap.numerics.codegen.source import Integrands, integrands_source
-    from vibrocap.numerics.codegen.straight_line import ScalarWriter
     from vibrocap.numerics.compiler.machine import code_made_for
     from vibrocap.numerics.kernel import codes
     from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
+    from vibrocap.numerics.run.budget import Budget
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
-    from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+    from vibrocap.numerics.run.ensemble import ensemble_run
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import PieceSeries, RunResults
@@ -48,7 +48,6 @@ __all__ = [
     "PieceSeries",
     "Recorded",
     "RunResults",
-    "ScalarWriter",
     "StepperKernel",
     "StepperMemory",
     "Stroboscope",

@@ -190,7 +190,7 @@ def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: 
     if role and unit:
         raise ValueError(f"parameter: a role has its unit already; give role={role!r} or unit={unit!r}, not both")
     dimension = dimension_of_role(role) if role else dimension_of_unit(unit) if unit else None
-    extra: Any = {"symbol": symbol, "role": role, "dimension": dimension, "in_si": in_si or meaning}
+    extra: Any = {"symbol": symbol, "role": role, "dimension": dimension, "in_si": in_si or meaning, "unit": unit}
     return Field(default=default, description=meaning, json_schema_extra=extra)
 
 
@@ -234,7 +234,7 @@ def parameters(cls: type[Record]) -> type[Record]:
 class ParameterInfo:
     """What is known of one parameter: its name in code, its symbol, its meaning, its default, its role and dimension.
 
-    role: "" where none is declared; dimension: None where neither a role nor a unit is. in_si: its meaning in SI.
+    role and unit: "" where not declared; dimension: None where neither is. in_si: its meaning in SI.
     """
 
     name: str
@@ -244,6 +244,7 @@ class ParameterInfo:
     role: str = ""
     dimension: Dimension | None = None
     in_si: str = ""
+    unit: str = ""
 
 
 def parameter_table(record: Any) -> tuple[ParameterInfo, ...]:
@@ -298,9 +299,8 @@ def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     found = []
     for name, field in _declaring(cls).__pydantic_fields__.items():
         extra = field.json_schema_extra or {}
-        known = extra.get("symbol", ""), field.description or "", field.default
-        declared = extra.get("role", ""), extra.get("dimension"), extra.get("in_si", "")
-        found.append(ParameterInfo(name, *known, *declared))
+        declared = extra.get("role", ""), extra.get("dimension"), extra.get("in_si", ""), extra.get("unit", "")
+        found.append(ParameterInfo(name, extra.get("symbol", ""), field.description or "", field.default, *declared))
     return tuple(found)
 
 

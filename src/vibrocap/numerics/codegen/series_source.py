@@ -13,7 +13,7 @@ from vibrocap.numerics.codegen.slow_manifold import (
 )
 from vibrocap.numerics.codegen.straight_line import ADDING, CALLING, ZERO, Code, Formula, indented, literal
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.expressions.graph import Expression, reachable
 from vibrocap.numerics.expressions.structure import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
@@ -21,8 +21,8 @@ TAIL = 4.0  # times the last term: with those that follow it, if each is at most
 NO_MANIFOLD = ["def slow_jet(floats, lane):", '    """There is none."""']
 
 
-def jet_source(equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
-    """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes.
+def jet_source(equations: Equations, layout: Layout, loop: str) -> str:
+    """`jet`: Taylor coefficients of states, contact velocity and guards for all lanes.
 
     `slow_jet`: the same on a slow manifold, of a motion alone or of all lanes that are on one
     """
@@ -32,34 +32,32 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
             layout.order, sticks, limits_are_constant(equations), equations.several, bool(equations.switches)
         )
         slow = range(len(layout.slow))
-        body = _series(equations, integrals, layout, loop, slow if equations.several else ())
+        body = _series(equations, layout, loop, slow if equations.several else ())
         one = ["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), ""]
         other = NO_MANIFOLD
         if layout.slow and not equations.several:
             other = ["def slow_jet(floats, lane):", "    align_stack()", "    slow = floats[SLOW + lane] > 0.0"]
-            other += indented(_series(equations, integrals, layout, loop, slow))
+            other += indented(_series(equations, layout, loop, slow))
         return "\n".join([*one, *other, "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
-    found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
+    found = [*head, *indented(_series(equations, layout, loop, ()), 8), ""]
     calls = []
     if equations.several and layout.slow:  # of which any may be on theirs, as lanes
-        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
+        body = _series(equations, layout, loop, range(len(layout.slow)))
         return "\n".join([*found, "def slow_jet(floats, lane):", *indented(body), ""])
     if pair(layout):
-        body = _series(equations, integrals, layout, loop, (0, 1))
+        body = _series(equations, layout, loop, (0, 1))
         found += ["def slow_jet_pair(floats, lane):", *indented(body), ""]
         calls += ["    if floats[SLOW + lane] > 0.0 and floats[SLOW + LANES + lane] > 0.0:"]
         calls += ["        slow_jet_pair(floats, lane)", "        return"]
     for number in range(len(layout.slow)):
-        body = _series(equations, integrals, layout, loop, (number,))
+        body = _series(equations, layout, loop, (number,))
         found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
         calls += [f"    if floats[SLOW + {number} * LANES + lane] > 0.0:", f"        slow_jet_{number}(floats, lane)"]
     return "\n".join([*found, *(["def slow_jet(floats, lane):", *calls] if calls else NO_MANIFOLD), ""])
 
 
-def _series(
-    equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
-) -> list[str]:
+def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     order = layout.order
     # A GPU has functions of its own, and runs the ensemble one by one.
@@ -69,13 +67,13 @@ def _series(
     code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
-    watched = None if load is None else LoadSeries(load, writer, order)
-    states, rows = layout.states, layout.rows
+    watched = None if load is None else LoadSeries(equations.told(load), writer, order)
+    states = layout.states
     code.name("time", code.entry("TIME"))
     code.name("sliding", code.entry("SIDE"))
     for i in range(1, layout.contacts):
         code.name(f"sliding_{i}", code.entry(f"SIDE + {i} * LANES"))
-    imposed_from = rows + 1 + layout.switches
+    imposed_from = states + 1 + layout.switches
     shifts_from = imposed_from + layout.imposed
     held_from = shifts_from + layout.shifts
     located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
@@ -87,11 +85,6 @@ def _series(
     for k in range(order + 1):
         for i in range(states):
             keep(i, k, settled_coefficient(writer, i, k))
-        for i, rate in enumerate(integrals, start=states):
-            if k == 0:
-                keep(i, 0, code.entry(f"STATE + {i} * LANES"))
-            else:
-                keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
         for i, each in enumerate(equations.imposed, start=imposed_from):
             keep(i, k, settled_coefficient(writer, each.state, k, each.velocity))
         for i, shift in enumerate(equations.shifts[: layout.shifts], start=shifts_from):
@@ -113,7 +106,7 @@ def _series(
             moves = k == 0 or (located[i] and k < order + (equations.law_switches <= i < len(equations.switches)))
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
-                keep(rows + 1 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
+                keep(states + 1 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
     return code.lines
 
 
@@ -128,6 +121,7 @@ class LoadSeries:
 
     def __init__(self, load: Expression, writer: JetWriter, order: int):
         self.load, self.writer, self.last = load, writer, order - 2
+        writer.needed.update(reachable(load.graph, [load.index]))
 
     def at_order(self, k: int) -> list[tuple[int, Formula]]:
         """(number, value) of the coefficients that are known with the coefficients k of the states."""

@@ -22,17 +22,14 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 
 
 def generated_source(equations: Equations, layout: Layout, loop: str = "single") -> str:
-    """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`).
-
-    The integrals are carried along where the layout has rows for them.
-    """
+    """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`)."""
     if equations.maybe_stiff:
         record_slopes(equations)
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
     constants = {
         **layout.constants(),
-        "RATE_ROWS": layout.rates or (-1,) * layout.rows,
+        "RATE_ROWS": layout.rates or (-1,) * layout.states,
         "WHOLE_ROWS": layout.whole_rows,
         "WHOLE_COUNT": len(layout.whole_rows),
         "MAYBE_STIFF": equations.maybe_stiff,
@@ -55,7 +52,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": limits_are_constant(equations),
     }
-    constants["GUARD"] = series + layout.rows * row_size
+    constants["GUARD"] = series + layout.states * row_size
     constants["SWITCH"] = constants["GUARD"] + row_size
     imposed = constants["SWITCH"] + layout.switches * row_size
     constants["SHIFT"] = imposed + layout.imposed * row_size
@@ -83,14 +80,13 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
     constants |= slow_constants(layout)
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
-    integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
-        jet_source(equations, integrals, layout, loop),
-        rates_source(equations, integrals),
+        jet_source(equations, layout, loop),
+        rates_source(equations),
         holding_source(equations),
         *([] if equations.rows is None else [decision_source(equations.rows)]),
         branches_source(equations),
-        jacobian_source(equations, integrals),
+        jacobian_source(equations),
         resolution_source(equations, layout.order, polynomials=loop != "ensemble"),
     ]
     return "\n".join([*lines, "", *functions, ""])
@@ -104,10 +100,10 @@ def jumps(equations: Equations, layout: Layout) -> bool:
     return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
 
-def rates_source(equations: Equations, integrals: Sequence[Expression]) -> str:
+def rates_source(equations: Equations) -> str:
     """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
     graph, velocities = equations.graph, []
-    found = [stored_source("rates", graph, (*equations.rates, *integrals))]
+    found = [stored_source("rates", graph, equations.rates)]
     if equations.true_load is not None:
         found.append(returned_source("reaction(floats, t, point, side, lane)", graph, equations.true_load))
     for i, each in reversed(list(enumerate(equations.contacts))):
@@ -161,11 +157,10 @@ def branches_source(equations: Equations) -> str:
     return "\n".join(found)
 
 
-def jacobian_source(equations: Equations, integrals: Sequence[Expression]) -> str:
+def jacobian_source(equations: Equations) -> str:
     """`jacobian` of one lane, exact."""
     states = range(len(equations.rates))
-    rows = (*equations.rates, *integrals)
-    slopes = [derivative(rate, state) for rate in rows for state in (*states, -1)]
+    slopes = [derivative(rate, state) for rate in equations.rates for state in (*states, -1)]
     return stored_source("jacobian", equations.graph, slopes)
 
 

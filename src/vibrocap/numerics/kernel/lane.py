@@ -104,7 +104,7 @@ class Numbers:
     far_speed: float  # from which on the law holds nothing that a step could notice
     near_speed: float  # for which this has been asked, and is not so
     contact_residual: float  # largest |contact velocity| at a located event
-    state: list[float]  # [rows] states and integrals
+    state: list[float]  # [states]
     parameter: list[float]  # [parameters]
     scale: list[float]  # [states] natural size of each state
     # of an ensemble only

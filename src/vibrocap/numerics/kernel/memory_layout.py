@@ -7,9 +7,12 @@ places are constants of the linked kernel.
 
 import dataclasses
 import functools
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.expressions.traits import Traits
 from vibrocap.numerics.kernel.lane import (
     FLOAT_ENTRIES,
     INT_ENTRIES,
@@ -30,36 +33,24 @@ RESULT_HEAD = (
     *("refused_trials", "extrapolated"),  # periods from limits that were refused; 1: the window began at such a limit
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
-EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact
+EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states, then the number of the contact
+WHOLES = frozenset(INT_ENTRIES)
 
 
-@dataclasses.dataclass(frozen=True)
-class Layout:
-    """Where everything stands in the arrays of one kernel."""
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Layout(Traits):
+    """Where everything stands in the arrays of one kernel: follows from what a system has and what is kept of it."""
 
-    lanes: int
-    states: int
-    rows: int
+    lanes: int = 1
     order: int
-    parameters: int
     marks: int = 0
     gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries.py`
-    switches: int = 0  # guards of the branches of law and machine, and bounds
-    coefficients: int = 0  # per segment of a drive with corners; 0: it has none
-    imposed: int = 0  # contact velocities that are no states
-    shifts: int = 0  # of contacts at imposed distances, where one may be stiff: how far each is ahead of their state
-    contacts: int = 1
-    held: int = 0  # contacts that can rest, each with two rows: the force that holds it, and its limit
-    turns: int = 0  # coordinates that turn, of which a mark keeps a second number
     counts: int = 0  # events that a stepper counts apart; 0: it is none
     waiting: int = 0  # events of a stepper that may be later than its clock
-    implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
     part: int = 0  # numbers of a part of the table of its drive
     table: int = 0  # of all of it, of a stepper
-    rates: tuple[int, ...] = ()  # of each row the one that is its rate, whose series tells its own, else -1; (): none
     extrapolates: bool = False  # whether runs can go on from extrapolated limits of their marks
-    slow: tuple[tuple[int, int], ...] = ()  # slow manifolds: (contact, state that may be slaved)
 
     @property
     def measured(self) -> int:
@@ -93,16 +84,16 @@ class Layout:
     @functools.cached_property
     def sizes(self) -> dict[str, int]:
         """Items per entry that does not have one."""
-        found = self._own_sizes()
+        sizes = self._own_sizes()
         if self.extrapolates:
             before = FLOAT_ENTRIES[: FLOAT_ENTRIES.index("KEPT")]
-            found["KEPT"] = sum(found.get(name, 1) for name in (*INT_ENTRIES, *before))
-        return found
+            sizes["KEPT"] = sum(sizes.get(name, 1) for name in (*INT_ENTRIES, *before))
+        return sizes
 
     def _own_sizes(self) -> dict[str, int]:
         """All but the size of KEPT, which follows from the others."""
         return {
-            "STATE": self.rows,
+            "STATE": self.states,
             "PARAMETER": self.parameters,
             "SCALE": self.states,
             "INVERSE_SCALE": self.states,
@@ -131,8 +122,8 @@ class Layout:
 
     @property
     def series_rows(self) -> int:
-        """States and integrals; a row of the event search; guards; contacts; the true load where it is watched."""
-        return self.rows + 1 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
+        """States; a row of the event search; guards; contacts; the true load where it is watched."""
+        return self.states + 1 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
 
     @property
     def present(self) -> int:
@@ -160,27 +151,27 @@ class Layout:
     @property
     def work_size(self) -> int:
         """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities."""
-        if not self.implicit:
+        if not self.stiff:
             return self.event_work_size
         square = self.states * self.states
-        implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
+        implicit = self.states * (self.states + 1) + square + max(10 * self.states, square)
         implicit += 1 + 3 * self.shifts
         return self.event_work_size + implicit
 
     @functools.cached_property
     def piece_size(self) -> int:
         """Numbers per piece on the trace."""
-        return PIECE_HEAD + self.rows + len(self.whole_rows) * self.order + self.contacts - 1
+        return PIECE_HEAD + self.states + len(self.whole_rows) * self.order + self.contacts - 1
 
     @functools.cached_property
     def whole_rows(self) -> tuple[int, ...]:
         """Rows of which a piece on the trace has all coefficients."""
-        return tuple(row for row in range(self.rows) if not self.rates or self.rates[row] < 0)
+        return tuple(row for row in range(self.states) if not self.rates or self.rates[row] < 0)
 
     @property
     def event_size(self) -> int:
         """Numbers per event on the trace."""
-        return EVENT_HEAD + self.rows + 1
+        return EVENT_HEAD + self.states + 1
 
     @property
     def run_size(self) -> int:
@@ -205,19 +196,19 @@ class Layout:
     @functools.cached_property
     def places(self) -> dict[str, int]:
         """Offset of each entry of `ints` and of `floats`."""
-        found, place = {}, 0
+        places, place = {}, 0
         for name in INT_ENTRIES:
-            found[name] = place
+            places[name] = place
             place += self.sizes.get(name, 1) * self.lanes
         place = 0
         for name in FLOAT_ENTRIES:
-            found[name] = place
+            places[name] = place
             place += self.sizes.get(name, 1) * self.lanes
-        place = found["MEASURED"]
+        place = places["MEASURED"]
         for name, size in self.gathered:
-            found[name] = place
+            places[name] = place
             place += size * self.lanes
-        return found
+        return places
 
     @property
     def shown(self) -> int:
@@ -229,6 +220,18 @@ class Layout:
         """Numbers on the trace of a stepper: what it shows, the table of its drive, a backup of what it carries."""
         return self.shown + self.table + self.places["SERIES"] + self.whole_size
 
+    def put(self, floats: np.ndarray, ints: np.ndarray, entries: Mapping[str, Any]) -> None:
+        """Put a number into an entry of every lane, or several numbers into that of the one lane that there is."""
+        places, alone = self.places, self.lanes == 1
+        for name, value in entries.items():
+            array, place = ints if name in WHOLES else floats, places[name]
+            if hasattr(value, "__len__"):
+                array[place : place + len(value)] = value
+            elif alone:
+                array[place] = value
+            else:
+                array[place : place + self.lanes] = value
+
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:
         """(floats, ints) with everything zero."""
         return _aligned_zeros(self.real_size, np.float64), _aligned_zeros(self.whole_size, np.int64)
@@ -238,7 +241,6 @@ class Layout:
         return {
             "LANES": self.lanes,
             "STATES": self.states,
-            "ROWS": self.rows,
             "ORDER": self.order,
             "PIECE_SIZE": self.piece_size,
             "EVENT_SIZE": self.event_size,

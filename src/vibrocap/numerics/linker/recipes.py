@@ -5,6 +5,8 @@ What no module of a recipe answers, `kernel/interface.py` does.
 
 import dataclasses
 
+from vibrocap.numerics.kernel.memory_layout import Layout
+
 
 @dataclasses.dataclass(frozen=True)
 class Recipe:
@@ -34,69 +36,41 @@ LANE_PRIMITIVES = (
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 
-def motion_recipe(
-    maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, slow: bool = False
-) -> Recipe:
-    """One motion, of which everything is recorded.
-
-    branches: whether the law has several on each side of rest; corners: whether the drive has any
-    several: contacts; slow: whether all bristles may be on slow manifolds, so that no step need be implicit
-    """
-    before = _before(RECORDING, maybe_stiff, branches, corners, several, False, slow)
-    return Recipe("advance", (*ALONE, *before, *MOVING, "loop.one_by_one"))
+def motion_recipe(layout: Layout) -> Recipe:
+    """One motion, of which everything is recorded."""
+    return Recipe(
+        "advance", (*ALONE, *_before(layout, RECORDING, layout.corners, bool(layout.slow)), *MOVING, "loop.one_by_one")
+    )
 
 
-def shown_motion_recipe(
-    maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, slow: bool = False
-) -> Recipe:
+def shown_motion_recipe(layout: Layout) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
-    own = motion_recipe(maybe_stiff, branches, corners, several, slow)
-    return Recipe(own.entry, (*own.modules, *POINT[maybe_stiff], "observe.drive_table", "observe.instants"))
+    own = motion_recipe(layout)
+    return Recipe(own.entry, (*own.modules, *POINT[layout.stiff], "observe.drive_table", "observe.instants"))
 
 
-def stepper_recipe(
-    maybe_stiff: bool,
-    branches: bool,
-    corners: bool = False,
-    several: bool = False,
-    held_input: bool = False,
-    slow: bool = False,
-) -> Recipe:
+def stepper_recipe(layout: Layout, held_input: bool = False) -> Recipe:
     """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
-    before = _before(("stepper.event_counts",), maybe_stiff, branches, corners and not held_input, several, False, slow)
+    before = _before(layout, ("stepper.event_counts",), layout.corners and not held_input, bool(layout.slow))
     passage = "stepper.held_input" if held_input else "stepper.own_drive"
-    own = (*POINT[maybe_stiff], "stepper.clock", passage, "observe.drive_table", "stepper.take_step")
+    own = (*POINT[layout.stiff], "stepper.clock", passage, "observe.drive_table", "stepper.take_step")
     return Recipe("take_step", (*ALONE, *before, *MOVING, "loop.one_by_one", *own))
 
 
-def ensemble_recipe(
-    loop: str,
-    maybe_stiff: bool,
-    branches: bool,
-    corners: bool = False,
-    several: bool = False,
-    tangent: bool = False,
-    watched: bool = False,
-    returns: bool = False,
-    extrapolates: bool = False,
-    slow: bool = False,
-) -> Recipe:
-    """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
+def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
+    """Many motions, of which measures are kept.
 
-    returns: whether returns tell that a motion has settled
-    extrapolates: whether runs may go on from extrapolated limits of their marks
-    slow: whether all bristles may be on slow manifolds; of lanes side by side some, beside implicit steps
     loop: "ensemble", one by one; "simd", all lanes at once; "gpu", one by one on a thread of a GPU;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     before = (
         *GATHERING,
-        *_before(MEASURING, maybe_stiff, branches, corners, several, tangent, slow and loop != "simd"),
-        *(("observe.returns",) if returns else ()),
-        *POINT[maybe_stiff],
+        *_before(layout, MEASURING, layout.corners, bool(layout.slow) and loop != "simd"),
+        *(("observe.returns",) if layout.returns else ()),
+        *POINT[layout.stiff and not layout.tangent],
         *(("observe.evidence",) if loop != "browser" else ()),
-        *(("observe.load_watch",) if watched else ()),
-        *(("observe.extrapolation",) if extrapolates else ()),
+        *(("observe.load_watch",) if layout.watched else ()),
+        *(("observe.extrapolation",) if layout.extrapolates else ()),
     )
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
@@ -108,27 +82,23 @@ def ensemble_recipe(
     return Recipe("advance_ensemble", (*own, *before, *MOVING, "loop.one_by_one", "loop.run_queue"))
 
 
-def _before(
-    observer: tuple[str, ...],
-    maybe_stiff: bool,
-    branches: bool,
-    corners: bool,
-    several: bool,
-    tangent: bool,
-    slow: bool = False,
-) -> tuple[str, ...]:
-    """The modules before those of the loop."""
+def _before(layout: Layout, observer: tuple[str, ...], corners: bool, slow: bool) -> tuple[str, ...]:
+    """The modules before those of the loop.
+
+    corners: of the drive that the kernel follows; slow: whether all bristles may be on slow manifolds, so that no step
+    need be implicit; of lanes side by side some are, beside implicit steps
+    """
     steps = ("step.explicit",)
     if slow:
         steps = ("step.linear_system", "step.slow_manifold", "step.manifold_choice")
-    elif maybe_stiff:
+    elif layout.stiff and not layout.tangent:
         steps = ("step.linear_system", "step.implicit", "step.method_choice")
     return (
         *COMMON,
         *steps,
         *observer,
-        *(("events.law_branches",) if branches else ()),
-        *(("events.tried_mode", "events.decision") if several else ()),
+        *(("events.law_branches",) if layout.switches else ()),
+        *(("events.tried_mode", "events.decision") if layout.several else ()),
         *(("events.corners",) if corners else ()),
-        *(("events.tangents",) if tangent else ()),
+        *(("events.tangents",) if layout.tangent else ()),
     )

@@ -7,12 +7,11 @@ from vibrocap.numerics.codegen.source import Integrands, generated_source, insta
 from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 from vibrocap.numerics.linker.link import linked_source
 from vibrocap.numerics.linker.recipes import shown_motion_recipe
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source
-from vibrocap.numerics.run.motion import has_branches, series_order
+from vibrocap.numerics.run.motion import series_order
 
 MEMORY = (FLOATS, INTS, FLOATS)
 MOTION_ENTRIES = {
@@ -68,11 +67,8 @@ def browser_kernels(
     text.check()
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     part = 0 if equations.corners is None else len(equations.corners.numbers)
-    slow = slow_states(equations)
-    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), part=part, slow=slow)
+    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), part=part)
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
-    corners, several = equations.corners is not None, equations.several
-    recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several, bool(slow))
-    text = linked_source("\n\n".join(generated), recipe)
+    text = linked_source("\n\n".join(generated), shown_motion_recipe(layout))
     text.check()
     return BrowserKernel(layout, text, MOTION_ENTRIES), ensemble

@@ -35,8 +35,8 @@ from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel.loop.gpu_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.ensemble import (
-    Budget,
     drive_tables,
     ensemble_order,
     ensemble_source,

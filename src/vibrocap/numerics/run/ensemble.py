@@ -1,6 +1,5 @@
 """Runs the kernel for many motions: side by side in lanes, over threads, a few measures of each, not a trace."""
 
-import dataclasses
 import functools
 import threading
 from collections.abc import Callable
@@ -10,14 +9,14 @@ import numpy as np
 from vibrocap.numerics.codegen.source import Integrands, generated_source, holding_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
-from vibrocap.numerics.run.motion import has_branches, sizes
+from vibrocap.numerics.run.budget import Budget, begun
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
@@ -26,34 +25,6 @@ RETURN_MARKS = 256  # of a cycle of 62 returns
 BLOCK = 128  # most runs that a thread takes at a time
 NO_TABLES = np.empty((0, 0, 0))  # of a drive without corners
 TURNS = 500  # of up to `run_queue.ROUNDS` steps of all lanes, between two looks at the keyboard
-
-
-@dataclasses.dataclass(frozen=True)
-class Budget:
-    """What a run may cost and when it is measured.
-
-    periods: drive periods at most; window: the last so many are measured where nothing settles
-    threshold: of settling, over the natural size of each state; 0: every run goes on to its end
-    tolerance: error per step over the natural size of a state
-    asked: groups of measures, a sum of powers of two
-    evidence: last periods, of the window, of which evidence is taken where nothing settles (else of the response), see
-        `kernel/observe/evidence.py`; 0: of no run
-    returns: whether runs settle by their returns, as motions do that nothing drives in time, see `observe/returns.py`
-    extrapolate: whether runs go on from the limit of their marks where it holds, see
-        `kernel/observe/extrapolation.py`; never those of a rotor or with a tangent
-    """
-
-    periods: int
-    window: int
-    threshold: float
-    tolerance: float
-    max_events_per_period: int
-    max_steps: int
-    asked: int = 0
-    evidence: int = 0
-    _: dataclasses.KW_ONLY
-    returns: bool = False
-    extrapolate: bool = False
 
 
 def ensemble_order(tolerance: float) -> int:
@@ -92,25 +63,22 @@ def ensemble_source(
     """
     loop = loop or ("ensemble" if lanes == 1 else "simd")
     integrands = integrands or integrands_source(equations)
-    states = len(equations.rates)
+    has = traits(equations, side_by_side=loop == "simd")
     own_switches = len(equations.switches) - equations.law_switches
-    watched = equations.true_load is not None and states == equations.base
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
-    parameters, corners = len(equations.parameter_paths), equations.corners
-    tangent = states > equations.base
-    stiff = equations.maybe_stiff and not tangent
-    slow = () if not stiff else slow_bristles(equations) if loop == "simd" else slow_states(equations)
-    own_sizes = sizes(equations)
-    extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0 and not returns
-    own_sizes |= {"slow": slow, "extrapolates": extrapolates}
-    marks = RETURN_MARKS if returns else MARKS
-    layout = Layout(lanes, states, states, order, parameters, marks, entries, **own_sizes)
+    watched = equations.true_load is not None and not has.tangent
+    entries = gathered_entries(has.states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
+    layout = Layout(
+        **vars(has),
+        lanes=lanes,
+        order=order,
+        marks=RETURN_MARKS if returns else MARKS,
+        gathered=entries,
+        extrapolates=loop != "browser" and not (has.tangent or has.turns or returns),
+    )
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(holding_source(equations, "evidence", equations.rates[: equations.base]))
-    more = equations.several, tangent, watched, returns, extrapolates, bool(slow)
-    recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
-    return layout, linked_source("\n\n".join(generated), recipe)
+    return layout, linked_source("\n\n".join(generated), ensemble_recipe(layout, loop))
 
 
 def ensemble_run(
@@ -181,35 +149,19 @@ def prepared_lanes(
     layout: Layout, budget: Budget, count: int, tables: np.ndarray = NO_TABLES
 ) -> tuple[np.ndarray, np.ndarray]:
     """The memory of the lanes of one thread, all of them free; tables: as of `drive_tables`, behind the results."""
-    floats, ints = layout.allocated()
-    for name, value in (
-        ("STATUS", codes.DONE),
-        ("RUN", -1),
-        ("EVENT_LIMIT", budget.max_events_per_period),
-        ("STEP_LIMIT", budget.max_steps),
-        ("WINDOW", budget.window),
-    ):
-        ints[layout.places[name] :][: layout.lanes] = value
-    for name, value in (
-        ("PERIOD_BUDGET", budget.periods),
-        ("ASKED", budget.asked),
-        ("EXTRAPOLATE", budget.extrapolate),
-        ("EVIDENCE_PERIODS", budget.evidence),
-        ("RESULT_START", count * layout.run_size),
-        ("TABLE_START", count * (layout.run_size + layout.result_size)),
-        ("TABLE_STRIDE", tables[0].size if len(tables) > 1 else 0),
-        ("SEGMENT_COUNT", tables.shape[1]),
-        ("MORE", 1),
-    ):
-        ints[layout.places[name]] = value
-    for name, value in (
-        ("TOLERANCE", budget.tolerance),
-        ("THRESHOLD", budget.threshold),
-        ("SCALE", 1.0),  # free lanes are computed along with the others
-        ("PERIOD", 1.0),
-    ):
-        floats[layout.places[name] :][: layout.lanes] = value
-    return floats, ints
+    return begun(
+        layout,
+        budget,
+        STATUS=codes.DONE,
+        RUN=-1,
+        RESULT_START=count * layout.run_size,
+        TABLE_START=count * (layout.run_size + layout.result_size),
+        TABLE_STRIDE=tables[0].size if len(tables) > 1 else 0,
+        SEGMENT_COUNT=tables.shape[1],
+        MORE=1,
+        SCALE=1.0,  # free lanes are computed along with the others
+        PERIOD=1.0,
+    )
 
 
 def drive_tables(equations: Equations, parameters: np.ndarray) -> np.ndarray:

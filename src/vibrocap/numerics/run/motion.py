@@ -2,15 +2,15 @@
 
 import dataclasses
 import functools
+import math
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.structure import slow_states
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -24,6 +24,7 @@ from vibrocap.numerics.linker.link import (
     plain_kernel,
 )
 from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.numerics.run.budget import Budget, begun
 from vibrocap.numerics.run.results import PieceSeries
 from vibrocap.resources import check_kept, check_memory
 
@@ -32,6 +33,7 @@ EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
 LARGEST_TRACE = 2**21  # numbers of a trace that a thread keeps for its next motion
 
+NO_TABLE = np.empty((0, 0))  # of a drive without corners
 FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
 
 Progress = Callable[[float], None]
@@ -138,51 +140,17 @@ def series_order(tolerance: float) -> int:
     return 12 if tolerance >= 1e-11 else 16
 
 
-def has_branches(equations: Equations) -> bool:
-    """Whether law or machine has several branches, or anything ends a run or changes states at a reversal."""
-    return bool(equations.guards)
-
-
-def sizes(equations: Equations) -> dict[str, Any]:
-    """Of the memory: guards, coefficients of a segment, and what contacts take."""
-    corners = equations.corners
-    return {
-        "switches": len(equations.guards),
-        "coefficients": 0 if corners is None else corners.coefficients,
-        "imposed": len(equations.imposed),
-        "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
-        "implicit": equations.maybe_stiff,
-        "contacts": len(equations.contacts),
-        "turns": len(equations.turns),
-        "held": sum(each.sticks for each in equations.contacts),
-        "rates": _kept_rates(equations),
-    }
-
-
-def _kept_rates(equations: Equations) -> tuple[int, ...]:
-    """Of each state the state that is its rate, if that one is kept whole; none where a series may be damped."""
-    found: list[int] = []
-    for state, rate in enumerate(each.state for each in equations.rates):
-        follows = rate not in (-1, state) and state not in found and (rate > state or found[rate] < 0)
-        found.append(rate if follows and not equations.maybe_stiff else -1)
-    return tuple(found)
-
-
 def motion_layout(equations: Equations, order: int) -> Layout:
     """The memory of one motion of these equations."""
-    states = len(equations.rates)
-    own = sizes(equations)
-    return Layout(1, states, states, order, len(equations.parameter_paths), slow=slow_states(equations), **own)
+    return Layout(**vars(traits(equations)), order=order)
 
 
 def linked_motion(equations: Equations, order: int) -> tuple[Layout, Linked]:
     """(layout, text) of the kernel for one motion of these equations."""
     from vibrocap.numerics.codegen.source import generated_source  # only here: most kernels are on the disk
 
-    layout, corners = motion_layout(equations, order), equations.corners is not None
-    more = equations.several, bool(layout.slow)
-    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners, *more)
-    return layout, linked_source(generated_source(equations, layout), recipe)
+    layout = motion_layout(equations, order)
+    return layout, linked_source(generated_source(equations, layout), motion_recipe(layout))
 
 
 @functools.lru_cache(maxsize=64)
@@ -193,11 +161,11 @@ def kernel(equations: Equations, order: int, plain: bool = False, literal: bool 
         return layout, plain_kernel(text)["advance"]
     layout = motion_layout(equations, order)
     key = kernel_key(equations, layout, literal)
-    if (found := known_kernel(key)) is None:
+    if (compiled := known_kernel(key)) is None:
         _, text = linked_motion(equations, order)
-        found = compiled_kernel(text, literal)
+        compiled = compiled_kernel(text, literal)
         note_kernel(key, text, literal)
-    return layout, found
+    return layout, compiled
 
 
 def recorded_run(
@@ -205,10 +173,7 @@ def recorded_run(
     parameters: Sequence[float],
     initial: Sequence[float],
     period: float,
-    periods: float,
-    tolerance: float,
-    max_events_per_period: int,
-    max_steps: int,
+    budget: Budget,
     progress: Progress | None = None,
     plain: bool = False,
     keep_pieces: bool = True,
@@ -221,16 +186,14 @@ def recorded_run(
     phase: of the drive at the start, a share of its period from 0 to 1; times count from where that period began
     literal: to the last bit what a browser computes, and plain Python with the package's polynomials
     """
-    order = series_order(tolerance) if order is None else order
-    layout, advance = kernel(equations, order, plain, literal)
-    whole_trace = 8.0 * int(np.floor(phase + periods + 1e-12)) * layout.rows
+    periods = budget.periods
+    layout, advance = kernel(equations, order or series_order(budget.tolerance), plain, literal)
+    whole_trace = 8.0 * math.floor(phase + periods + 1e-12) * layout.states
     check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     room = int(min(PIECE_ROOM, 250 * periods + 200)), EVENT_ROOM
-    limits = max_events_per_period, max_steps
-    begun = begun_memory(equations, layout, parameters, initial, period, periods, tolerance, limits, room, phase)
-    floats, ints, trace = begun
+    floats, ints, trace = begun_memory(equations, layout, parameters, initial, period, budget, room, phase)
     given_away = False
-    place, rows = layout.places, layout.rows
+    place, rows = layout.places, layout.states
     event_start, piece_start = int(ints[place["RECORDED_EVENT_START"]]), int(ints[place["PIECE_START"]])
     pieces, events = [], []
     status = codes.RUNNING
@@ -279,51 +242,45 @@ def begun_memory(
     parameters: Sequence[float],
     initial: Sequence[float],
     period: float,
-    periods: float,
-    tolerance: float,
-    limits: tuple[int, int],
+    budget: Budget,
     room: tuple[int, int],
     phase: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(floats, ints, trace) of one motion that is about to begin.
-
-    limits: most events per period and most steps; room: pieces and events that the trace holds
-    """
-    place, rows = layout.places, layout.rows
-    floats, ints = layout.allocated()
-    marks = phase + periods  # of the drive, at the end
-    whole_periods = int(np.floor(marks + 1e-12))
-    _fill(floats, place["STATE"], initial)
-    _fill(floats, place["PARAMETER"], parameters)
-    scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
-    _fill(floats, place["SCALE"], scales)
-    floats[place["PERIOD"]] = period
-    floats[place["TIME"]] = phase * period
-    floats[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
-    floats[place["TOLERANCE"]] = tolerance
-    ints[place["STATUS"]] = codes.BEGINNING
-    ints[place["WHOLE_PERIODS"]] = whole_periods
-    ints[place["EVENT_LIMIT"]] = limits[0]
-    ints[place["STEP_LIMIT"]] = limits[1]
-    table = np.empty((0, 0))
+    """(floats, ints, trace) of one motion that is about to begin; room: pieces and events that the trace holds."""
+    marks = phase + budget.periods  # of the drive, at the end
+    whole_periods = math.floor(marks + 1e-12)
+    rest = marks - whole_periods
+    table = NO_TABLE
     if equations.corners is not None:
-        (table,), (floats[place["PARAMETER"] + equations.corners.place],) = equations.corners.of_one(tuple(parameters))
-        ints[place["SEGMENT_COUNT"]] = len(table)
-    piece_room, event_room = room
+        (table,), (present,) = equations.corners.of_one(tuple(parameters))
+        place = equations.corners.place
+        parameters = [*parameters[:place], present, *parameters[place + 1 :]]
+    (pieces, events), rows = room, layout.states
     event_start = (whole_periods + 1) * rows
-    table_start = event_start + event_room * layout.event_size
+    table_start = event_start + events * layout.event_size
     piece_start = table_start + table.size  # the last, so that the trace can be cut
-    trace = TRACES.lend(piece_start + piece_room * layout.piece_size)
+    trace = TRACES.lend(piece_start + pieces * layout.piece_size)
+    trace[:rows] = initial
     trace[table_start:piece_start] = table.ravel()
-    ints[place["TABLE_START"]] = table_start
-    trace[:rows] = floats[place["STATE"] : place["STATE"] + rows]
-    ints[place["RECORDED_EVENT_START"]], ints[place["RECORDED_EVENT_LIMIT"]] = event_start, event_room
-    ints[place["PIECE_START"]], ints[place["PIECE_LIMIT"]] = piece_start, piece_room
+    floats, ints = begun(
+        layout,
+        budget,
+        STATUS=codes.BEGINNING,
+        STATE=initial,
+        PARAMETER=parameters,
+        SCALE=evaluate(equations.scales, 0.0, initial, 1.0, parameters),
+        PERIOD=period,
+        TIME=phase * period,
+        WHOLE_PERIODS=whole_periods,
+        TAIL=rest * period if rest > 1e-12 else 0.0,
+        TABLE_START=table_start,
+        SEGMENT_COUNT=len(table),
+        PIECE_START=piece_start,
+        PIECE_LIMIT=pieces,
+        RECORDED_EVENT_START=event_start,
+        RECORDED_EVENT_LIMIT=events,
+    )
     return floats, ints, trace
-
-
-def _fill(floats: np.ndarray, start: int, values: Any) -> None:
-    floats[start : start + len(values)] = values
 
 
 def _rows(trace: np.ndarray, start: int, count: int, size: int) -> np.ndarray:

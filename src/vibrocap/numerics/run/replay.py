@@ -13,6 +13,7 @@ from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.run.budget import Budget, begun
 from vibrocap.numerics.run.ensemble import drive_tables, ensemble_source
 from vibrocap.numerics.run.results import RunResults
 
@@ -21,43 +22,31 @@ def replayed(
     equations: Equations,
     parameters: Sequence[float],
     motion: Any,
-    window: int,
-    threshold: float,
-    asked: int,
+    budget: Budget,
     integrands: Integrands | None = None,
     switch_times: Sequence[np.ndarray] = (),
 ) -> RunResults:
-    """The result of a motion, as an ensemble with a budget of its whole periods would have written it.
+    """The result of a motion, as an ensemble with this budget, of its whole periods, would have written it.
 
-    motion: a `Trajectory`; window, threshold, asked: see `ensemble.Budget`
+    motion: a `Trajectory`
     switch_times: when each guard of the machine fell to zero
     """
     layout, kernel = _hooks(equations, motion.series.order, integrands)
-    floats, ints = layout.allocated()
     tables = drive_tables(equations, np.array([parameters]))
     trace = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
-    place = layout.places
-    states, length = layout.states, layout.order + 1
-
-    def fill(entry: str, given: Any) -> None:
-        floats[place[entry] : place[entry] + np.size(given)] = given
-
-    fill("PARAMETER", parameters)
-    fill("SCALE", evaluate(equations.scales, 0.0, motion.sections[0], 1.0, parameters))
-    fill("PERIOD", motion.period)
-    fill("TOLERANCE", motion.tolerance)
-    fill("THRESHOLD", threshold)
-    fill("STATE", motion.sections[0])
-    for entry, number in (
-        ("WHOLE_PERIODS", len(motion.sections) - 1),
-        ("WINDOW", window),
-        ("WINDOW_START", -1),
-        ("ASKED", asked),
-        ("STATUS", codes.DONE),
-        ("TABLE_START", layout.result_size),
-        ("SEGMENT_COUNT", tables.shape[1]),
-    ):
-        ints[place[entry]] = number
+    place, states, length = layout.places, layout.states, layout.order + 1
+    floats, ints = begun(
+        layout,
+        budget,
+        STATUS=codes.DONE,
+        STATE=motion.sections[0],
+        PARAMETER=parameters,
+        SCALE=evaluate(equations.scales, 0.0, motion.sections[0], 1.0, parameters),
+        PERIOD=motion.period,
+        WHOLE_PERIODS=int(budget.periods),
+        TABLE_START=layout.result_size,
+        SEGMENT_COUNT=tables.shape[1],
+    )
     kernel["begin_drive"](floats, ints, trace, 0, 0)
     kernel["on_period"](floats, ints, trace, 0)
     methods = motion.piece_implicit.astype(int).tolist()
@@ -65,13 +54,13 @@ def replayed(
     lengths, sides = motion.piece_length.tolist(), motion.piece_sides
     pieces = enumerate(zip(lengths, sides, methods, jumps, motion.series[:], strict=True))
     doubtful = _near_lift_off(motion) if layout.watched else ()
-    count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
-    while ints[count] < ints[budget]:
+    count, last, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
+    while ints[count] < ints[last]:
         number, (h, side, method, jump, coefficients) = next(pieces)
-        fill("SIDE", side)
+        layout.put(floats, ints, {"SIDE": side})
         ints[place["STIFF"]] = method
         if ints[place["WINDOW_START"]] >= 0:
-            fill("SERIES", coefficients[:states, :length].ravel())
+            layout.put(floats, ints, {"SERIES": coefficients[:states, :length].ravel()})
             kernel["on_piece"](floats, ints, trace, 0, h)
             if layout.watched and doubtful[number]:
                 kernel["look_at_load"](floats, ints, 0, h)
@@ -83,12 +72,12 @@ def replayed(
         if near and not kernel["at_corner"](floats, ints, trace, 0):
             ints[count] += 1
             floats[time] = 0.0
-            fill("STATE", motion.sections[ints[count]])
+            layout.put(floats, ints, {"STATE": motion.sections[ints[count]]})
             kernel["begin_drive_period"](floats, ints, trace, 0)
             kernel["on_period"](floats, ints, trace, 0)
     if "OCCURRED" in place:
-        begun = motion.start_time + ints[place["WINDOW_START"]] * motion.period
-        fill("OCCURRED", [np.sum(times > begun) for times in switch_times])
+        since = motion.start_time + ints[place["WINDOW_START"]] * motion.period
+        layout.put(floats, ints, {"OCCURRED": [np.sum(times > since) for times in switch_times]})
     kernel["end_run"](floats, ints, trace, 0)
     return RunResults(layout, trace[None, : layout.result_size])
 

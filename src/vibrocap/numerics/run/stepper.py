@@ -11,12 +11,13 @@ from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import c_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.structure import slow_states
+from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import stepper_recipe
-from vibrocap.numerics.run.motion import has_branches, series_order, sizes
+from vibrocap.numerics.run.budget import Budget, begun
+from vibrocap.numerics.run.motion import series_order
 
 ENTRIES = ("begin_motion", "take_step", "look_at")
 ENDLESS = 2**62  # periods
@@ -63,29 +64,22 @@ class StepperKernel:
         """Of the memory, by name."""
         return self.layout.constants()
 
-    def memory(
-        self,
-        parameters: Sequence[float],
-        initial: Sequence[float],
-        tolerance: float,
-        max_events_per_period: int,
-        max_steps: int,
-    ) -> StepperMemory:
-        """The memory that `begin_motion` is given.
-
-        max_events_per_period: of an input, per length; max_steps: per length
-        """
-        place, layout = self.places, self.layout
-        floats, ints = layout.allocated()
-        floats[place["STATE"] : place["STATE"] + layout.states] = initial
-        floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)] = parameters
-        floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
-        floats[place["TOLERANCE"]] = tolerance
-        ints[place["WHOLE_PERIODS"]] = 0 if self.held_input else ENDLESS
-        ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps
-        ints[place["TABLE_START"]], ints[place["SEGMENT_COUNT"]] = layout.shown, self.segments
-        ints[place["NEW_INPUT"]] = int(self.held_input)
-        return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
+    def memory(self, parameters: Sequence[float], initial: Sequence[float], budget: Budget) -> StepperMemory:
+        """The memory that `begin_motion` is given; the budget is one per length, of an input its events too."""
+        floats, ints = begun(
+            self.layout,
+            budget,
+            STATE=initial,
+            PARAMETER=parameters,
+            REFUTED_SPEED=np.inf,
+            FAR_SPEED=np.inf,
+            WHOLE_PERIODS=0 if self.held_input else ENDLESS,
+            STEPS_PER_CALL=budget.max_steps,
+            TABLE_START=self.layout.shown,
+            SEGMENT_COUNT=self.segments,
+            NEW_INPUT=self.held_input,
+        )
+        return StepperMemory(floats, ints, np.zeros(self.layout.stepper_trace_size))
 
     def entry(self, name: str, memory: StepperMemory, plain: bool = False) -> Entry:
         """One of ENTRIES on a memory: compiled, with every sum and product rounded as in C, or as plain Python."""
@@ -126,13 +120,11 @@ def stepper_kernel(
 
 @functools.lru_cache(maxsize=64)
 def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool, parts: int) -> StepperKernel:
-    states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
-    own = None if held_input else corners
+    contacts, own = len(equations.contacts), None if held_input else equations.corners
     part, rows = (0, 0) if own is None else (len(own.numbers), len(own.lengths))
     layout = Layout(
-        *(1, states, states, order, len(equations.parameter_paths)),
-        **sizes(equations),
-        slow=slow_states(equations),
+        **vars(traits(equations)),
+        order=order,
         counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
         observed=len(observed),
@@ -141,10 +133,6 @@ def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_inpu
     )
     values = [value for _, value in observed]
     generated = [generated_source(equations, layout), instants_source(equations, values, with_table=not held_input)]
-    branches, several = has_branches(equations), equations.several
-    recipe = stepper_recipe(
-        equations.maybe_stiff, branches, corners is not None, several, held_input, bool(layout.slow)
-    )
-    text = linked_source("\n\n".join(generated), recipe)
+    text = linked_source("\n\n".join(generated), stepper_recipe(layout, held_input))
     names = tuple(name for name, _ in observed)
     return StepperKernel(layout, text, names, held_input, parts * rows)

@@ -12,7 +12,6 @@ from vibrocap.orbits.attractors.classification import (
     MotionClass,
     class_of,
     class_of_iterates,
-    class_of_orbit,
     mirrored_cloud,
     same_set,
     within_set,
@@ -192,16 +191,20 @@ def _attractors_of_good(
     map_: StroboscopicMap, runs: SettlingRuns, periods: int
 ) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
     """As `attractors_of`, of runs that failed or are certified."""
-    if not is_driven(map_.system):
-        return _attractors_without_clock(map_, runs, periods)
-    orbits, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
-    settled = runs.response_period > 0
+    clock = is_driven(map_.system)
+    if clock:
+        orbits, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
+        settled, reached = runs.response_period > 0, []
+    else:
+        reached, which, runs = settled_without_clock(map_, runs, periods)
+        settled, orbits = which >= 0, []
     waiting = np.flatnonzero(runs.finished & ~settled)
     continuum = bool(np.any(settled & (which < 0)))
     if continuum:  # orbits that a run or two lead to are samples of it
         orbits, which = _those_with_most(orbits, which)
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
-    motions, places = [class_of_orbit(each.orbit) for each in orbits], list(range(len(orbits)))
+    motions = [class_of(each) for each in (*(each.orbit for each in orbits), *reached)]
+    places = list(range(len(motions)))
     groups, members = _wandering(map_, runs.state[waiting])
     label[waiting] = NOT_SETTLED
     for motion, among in zip(groups, members, strict=True):
@@ -219,23 +222,7 @@ def _attractors_of_good(
                 orbits.append(orbit)
                 places.append(len(motions))
             motions.append(motion)
-    found, label = _in_order(motions, _twins(map_, motions), label)
-    return found, label, runs
-
-
-def _attractors_without_clock(
-    map_: StroboscopicMap, runs: SettlingRuns, periods: int
-) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
-    """As `_attractors_of_good`, of a system that nothing drives in time."""
-    reached, which, runs = settled_without_clock(map_, runs, periods)
-    waiting = np.flatnonzero(runs.finished & (which < 0))
-    label = np.where(which >= 0, which, np.where(runs.finished, NOT_SETTLED, FAILED))
-    motions = [class_of(each) for each in reached]
-    for motion, among in zip(*_wandering(map_, runs.state[waiting]), strict=True):
-        if motion.kind not in ("failed", "not settled"):
-            label[waiting[among]] = len(motions)
-            motions.append(motion)
-    found, label = _in_order(motions, [None] * len(motions), label)
+    found, label = _in_order(motions, _twins(map_, motions) if clock else [None] * len(motions), label)
     return found, label, runs
 
 

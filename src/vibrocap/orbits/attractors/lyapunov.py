@@ -93,7 +93,7 @@ def advanced(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, p
     """The state so many periods later; None where the run could not be completed."""
     if periods == 0:
         return state
-    budget = Budget(periods, 1, 0.0, map_.tolerance, MOST_EVENTS, MOST_STEPS * periods)
+    budget = Budget(periods, map_.tolerance, MOST_EVENTS, MOST_STEPS * periods, window=1)
     ends = map_.run(budget, state[None], parameters[None])
     return ends.state[0] if ends.finished[0] else None
 

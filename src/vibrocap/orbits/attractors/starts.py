@@ -90,7 +90,7 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
         i = system.state_names.index(name)
         probes[:, i] = np.clip(probes[:, i], least, most)
     rows = np.tile(parameters, (PROBES, 1))
-    budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, codes.ASK_EXTREMES)
+    budget = Budget(PROBE_PERIODS, ROUGH, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_EXTREMES)
     ends = map_.run(budget, probes, rows)
     fine = ends[ends.finished]
     found = {}

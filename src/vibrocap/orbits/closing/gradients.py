@@ -225,7 +225,7 @@ class _Ends:
         rows[:, :own] = stretches.rows[k]
         rows[m:, own:] = stretches.directions[k] * self.steps[:, None]
         states = np.concatenate((np.tile(here, (count, 1)), lanes), axis=1)
-        budget = Budget(1, 1, 0.0, self.map.tolerance, MOST_EVENTS, MOST_STEPS)
+        budget = Budget(1, self.map.tolerance, MOST_EVENTS, MOST_STEPS)
         from_, to = np.full(count, start), np.full(count, end)
         ended = ensemble_run(
             self.recording, rows, states, budget, threads=1, order=ORDER, start=from_, mark_distance=to

@@ -219,7 +219,7 @@ class ClosingMap(Residual):
         lengths = np.full(m + 2, response * map_.period(rows[0]))
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_MODES, evidence=1)
+        budget = Budget(1, self.tolerance, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_MODES, evidence=1)
         recording = variational_equations(map_.equations)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state

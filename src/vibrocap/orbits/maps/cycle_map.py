@@ -112,7 +112,7 @@ class CycleMap(ClosingMap):
         sizes = self.sizes[self.unknowns]
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_MODES, evidence=1)
+        budget = Budget(1, self.tolerance, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_MODES, evidence=1)
         recording, lengths = variational_equations(map_.equations), np.full(m + 2, length)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state

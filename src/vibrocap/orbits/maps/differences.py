@@ -41,7 +41,7 @@ def slopes_along(
     starts[:, :, :n] = states + steps[:, None, None] * directions
     rows = np.tile(parameters, (len(steps), 1))
     distance = None if mark_distance is None else np.tile(mark_distance, len(steps))
-    budget = Budget(periods, 1, 0.0, map_.tolerance, MOST_EVENTS, MOST_STEPS)
+    budget = Budget(periods, map_.tolerance, MOST_EVENTS, MOST_STEPS, window=1)
     recording, width = (map_.equations, n) if map_.stiff else (variational_equations(map_.equations), 2 * n)
     starts = starts[:, :, :width].reshape(-1, width)
     ended = map_.run(budget, starts, rows, recording=recording, order=ORDER, mark_distance=distance)

@@ -64,7 +64,16 @@ def settling_runs(
     progress: called now and then, from any thread, with the share begun
     """
     count = len(states)
-    budget = Budget(periods, 1, SETTLED, ROUGH, MOST_EVENTS, MOST_STEPS, evidence=1, returns=not map_.equations.timed)
+    budget = Budget(
+        periods,
+        ROUGH,
+        MOST_EVENTS,
+        MOST_STEPS,
+        window=1,
+        threshold=SETTLED,
+        evidence=1,
+        returns=not map_.equations.timed,
+    )
     parts = []
     for base in range(0, count, CHUNK):
         chosen = slice(base, min(base + CHUNK, count))
@@ -93,7 +102,7 @@ def _measured(map_: StroboscopicMap, ends: RunResults, parameters: np.ndarray) -
 def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:
     """The runs, of which the chosen ones went on: `longer` periods in any case, then until they settled."""
     rows = np.tile(map_.parameters(), (len(chosen), 1))
-    ends = map_.run(Budget(longer, 1, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS), runs.state[chosen], rows)
+    ends = map_.run(Budget(longer, ROUGH, MOST_EVENTS, MOST_STEPS, window=1), runs.state[chosen], rows)
     later = settling_runs(map_, ends.state, rows, periods)
     later.ended[:] = np.where(ends.finished, later.ended, ends.status)
     later.response_period[~later.finished] = 0

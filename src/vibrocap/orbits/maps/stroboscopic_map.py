@@ -198,7 +198,7 @@ class StroboscopicMap:
         if tangents and self.stiff:
             return self._with_differences(states, parameters, periods, mark_distance)
         evidence = periods if tangents else 0
-        budget = Budget(periods, periods, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=evidence)
+        budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=evidence)
         recording, each = self.equations, 1
         start, scales = states, np.ones((runs, n))
         if tangents:
@@ -264,7 +264,7 @@ class StroboscopicMap:
         self, states: np.ndarray, parameters: np.ndarray, periods: int, distance: np.ndarray | None
     ) -> Images:
         """Images of stiff equations, whose tangents no explicit step follows, with differences as derivatives."""
-        budget = Budget(periods, periods, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods)
+        budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods)
         ended = self.run(budget, states, parameters, order=ORDER, mark_distance=distance)
         jacobian, finished, free = np.zeros((*states.shape, self.states)), ended.finished, self.free(states, parameters)
         scales = np.stack([self.scales(row) for row in parameters])
@@ -326,7 +326,7 @@ def at_next_section(
         return ends, ended
     period = np.array([map_.period(row) for row in np.unique(parameters, axis=0)])
     length = period[0] if len(period) == 1 else np.array([map_.period(row) for row in parameters[waiting]])
-    budget = Budget(1, 1, 0.0, TOLERANCE, MOST_EVENTS, MOST_STEPS)
+    budget = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS)
     found = map_.run(budget, states[waiting], parameters[waiting], start=share[waiting] * length)
     ends[waiting], ended[waiting] = found.state, found.status
     return ends, ended

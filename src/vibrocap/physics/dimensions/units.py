@@ -139,9 +139,9 @@ def turned(unit: str) -> str:
 
 
 def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:
-    """The units in which a parameter may be given, with what one of them is in SI."""
+    """The units in which a parameter may be given, with what one is in SI; a declared unit keeps its radians."""
     assert info.dimension is not None
-    return ROLE_UNITS.get(info.role) or {unit_name(info.dimension, effort): 1.0}
+    return ROLE_UNITS.get(info.role) or {info.unit if "rad" in info.unit else unit_name(info.dimension, effort): 1.0}
 
 
 @functools.cache

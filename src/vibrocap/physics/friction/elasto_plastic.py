@@ -133,7 +133,7 @@ class ElastoPlastic(Law):
 
     @property
     def passive(self) -> bool:
-        """delta2 >= delta1 (eta_s - eta_c)/eta_c is sufficient, as for LuGre's law.
+        """delta2 >= delta1 (eta_s - eta_c)/eta_c, sufficient as for LuGre's law.
 
         With u = p xi sgn(v)/g(v) in place of LuGre's u, which is no larger and not negative,
         R v - d(stored)/dt = delta0 v xi u + v^2 [delta2 + delta1 (1 - u)].

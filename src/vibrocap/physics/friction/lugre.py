@@ -119,7 +119,7 @@ class LuGre(Law):
 
     @property
     def passive(self) -> bool:
-        """Whether delta2 >= delta1(v) (eta_s/l(v) - 1) at all speeds, l(v) the level between eta_s and eta_c.
+        """delta2 >= delta1(v) (eta_s/l(v) - 1) at all speeds, l(v) the level between eta_s and eta_c.
 
         With u = xi sgn(v)/g(v), which lies within +-g(0)/g(v), and the stored energy delta0 xi^2/2,
 

@@ -151,7 +151,7 @@ class MaxwellSlip(Law):
 
     @property
     def passive(self) -> bool:
-        """With equal levels: an element then sticks, or slips with F_i = nu_i s sgn(v) and loses F_i v.
+        """Equal levels: an element then sticks, or slips with F_i = nu_i s sgn(v) and loses F_i v.
 
         With a droop F_i grows while s(v) rises, however little the contact moves.
         """

@@ -1,9 +1,8 @@
 """Bodies that only turn, so that friction and its load are torques: a drill string, and a clutch."""
 
-import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Spring, Support, coordinate
 
@@ -22,9 +21,7 @@ class TurningBodies(Machine):
 
     def scales(self, time=1.0):
         """Angle and speed that a torque of the size of the load makes, as of an `Oscillator`."""
-        inertia = self._inertia()
-        stiffness = self.stiffness + inertia * (2.0 * math.pi / time) * (2.0 * math.pi / time)
-        return (self.normal_load / stiffness, self.normal_load / sqrt(inertia * stiffness)) * 2
+        return oscillation(self._inertia(), self.stiffness, self.normal_load, time) * 2
 
     def effort_scale(self):
         """N."""

@@ -7,11 +7,11 @@ from typing import Any
 from vibrocap.case.case import Case
 from vibrocap.case.sections import kind_path
 from vibrocap.physics.dimensions.conversion import path_in_si
-from vibrocap.physics.dimensions.scales import Scales
-from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
+from vibrocap.physics.dimensions.stated import Stated, parameters_stated, stated
+from vibrocap.physics.dimensions.units import state_keys, written
 from vibrocap.physics.names import SIGNAL, name_and_number
-from vibrocap.physics.parameters import NUMBER, given_parameters, parameter_table
-from vibrocap.physics.symbols import GREEK, printed
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.symbols import GREEK, STATES, printed
 from vibrocap.physics.system import System
 
 LABELS = {
@@ -44,17 +44,6 @@ def symbol_text(symbol: str) -> str:
     letter = rf"\{name}" if name in GREEK else name if len(name) == 1 else rf"\mathrm{{{name}}}"
     upright = below if len(below) < 2 or below.isdigit() else rf"\mathrm{{{below}}}"
     return f"${letter}{f'_{{{upright}}}' if below else ''}{primes}$"
-
-
-def part_items(record: Any, digits: int = 4, without: str = "") -> list[str]:
-    """A machine, law or drive by its name, then "symbol = value" for each of its parameters, but for one of them."""
-    items = [f"{law_words(record.name)}:"]
-    for info in parameter_table(record):
-        value = getattr(record, info.name)
-        if value is not None and info.name != without:
-            items.append(f"{symbol_text(info.symbol or info.name)}{EQUALS}{value_text(value, digits)},")
-    items[-1] = items[-1].rstrip(",:")
-    return items
 
 
 def value_text(value: Any, digits: int = 4) -> str:
@@ -96,13 +85,13 @@ def parts_title(parts: Iterable[Any] | Mapping[str, Any], width: float, more: st
     more: what else is said at the end; without: the name of a parameter that is left out, as it varies
     """
     named = parts if isinstance(parts, Mapping) else dict(enumerate(parts))
-    given = [part_items(part, without=without) for part in named.values()]
-    for items, name in zip(given, named, strict=True):
-        items[0] = of_signal(str(name), items[0])
+    lines = []
+    for name, part in named.items():
+        numbers = _by_symbol("", part, {f".{without}"}, {})
+        lines.append(f"{of_signal(str(name), law_words(part.name))}: {', '.join(numbers)}".rstrip(": "))
     if more:
-        given[-1][-1] += ";"
-        given[-1].append(more)
-    return "\n".join(filled(" ".join(items), round(LETTERS_PER_INCH * width), "    ") for items in given)
+        lines[-1] += f"; {more}"
+    return "\n".join(filled(line, round(LETTERS_PER_INCH * width), "    ") for line in lines)
 
 
 def of_signal(part: str, words: str) -> str:
@@ -194,9 +183,7 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
     """
     lines = []
     for name, part in system.parts.items():
-        numbers = _quantities(name, part, system, {without}, {})
-        if name == "machine" and system.units is not None:
-            numbers += _scales(system.units)
+        numbers = _worded(name, parameters_stated(name, system), {without}, {})
         if name == "environment" and not numbers:  # level ground, in which nothing else acts
             continue
         text = f"{of_signal(name, law_words(part.name))}: {', '.join(numbers)}".rstrip(": ")
@@ -204,56 +191,53 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
     return "\n".join(lines)
 
 
-def _scales(scales: Scales) -> list[str]:
-    """What the units of a machine are, in words."""
-    units = {info.name: unit_name(info.dimension or NUMBER) for info in parameter_table(scales)}
-    return [
-        whole(f"{name.removesuffix(suffix(units[name])).replace('_', ' ')}{EQUALS}{value:.4g} {units[name]}")
-        for name, value in given_parameters(scales).items()
-    ]
+def case_words(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
+    """The kinds of the parts of a case, and what a study left as it is, in SI where the case is.
 
-
-def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
-    """The kinds of the parts of a case in SI, and what a study left as it is.
-
+    Of the environment that is what is not as usual: a slope, a drag, a force.
     varied: paths that vary. fixed: values of paths at which a picture is fixed
     """
-    system = case.system
-    parts = system.parts
-    plain = {place[0] for path in varied if (place := path_in_si(path, parts)) is not None}
+    system, si = case.system, case.system.units is not None
+    varied = varied | {place[0] for path in varied if si and (place := path_in_si(path, system.parts)) is not None}
     kinds, numbers = [], []
-    for name, part in parts.items():
+    for name, part in system.parts.items():
         path = kind_path(name)
         kind = fixed.get(path, part.name)
         if path and path not in varied:
             kinds.append(kind if name == "machine" else f"{kind} {name}")
-        if kind == part.name:
-            numbers += _quantities(name, part, system, varied | plain, fixed)
-        if name == "machine" and kind == part.name and system.units is not None:
-            numbers += _scales(system.units)
-    states = state_keys(system.si.states)
-    starts = written(case.initial, states, system.si, exactly=False) or {}
-    numbers += [whole(f"initial {each}") for each in _worded("initial", starts, states, varied | plain, fixed)]
+        if kind == part.name and si:
+            numbers += _worded(name, parameters_stated(name, system), varied, fixed)
+        elif kind == part.name:
+            numbers += _by_symbol(name, part, varied, fixed)
+    if si:
+        states = state_keys(system.si.states)
+        starts = stated(written(case.initial, states, system.si, exactly=False) or {}, states)
+        numbers += [whole(f"initial {each}") for each in _worded("initial", starts, varied, fixed)]
+    else:
+        values = {name: value_text(fixed.get(f"initial.{name}", start)) for name, start in case.initial.items()}
+        moved = {x: value for x, value in values.items() if value != "0" and f"initial.{x}" not in varied}
+        symbols = {name: symbol_text(STATES[name][0]) if name in STATES else name for name in moved}
+        numbers += [f"{symbols[name]}(0){EQUALS}{value}" for name, value in moved.items()]
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
-def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
-    """The parameters of a part that are not zero, in words, with their units; no line is broken within one."""
-    units = system.si.of_part(name)
-    keys = parameter_keys(type(part), units.effort)
-    return _worded(name, written_in_si(part, units, exactly=False) or {}, keys, varied, fixed)
-
-
-def _worded(
-    name: str, values: Mapping[str, Any], keys: Mapping[str, Key], varied: set[str], fixed: Mapping[str, str]
-) -> list[str]:
-    """Values of a part by keys in words, those that are not zero."""
+def _by_symbol(name: str, part: Any, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+    """The parameters of a part, symbol and value; of the environment those that are not as usual."""
     found = []
-    for key, value in values.items():
-        each = keys.get(key)
-        if not value or f"{name}.{key}" in varied or (each is not None and f"{name}.{each.name}" in varied):
-            continue
-        stem, unit = (key, "") if each is None else (each.stem, each.unit.removeprefix("1"))
-        words = f"{stem.replace('_', ' ')}{EQUALS}{fixed.get(f'{name}.{key}', value_text(value))} {unit}"
-        found.append(whole(words.strip()))
+    for info in parameter_table(part):
+        path = f"{name}.{info.name}"
+        value = fixed.get(path, getattr(part, info.name))
+        if value is not None and path not in varied and not (name == "environment" and value == info.default):
+            found.append(f"{symbol_text(info.symbol or info.name)}{EQUALS}{value_text(value)}")
+    return found
+
+
+def _worded(name: str, given: Iterable[Stated], varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+    """Values of a part that are not zero, in words, with their units; no line is broken within one."""
+    found = []
+    for each in given:
+        if each.value and not {f"{name}.{each.key}", f"{name}.{each.name}"} & varied:
+            number = fixed.get(f"{name}.{each.key}", value_text(each.value))
+            words = f"{each.stem.replace('_', ' ')}{EQUALS}{number} {each.unit.removeprefix('1')}"
+            found.append(whole(words.strip()))
     return found

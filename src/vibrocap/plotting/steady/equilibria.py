@@ -1,6 +1,5 @@
 """Pictures of branches of equilibria: where steady sliding is stable, and the cycles that are born where it is not."""
 
-import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -77,9 +76,9 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
     along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
     index, used = found.system.state_names.index(state), set()
     x, y = along * found.parameter, up * found.states[:, index]
-    for first, last, stable in _parts(found):
+    for first, last, stable in found.parts:  # neighbours share a point, so that the line has no gap
         word = "stable" if stable else "unstable"
-        ax.plot(x[first : last + 1], y[first : last + 1], color=BLACK, **LINES[word])
+        ax.plot(x[first : last + 2], y[first : last + 2], color=BLACK, **LINES[word])
         used.add(word)
     for branch in cycles:
         extremes = np.array([_extremes(branch, i, state) for i in range(len(branch))])
@@ -127,13 +126,6 @@ def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> set[str]:
     ax.set_ylim(low - margin, top + margin)
     ax.set_ylabel("real parts of\neigenvalues" + (" [1/s]" if si else ""))
     return set()
-
-
-def _parts(found: EquilibriumBranch) -> list[tuple[int, int, bool]]:
-    """(first point, last point, stable) of each stretch; neighbours share a point, so that the line has no gap."""
-    cuts = np.flatnonzero(np.diff(found.stable.astype(int)))
-    edges = [0, *(cuts + 1).tolist(), len(found)]
-    return [(first, min(last, len(found) - 1), bool(found.stable[first])) for first, last in itertools.pairwise(edges)]
 
 
 def _handles(used: set[str]) -> list[Line2D]:

@@ -12,12 +12,9 @@ import numpy as np
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import Case, CaseError, case_from_text
-from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
 from vibrocap.motion.trust import TRAVEL, ZERO, residue
-from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.symbols import STATES
-from vibrocap.plotting.look.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
+from vibrocap.plotting.look.labels import bracketed, case_words, percent, symbol_text, value_text, whole
 from vibrocap.studies.plan.axes import even_in_logarithm
 from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
@@ -332,34 +329,10 @@ def case_of(dataset: Any) -> Case | None:
 
 
 def case_label(dataset: Any, case: Case | None, fixed: Mapping[str, str]) -> str:
-    """The case in brief: the kinds of its parts, and the parameters that the study left as they are.
-
-    Of the environment these are those that are not as usual: a slope, a drag, a force.
-    """
+    """The case in brief: the kinds of its parts, and the parameters that the study left as they are."""
     if case is None:
         return ", ".join(f"{path} = {value}" for path, value in fixed.items())
-    varied = {str(name) for name in dataset.coords} - set(fixed)
-    if case.system.units is not None:
-        return case_in_si(case, varied, fixed)
-    kinds, numbers = [], []
-    for part, record in case.system.parts.items():
-        path = kind_path(part)
-        kind = fixed.get(path, record.name)
-        if path and path not in varied:
-            word = "friction" if part.startswith("friction") else part
-            kinds.append(f"{kind} {word}" if word in ("friction", "drive") else kind)
-        for info in parameter_table(record) if kind == record.name else ():
-            path = f"{part}.{info.name}"
-            value = fixed.get(path, getattr(record, info.name))
-            left_out = value is None or (part == "environment" and value == info.default)
-            if path not in varied and not left_out:
-                numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")
-    for name, start in case.initial.items():
-        value = value_text(fixed.get(f"initial.{name}", start))
-        if value != value_text(0.0) and f"initial.{name}" not in varied:
-            symbol = symbol_text(STATES[name][0]) if name in STATES else name
-            numbers.append(f"{symbol}(0){EQUALS}{value}")
-    return f"{', '.join(kinds)}; {', '.join(numbers)}"
+    return case_words(case, {str(name) for name in dataset.coords} - set(fixed), fixed)
 
 
 def runs_label(dataset: Any, case: Case | None) -> str:

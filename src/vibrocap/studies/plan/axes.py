@@ -11,7 +11,7 @@ from vibrocap.arguments import Complaint, listed, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.physics.names import split_path
 from vibrocap.ranges import values_between
-from vibrocap.studies.plan.runs import Block, Column, Runs
+from vibrocap.studies.plan.runs import Block, Column, ListedRuns
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
 EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
@@ -19,51 +19,29 @@ FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
 
 
 @dataclasses.dataclass(frozen=True)
-class Grid(Runs):
+class Grid(ListedRuns):
     """Every combination of the values of some axes; the axes are the dimensions, in their order."""
 
     axes: tuple[Column, ...]
 
     kind = "grid"
+    listed = "axes"
     gridded = True
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """The paths of the axes."""
-        return tuple(axis.path for axis in self.axes)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The lengths of the axes."""
         return tuple(len(axis.values) for axis in self.axes)
 
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """The paths of the axes."""
-        return self.dims
-
     def axis(self, path: str) -> Column:
         """The axis of a path."""
         return self.axes[self.dims.index(path)]
-
-    def is_text(self, path: str) -> bool:
-        """Whether some value along an axis is a word."""
-        return self.axis(path).is_text
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the runs in a block, in C order."""
         rows = [axis.array[part] for axis, part in zip(self.axes, block, strict=True)]
         crossed = np.meshgrid(*rows, indexing="ij")
         return {path: values.ravel() for path, values in zip(self.dims, crossed, strict=True)}
-
-    def record(self) -> dict[str, Any]:
-        """The axes as lists."""
-        return {"kind": self.kind, "axes": [{"path": axis.path, "values": list(axis.values)} for axis in self.axes]}
-
-    @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> "Grid":
-        """The grid of a record."""
-        return cls(tuple(Column(axis["path"], tuple(axis["values"])) for axis in record["axes"]))
 
 
 def axis_of(path: str, given: Any) -> tuple[Column, list[str]]:

@@ -11,35 +11,23 @@ from vibrocap.arguments import Complaint, Complaints, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.physics.names import split_path
-from vibrocap.studies.plan.runs import Block, Column, Runs
+from vibrocap.studies.plan.runs import Block, Column, ListedRuns
 
 
 @dataclasses.dataclass(frozen=True)
-class CaseList(Runs):
+class CaseList(ListedRuns):
     """A list of cases, along the dimension "case"; where one has no value, the study's own case speaks."""
 
     columns: tuple[Column, ...]
 
     kind = "cases"
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """ "case"."""
-        return ("case",)
+    listed = "columns"
+    dim = "case"
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(cases,)."""
         return (len(self.columns[0].values),)
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """Every path at which some case gives a value."""
-        return tuple(column.path for column in self.columns)
-
-    def is_text(self, path: str) -> bool:
-        """Whether some case gives a word."""
-        return self.columns[self.paths.index(path)].is_text
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the cases in a block."""
@@ -49,16 +37,6 @@ class CaseList(Runs):
         """What one case gives."""
         given = ((column.path, column.values[index]) for column in self.columns)
         return {path: value for path, value in given if value is not None}
-
-    def record(self) -> dict[str, Any]:
-        """The columns as lists."""
-        columns = [{"path": column.path, "values": list(column.values)} for column in self.columns]
-        return {"kind": self.kind, "columns": columns}
-
-    @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> "CaseList":
-        """The list of a record."""
-        return cls(tuple(Column(column["path"], tuple(column["values"])) for column in record["columns"]))
 
 
 def case_list(cases: Iterable[Any]) -> tuple[CaseList, list[str]]:

@@ -5,7 +5,7 @@ import functools
 import math
 import warnings
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -52,6 +52,8 @@ class Range:
     high: float
     logarithmic: bool = False
 
+    is_text: ClassVar = False
+
     def at(self, share: np.ndarray) -> np.ndarray:
         """The values at shares (0 to 1) of the range."""
         if not self.logarithmic:
@@ -69,21 +71,17 @@ class Drawn(Runs):
     ranges: tuple[Range, ...]
 
     kind = "design"
+    dim = "run"
 
     @property
-    def dims(self) -> tuple[str, ...]:
-        """ "run"."""
-        return ("run",)
+    def varied(self) -> tuple[Range, ...]:
+        """The ranges."""
+        return self.ranges
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(runs,)."""
         return (self.design.runs,)
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """The paths of the ranges."""
-        return tuple(each.path for each in self.ranges)
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the runs in a block: for each run the same, whatever the block."""

@@ -8,7 +8,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -42,30 +42,22 @@ class Runs:
     """What every plan offers.
 
     kind: its name in a stored study. gridded: whether each path is a dimension of its own, with its values along it;
-    if not, all runs lie along one dimension and each path has a value for every run.
+    if not, all runs lie along one dimension, `dim`, and each path has a value for every run.
     """
 
     kind: ClassVar[str]
     gridded: ClassVar[bool] = False
+    dim: ClassVar[str] = ""
 
     @property
-    def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions."""
+    def varied(self) -> tuple[Any, ...]:
+        """What varies, each with its path, and whether some of its values are words."""
         raise NotImplementedError
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Runs along each dimension."""
         raise NotImplementedError
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """What varies."""
-        raise NotImplementedError
-
-    def is_text(self, path: str) -> bool:
-        """Whether some value at a path is a word."""
-        return False
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the runs in a block, in C order: arrays [runs of the block] by path.
@@ -79,14 +71,49 @@ class Runs:
         raise NotImplementedError
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> "Runs":
+    def from_record(cls, record: Mapping[str, Any]) -> Self:
         """The plan of a record."""
         raise NotImplementedError
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """What varies."""
+        return tuple(each.path for each in self.varied)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions."""
+        return self.paths if self.gridded else (self.dim,)
+
+    def is_text(self, path: str) -> bool:
+        """Whether some value at a path is a word."""
+        return any(each.path == path and each.is_text for each in self.varied)
 
     @property
     def count(self) -> int:
         """How many runs."""
         return math.prod(self.shape)
+
+
+class ListedRuns(Runs):
+    """A plan whose values are listed. listed: the name of the field with its columns, in records too."""
+
+    listed: ClassVar[str]
+
+    @property
+    def varied(self) -> tuple[Column, ...]:
+        """The columns."""
+        return getattr(self, self.listed)
+
+    def record(self) -> dict[str, Any]:
+        """The columns as lists."""
+        columns = [{"path": each.path, "values": list(each.values)} for each in self.varied]
+        return {"kind": self.kind, self.listed: columns}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Self:
+        """The plan of a record."""
+        return cls(tuple(Column(each["path"], tuple(each["values"])) for each in record[cls.listed]))  # type: ignore[call-arg]
 
 
 def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:

@@ -16,6 +16,7 @@ where a part of it is imposed.
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
@@ -23,7 +24,6 @@ from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import PENDING, SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.step.taylor import series_slope
 
 
 def tangent_waits(ints, lane):
@@ -38,22 +38,21 @@ def leave_piece(floats, ints, lane, event, contact, h):
     out = guards_along(floats, lane)
     velocity = VELOCITY_OF[contact]
     if event == 1:
-        change, slope = floats[out + 3 * contact], series_slope(floats, velocity + lane, h)
+        change, slope = floats[out + 3 * contact], polynomial_slope(floats, velocity + lane, LANES, ORDER, h)
     elif event >= FIRST_SWITCH:
         which = event - FIRST_SWITCH
         change, slope = (
             floats[out + 3 * CONTACTS + which],
-            series_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, h),
+            polynomial_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, LANES, ORDER, h),
         )
     else:
         push = 1.0 if event > 0 else -1.0
         change = floats[out + 3 * contact + 2] - push * floats[out + 3 * contact + 1]
-        slope = series_slope(floats, LIMIT_OF[contact] + lane, h) - push * series_slope(
-            floats, HOLD_OF[contact] + lane, h
-        )
+        slope = polynomial_slope(floats, LIMIT_OF[contact] + lane, LANES, ORDER, h)
+        slope -= push * polynomial_slope(floats, HOLD_OF[contact] + lane, LANES, ORDER, h)
     delay = -change / slope if slope != 0.0 else 0.0
     for i in range(BASE):
-        rate = series_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, h)
+        rate = polynomial_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, ORDER, h)
         lane.state[BASE + i] += rate * delay
     state = STATE_OF[contact]
     if event == 1 and velocity == SERIES + state * (ORDER + 1) * LANES:

@@ -2,7 +2,7 @@
 
 
 def jet(floats):
-    """Taylor coefficients of states, integrals, contact velocity and guards for all lanes, written to SERIES."""
+    """Taylor coefficients of states, contact velocity and guards for all lanes, written to SERIES."""
     raise NotImplementedError
 
 
@@ -48,7 +48,7 @@ def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widen
 
 
 def rates(floats, t, point, side, lane, out):
-    """y' of one lane at the state floats[point:point + STATES], written to floats[out:out + ROWS]."""
+    """y' of one lane at the state floats[point:point + STATES], written to floats[out:out + STATES]."""
     raise NotImplementedError
 
 

@@ -2,10 +2,9 @@
 
 from vibrocap.numerics.kernel.memory_layout import Layout
 
-_EXAMPLE = Layout(lanes=1, states=4, rows=9, order=12, parameters=10).constants()
+_EXAMPLE = Layout(states=4, order=12, parameters=10).constants()
 LANES = _EXAMPLE["LANES"]
 STATES = _EXAMPLE["STATES"]
-ROWS = _EXAMPLE["ROWS"]
 ORDER = _EXAMPLE["ORDER"]
 PIECE_SIZE = _EXAMPLE["PIECE_SIZE"]
 RATE_ROWS = (1, -1, 3, -1)  # of each row the one that is its rate and tells its series, else -1

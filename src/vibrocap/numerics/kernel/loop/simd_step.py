@@ -64,7 +64,7 @@ from vibrocap.numerics.kernel.generated.places import (
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.lane import every_lane
 from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
@@ -211,8 +211,7 @@ def step_simd(floats, ints, trace, running):
 def within_piece(floats, row, h):
     """Where a guard stays positive over the step beyond doubt, so that its branch lasts; or the true load does.
 
-    As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
-    all others, which is largest at the end of the step.
+    As in `ahead_simd`: its first four terms stay above the sum of all others, which is largest at the end of the step.
     """
     every = all_lanes()
     others = abs(load(floats, row + ORDER * LANES))
@@ -238,7 +237,7 @@ def move_simd(floats, ints, trace, plain, h):
                     if (doubtful >> lane) & 1:
                         look_at_load(floats, ints, lane, lane.step)
     finite = plain
-    for i in range(ROWS):
+    for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES
         following = series_value(floats, row + every, h)
         finite = finite & (abs(following) <= 1e300)

@@ -4,12 +4,13 @@ And its end, where the sides must be those with which a motion starts that conti
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
+from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK
 from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SIDE, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import begin_drive, branch_in_doubt
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
@@ -55,6 +56,19 @@ def start_sides(floats, ints, lane):
             lane.side[c] = 1.0 if v > 0.0 else -1.0
 
 
+def change_of_side(floats, lane, c):
+    """The kind of event by which a contact has come to its side from the one that was told last; -1: by none."""
+    now, before = lane.side[c], lane.side_told[c]
+    lane.side_told[c] = now
+    if now == before or before == NOT_TOLD or STICKS[c] + KINKS[c] == 0:
+        return -1
+    if now == 0.0:
+        return STICK
+    if before == 0.0:
+        return SLIP_FORWARD if now > 0.0 else SLIP_BACK
+    return REVERSAL
+
+
 def ends_open(floats, ints, lane, h):
     """Whether the sides are to be decided once more at the end of a run, after a step of length h.
 
@@ -98,11 +112,11 @@ def told_from_rest(floats, lane, c, v):
     """Whether friction tells v, the velocity of a contact at the state in WORK, from rest: rock creeps at 1e-11 m/s."""
     place, state, side = SIDE + c * LANES + lane, WORK + STATE_OF[c], lane.side[c]
     floats[place] = 1.0 if v > 0.0 else -1.0
-    rates(floats, lane.time, WORK, lane.side, lane, WORK + ROWS)
+    rates(floats, lane.time, WORK, lane.side, lane, WORK + STATES)
     floats[state] -= v
-    rates(floats, lane.time, WORK, lane.side, lane, WORK + 2 * ROWS)
+    rates(floats, lane.time, WORK, lane.side, lane, WORK + 2 * STATES)
     floats[place] = side
-    moving, still = floats[WORK + ROWS + STATE_OF[c]], floats[WORK + 2 * ROWS + STATE_OF[c]]
+    moving, still = floats[WORK + STATES + STATE_OF[c]], floats[WORK + 2 * STATES + STATE_OF[c]]
     return abs(moving - still) > SLIGHT * (abs(moving) + abs(still))
 
 

@@ -1,6 +1,6 @@
 """Whether contacts turn within a step of all lanes, or are too near rest to tell."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, floor, load, min, where, whole_equal
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, floor, load, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import NO_MOTION
 from vibrocap.numerics.kernel.generated.facts import (
     MANIFOLDS,
@@ -17,7 +17,7 @@ from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
-from vibrocap.numerics.kernel.step.taylor import series_value, sign_in_doubt
+from vibrocap.numerics.kernel.step.taylor import least_of_four, series_value, sign_in_doubt
 
 CUTS, CUT = 6, 0.6  # of steps on a slow manifold, and their factor
 
@@ -70,8 +70,7 @@ def before_turning(floats, slow, h):
 def ahead_simd(floats, c, side, stuck, one, two, h):
     """Of contact c (where a slide lasts the step beyond doubt, bound of how far its velocity goes).
 
-    It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
-    four are a bound from below, see `roots.py`.
+    It lasts where the velocity's first four terms stay above the sum of all others.
     """
     velocity = VELOCITY_OF[c]
     others = abs(load(floats, velocity + ORDER * LANES))
@@ -87,11 +86,7 @@ def ahead_simd(floats, c, side, stuck, one, two, h):
     second = side * where(two, v3, where(one, v2, v1)) * h
     third = side * where(two, v4, where(one, v3, v2)) * h * h
     fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
-    third = third * (1.0 / 3.0)
-    early = first + second * (1.0 / 3.0)
-    late = early + (second * (1.0 / 3.0) + third)
-    least = min(first + second + 3.0 * third + fourth, late, early, first)
-    return (least > 0.0) & ~stuck, change
+    return (least_of_four(first, second, third, fourth) > 0.0) & ~stuck, change
 
 
 def passing_simd(floats, h):

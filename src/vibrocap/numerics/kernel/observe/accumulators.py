@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
@@ -26,7 +26,7 @@ from vibrocap.numerics.kernel.observe.turning_points import (
     sign_change,
     turning_point,
 )
-from vibrocap.numerics.kernel.step.taylor import series_slope, series_value
+from vibrocap.numerics.kernel.step.taylor import series_value
 
 # Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).
 POINTS = 6
@@ -70,7 +70,7 @@ def look(floats, ints, lane, s, out):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
     integrands(floats, lane.time + s, INSTANT, lane.side, lane, out)
-    slope = series_slope(floats, SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane, s)
+    slope = polynomial_slope(floats, SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane, LANES, ORDER, s)
     floats[out + FRICTION + 2] = floats[out + FRICTION] * (slope + floats[out + FRICTION + 2])
 
 

@@ -10,7 +10,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
     PIECE_SIZE,
     RATE_ROWS,
     ROOM,
-    ROWS,
     STATES,
     WHOLE_COUNT,
     WHOLE_ROWS,
@@ -49,13 +48,13 @@ def take_piece(floats, ints, trace, place):
     for c in range(1, CONTACTS):
         floats[SIDE + c] = trace[place + PIECE_SIZE - CONTACTS + c]
     ints[STIFF] = 1 if trace[place + 4] != 0.0 else 0
-    for i in range(ROWS):
+    for i in range(STATES):
         floats[SERIES + i * (ORDER + 1)] = trace[place + PIECE_HEAD + i]
-    out = place + PIECE_HEAD + ROWS - 1
+    out = place + PIECE_HEAD + STATES - 1
     for i in range(WHOLE_COUNT):
         for k in range(1, ORDER + 1):
             floats[SERIES + WHOLE_ROWS[i] * (ORDER + 1) + k] = trace[out + i * ORDER + k]
-    for i in range(ROWS):
+    for i in range(STATES):
         if RATE_ROWS[i] >= 0:
             for k in range(1, ORDER + 1):
                 rate = floats[SERIES + RATE_ROWS[i] * (ORDER + 1) + k - 1]

@@ -5,8 +5,7 @@ modes that are tried at an instant are none.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
-from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, SWITCHED, TRACE_FULL
-from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
+from vibrocap.numerics.kernel.codes import SWITCHED, TRACE_FULL
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
@@ -14,10 +13,11 @@ from vibrocap.numerics.kernel.generated.sizes import (
     LANES,
     ORDER,
     PIECE_SIZE,
-    ROWS,
+    STATES,
     WHOLE_COUNT,
     WHOLE_ROWS,
 )
+from vibrocap.numerics.kernel.loop.start import change_of_side
 from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -42,9 +42,9 @@ def on_piece(floats, ints, trace, lane, h):
     trace[place + 4] = lane.stiff
     # Not in the order of the memory: LLVM would copy several at once, and a wide load waits until all narrow stores to
     # its place, of the coefficients just written, have left the processor. That was a seventh of the time of a motion.
-    for i in range(ROWS):
+    for i in range(STATES):
         trace[place + PIECE_HEAD + i] = lane.series[i * (ORDER + 1)]
-    out = place + PIECE_HEAD + ROWS - 1
+    out = place + PIECE_HEAD + STATES - 1
     for k in range(1, ORDER + 1):
         for i in range(WHOLE_COUNT):
             trace[out + i * ORDER + k] = lane.series[WHOLE_ROWS[i] * (ORDER + 1) + k]
@@ -66,16 +66,9 @@ def on_instant(floats, ints, trace, lane):
 def tell_sides(floats, ints, trace, lane):
     """Record what has become of the sides since they were told last."""
     for c in range(CONTACTS):
-        now, before = lane.side[c], lane.side_told[c]
-        if now != before:
-            lane.side_told[c] = now
-            if abs(before) <= 1.0 and STICKS[c] + KINKS[c] > 0:
-                kind = REVERSAL
-                if now == 0.0:
-                    kind = STICK
-                elif before == 0.0:
-                    kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
-                write_event(floats, ints, trace, lane, kind, c, 0.0)
+        kind = change_of_side(floats, lane, c)
+        if kind >= 0:
+            write_event(floats, ints, trace, lane, kind, c, 0.0)
 
 
 def on_event(floats, ints, trace, lane, kind, contact, s):
@@ -91,12 +84,12 @@ def write_event(floats, ints, trace, lane, kind, contact, s):
     trace[place] = lane.period_count
     trace[place + 1] = lane.time + s
     trace[place + 2] = kind
-    for i in range(ROWS):
+    for i in range(STATES):
         if s == 0.0:
             trace[place + EVENT_HEAD + i] = lane.state[i]
         else:
             trace[place + EVENT_HEAD + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    trace[place + EVENT_HEAD + ROWS] = contact + 1
+    trace[place + EVENT_HEAD + STATES] = contact + 1
     lane.recorded_events += 1
 
 
@@ -106,5 +99,5 @@ def on_jump(floats, ints, lane, gained):
 
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
-    for i in range(ROWS):
-        trace[lane.period_count * ROWS + i] = lane.state[i]
+    for i in range(STATES):
+        trace[lane.period_count * STATES + i] = lane.state[i]

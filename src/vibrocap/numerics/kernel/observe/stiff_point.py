@@ -17,7 +17,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS
 from vibrocap.numerics.kernel.generated.places import SERIES
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
 NEWTON_STEPS = 2
@@ -82,8 +82,6 @@ def newton_step(floats, lane, s, time, inverse, point):
         for j in range(STATES):
             floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
         floats[MATRIX + i * STATES + i] += inverse
-    for i in range(STATES, ROWS):
-        floats[STAGE + i] = 0.0
     factorise(floats)
     solve(floats, STAGE)
     for i in range(STATES):

@@ -3,19 +3,19 @@
     (1/(gamma h) - J) k_i = f(t + c_i h, y + sum_j a_ij k_j) + sum_j (C_ij/h) k_j + h d_i df/dt
     y_new = y + sum_j b_j k_j
 
-with the exact Jacobian J. The last stage is the error estimate. The integrals carried along depend on the states only,
-so the linear system is solved for the states and the integrals follow.
+with the exact Jacobian J. The last stage is the error estimate.
 """
 
 import math
 
 import numpy as np
 
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.linear_system import (
     JACOBIAN,
@@ -102,34 +102,30 @@ def implicit_stages(floats, ints, lane, h):
         choose_reference(floats, lane)
         before, slope, curvature = reference_at(floats, t, lane)
     for stage in range(STAGES):
-        for i in range(ROWS):
+        for i in range(STATES):
             total = lane.state[i]
             for j in range(stage):
-                total += STAGE_WEIGHTS[stage, j] * floats[STAGE + j * ROWS + i]
+                total += STAGE_WEIGHTS[stage, j] * floats[STAGE + j * STATES + i]
             floats[POINT + i] = total
         if SHIFTS > 0:  # p = v - g, p' = v' - g'
             now, rate, _ = reference_at(floats, t + NODES[stage] * h, lane)
             floats[POINT + STATE_OF[0]] += before - now
             rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
             floats[RATE + STATE_OF[0]] += rate + h * TIME_WEIGHTS[stage] * curvature
-            for i in range(ROWS):
+            for i in range(STATES):
                 floats[RATE + i] -= h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATE_OF[0]] * slope
         else:
             rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
-        start = STAGE + stage * ROWS
-        for i in range(ROWS):
+        start = STAGE + stage * STATES
+        for i in range(STATES):
             total = floats[RATE + i] + h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATES]
             for j in range(stage):
-                total += COUPLING[stage, j] / h * floats[STAGE + j * ROWS + i]
+                total += COUPLING[stage, j] / h * floats[STAGE + j * STATES + i]
             floats[start + i] = total
         solve(floats, start)
-        for i in range(STATES, ROWS):
-            for j in range(STATES):
-                floats[start + i] += floats[JACOBIAN + i * WIDTH + j] * floats[start + j]
-            floats[start + i] /= inverse
     error = 0.0
     for i in range(STATES):
-        estimate = abs(floats[STAGE + (STAGES - 1) * ROWS + i]) / lane.scale[i]
+        estimate = abs(floats[STAGE + (STAGES - 1) * STATES + i]) / lane.scale[i]
         if not (estimate <= 1e300):
             return math.inf
         error = max(error, estimate)
@@ -141,12 +137,12 @@ def implicit_series(floats, ints, lane, h):
 
     With x = s/h: y = (1-x) y0 + x [y1 + (1-x) (K1 + x (K2 + x K3))].
     """
-    for i in range(ROWS):
+    for i in range(STATES):
         y0 = lane.state[i]
         change = 0.0  # y1 - y0
         k1, k2, k3 = 0.0, 0.0, 0.0
         for j in range(STAGES):
-            stage = floats[STAGE + j * ROWS + i]
+            stage = floats[STAGE + j * STATES + i]
             weight = 1.0 if j >= STAGES - 3 else STAGE_WEIGHTS[STAGES - 1, j]
             change += weight * stage
             k1 += DENSE[0, j] * stage
@@ -177,11 +173,7 @@ def velocity_series(floats, ints, lane, h):
 def velocity_at(floats, ints, lane, c, s):
     """Velocity of a contact at time s of the present series."""
     for i in range(STATES):
-        start = i * (ORDER + 1)
-        result = lane.series[start + 4]
-        for k in range(3, -1, -1):
-            result = result * s + lane.series[start + k]
-        floats[POINT + i] = result
+        floats[POINT + i] = polynomial_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, 4, s)
     return contact_velocity(floats, lane.time + s, POINT, c, lane)
 
 
@@ -269,7 +261,7 @@ def doubt_of_signs(floats, lane, h):
 
 def doubt_of_sign(floats, state, lane, start, end):
     """The same of one, from `start` to `end`, which moves as the state does."""
-    error = abs(floats[STAGE + (STAGES - 1) * ROWS + state])
+    error = abs(floats[STAGE + (STAGES - 1) * STATES + state])
     return error / (SURE * (abs(start) + abs(end - start)) + ROUNDING_NOISE * lane.scale[state])
 
 
@@ -280,7 +272,7 @@ def implicit_step(floats, ints, lane, longest):
 
 def attempted_step(floats, ints, lane, longest, tries):
     """The same in at most so many attempts, each shorter than the one before."""
-    for i in range(ROWS):
+    for i in range(STATES):
         floats[POINT + i] = lane.state[i]
     jacobian(floats, lane.time, POINT, lane.side, lane, JACOBIAN)
     h = min(lane.implicit_step, longest)
@@ -310,7 +302,7 @@ def attempted_step(floats, ints, lane, longest, tries):
 
 def spectral_radius(floats, ints, lane):
     """Estimate of the largest |eigenvalue| of the Jacobian: the eighth root of a norm of its eighth power."""
-    for i in range(ROWS):
+    for i in range(STATES):
         floats[POINT + i] = lane.state[i]
     jacobian(floats, lane.time, POINT, lane.side, lane, JACOBIAN)
     for i in range(STATES):

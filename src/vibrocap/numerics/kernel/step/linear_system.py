@@ -1,17 +1,17 @@
 """The linear systems of implicit equations: their place in the work space, and elimination."""
 
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import EVENT_WORK, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import EVENT_WORK, STATES
 
 STAGES = 8  # of the implicit step
 WIDTH = STATES + 1
 # Places in the work space, after that of the event search: the Jacobian outlives a search.
 JACOBIAN = WORK + EVENT_WORK
-MATRIX = JACOBIAN + ROWS * WIDTH
+MATRIX = JACOBIAN + STATES * WIDTH
 STAGE = MATRIX + STATES * STATES
-POINT = STAGE + STAGES * ROWS
-RATE = POINT + ROWS
-REFERENCE = RATE + ROWS  # of velocities at imposed distances: number of the one that is followed, then all of them
+POINT = STAGE + STAGES * STATES
+RATE = POINT + STATES
+REFERENCE = RATE + STATES  # of velocities at imposed distances: number of the one that is followed, then all of them
 
 
 def factorise(floats):
@@ -31,7 +31,7 @@ def factorise(floats):
 
 
 def solve(floats, start):
-    """Solve for the right-hand side at floats[start:start + ROWS], in place; rows after the states are integrals."""
+    """Solve for the right-hand side at floats[start:start + STATES], in place."""
     for i in range(STATES):
         for j in range(i):
             floats[start + i] -= floats[MATRIX + i * STATES + j] * floats[start + j]

@@ -36,7 +36,7 @@ from vibrocap.numerics.kernel.generated.places import (
     WAIT,
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
 from vibrocap.numerics.kernel.step.slow_manifold import (
@@ -48,6 +48,7 @@ from vibrocap.numerics.kernel.step.slow_manifold import (
     slow_lanes,
 )
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
+from vibrocap.numerics.kernel.step.taylor import least_of_four
 
 WORTH = 20.0  # fastest of several rates times the length of a step: from there on it is worth some sweeps
 TOGETHER = 6.0  # ratio of rates up to which manifolds of several contacts are entered together
@@ -167,7 +168,7 @@ def enter_manifolds(floats, h):
     Of a contact that creeps velocity and bristle may be one damped oscillation, or decay nearly as fast as each other.
     Out of such a pair none is slaved alone, as the other still bounds the step; where that would not pay, both are.
     """
-    for i in range(ROWS):
+    for i in range(STATES):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     if PAIR:
@@ -240,13 +241,8 @@ def slide_lasts_on(floats, m, h):
 
 
 def slide_lasts(floats, row, side, h):
-    """Whether side times a velocity stays above zero over a step: its first four terms above the sum of all others.
-
-    As Bernstein coefficients those four are a bound from below, see `roots.py`.
-    """
+    """Whether side times a velocity stays above zero over a step: its first four terms above the sum of all others."""
     others = later_terms(floats, row, ORDER, 4, h) * h * h
     first, second = side * floats[row], side * floats[row + LANES] * h
     third, fourth = side * floats[row + 2 * LANES] * h * h, side * floats[row + 3 * LANES] * h**3 - others
-    early = first + second * (1.0 / 3.0)
-    late = early + (second + third) * (1.0 / 3.0)
-    return min(first, early) > 0.0 and min(late, first + second + third + fourth) > 0.0
+    return least_of_four(first, second, third, fourth) > 0.0

@@ -2,7 +2,7 @@
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root, polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
@@ -20,7 +20,7 @@ from vibrocap.numerics.kernel.step.implicit import (
     velocity_series,
 )
 from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step, starts_from_rest
-from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_slope, series_value
+from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
@@ -179,7 +179,7 @@ def repeated_step(floats, ints, lane, event, h):
             break
         guards_at(floats, lane, h, out)
         left = abs(floats[out + which])
-        slope = series_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, h)
+        slope = polynomial_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, LANES, ORDER, h)
         if left <= 0.25 * SLIGHT or left >= 0.5 * before or left >= -NEARLY * slope * h:
             break
         before = left
@@ -201,7 +201,7 @@ def length_to_rest(floats, ints, lane, h, longest):
             low = h
         else:
             high = h
-        slope = side * series_slope(floats, VELOCITY_OF[0] + lane, h)
+        slope = side * polynomial_slope(floats, VELOCITY_OF[0] + lane, LANES, ORDER, h)
         newton = slope != 0.0 and abs(v) < 0.5 * before
         following = h - v / slope if newton else low
         if newton and abs(following - h) <= EPSILON * (lane.time + h):

@@ -22,7 +22,7 @@ from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import inverse_scale
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
 
@@ -150,8 +150,8 @@ def damping_error(floats, lane, h):
 
 
 def damp_series(floats, lane, damped):
-    """Damp the last terms of all that the step moves: states, integrals, contact velocity and guards of pieces."""
-    for i in range(ROWS):
+    """Damp the last terms of all that the step moves: states, contact velocity and guards of pieces."""
+    for i in range(STATES):
         damp_row(floats, SERIES + i * (ORDER + 1) * LANES + lane, damped)
     for c in range(CONTACTS):
         if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:

@@ -21,7 +21,7 @@ from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, 
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import inverse_scale
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
@@ -270,14 +270,6 @@ def series_value(floats, row, s):
     return floats[row] + s * (other + s * one)
 
 
-def series_slope(floats, row, s):
-    """Slope at time s of the series whose first coefficient stands at floats[row]."""
-    result = ORDER * floats[row + ORDER * LANES]
-    for k in range(ORDER - 1, 0, -1):
-        result = result * s + k * floats[row + k * LANES]
-    return result
-
-
 def through_five(floats, row, v0, v1, v2, v3, v4, h):
     """Write the series of degree 4 through five values at even distances along a step."""
     for k in range(5, ORDER + 1):
@@ -297,6 +289,6 @@ def through_points(floats, row, first, stride, h):
 
 def move_to(floats, ints, lane, s):
     """Put the lane at time s of its present series."""
-    for i in range(ROWS):
+    for i in range(STATES):
         lane.state[i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     lane.time += s

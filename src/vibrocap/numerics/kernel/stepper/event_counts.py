@@ -7,16 +7,12 @@ all contacts, then those of none. The last one is remembered.
 from vibrocap.numerics.kernel.codes import (
     GRAZE,
     MACHINE_SWITCHED,
-    REVERSAL,
-    SLIP_BACK,
-    SLIP_FORWARD,
-    STICK,
     SWITCHED,
 )
-from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS
 from vibrocap.numerics.kernel.interface import keep_event, keep_piece
 from vibrocap.numerics.kernel.lane import stepper
+from vibrocap.numerics.kernel.loop.start import change_of_side
 
 
 def has_room(floats, ints, trace, lane):
@@ -51,16 +47,9 @@ def stop_at_event(ints):
 def tell_sides(floats, ints, trace, lane):
     """Count what has become of the sides since they were told last."""
     for c in range(CONTACTS):
-        now, before = stepper.side[c], stepper.side_told[c]
-        if now != before:
-            stepper.side_told[c] = now
-            if abs(before) <= 1.0 and STICKS[c] + KINKS[c] > 0:
-                kind = REVERSAL
-                if now == 0.0:
-                    kind = STICK
-                elif before == 0.0:
-                    kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
-                on_event(floats, ints, trace, lane, kind, c, 0.0)
+        kind = change_of_side(floats, lane, c)
+        if kind >= 0:
+            on_event(floats, ints, trace, lane, kind, c, 0.0)
 
 
 def on_event(floats, ints, trace, lane, kind, contact, s):
