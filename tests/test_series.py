@@ -167,6 +167,8 @@ EXPRESSIONS = {
     "atan of a square": lambda x, t: atan(x * x),
     "power 1.7": lambda x, t: power(x / 0.9, 1.7),
     "power 3": lambda x, t: power(x / 0.9, 3.0),
+    "power below": lambda x, t: 1.0 / power(x / 0.9, 1.7),
+    "sqrt below": lambda x, t: 1.0 / sqrt(1.0 + x * x),
     "quotient": lambda x, t: (1.0 + t) / (2.0 + cos(x)),
     "inverse": lambda x, t: 0.7 / (1.0 + x),
     "multiple over": lambda x, t: (3.0 - 2.0 * x) / (1.0 + x * x),

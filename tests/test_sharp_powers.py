@@ -122,12 +122,25 @@ def test_two_hundred_motions(tenth):
     assert sum(found) >= 0.95 * len(found)
 
 
+KINDS = sorted({(row["law"], row["machine"]) for row in TABLE["systems"]})
+
+
+@pytest.mark.parametrize(("law", "machine"), slow_but([KINDS.index(("exponential", "oscillator"))], KINDS))
+def test_a_motion_of_every_law_on_every_machine(law, machine):
+    row = next(row for row in TABLE["systems"] if (row["law"], row["machine"]) == (law, machine))
+    assert is_honest(row, *error_and_estimate(row, 1e-9))
+
+
+LANES = [("stribeck", lambda power: power % 1.0), ("stribeck", lambda power: power == 6.0)]
+LANES += [("exponential", lambda power: True), ("lugre", lambda power: power % 1.0)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("whole", slow_but([], exhaustive_but([0], [False, True])))
-def test_lanes_see_what_single_motions_see(whole):
+@pytest.mark.parametrize(("law", "kept"), slow_but([], exhaustive_but([0, 2], LANES)))
+def test_lanes_see_what_single_motions_see(law, kept):
     """The same systems side by side end where the yardstick ends."""
-    rows = [row for row in TABLE["systems"] if row["law"] == "stribeck" and row["machine"] == "oscillator"]
-    rows = [row for row in rows if (row["exponent"] == 6.0 if whole else row["exponent"] != round(row["exponent"]))]
+    rows = [row for row in TABLE["systems"] if row["law"] == law and row["machine"] == "oscillator"]
+    rows = [row for row in rows if kept(row["exponent"])]
     systems = [system_of(row) for row in rows]
     budget = Budget(TABLE["periods"], 1e-9, 10_000, 10_000_000, window=1)
     values = np.array([parameter_values(system) for system in systems])

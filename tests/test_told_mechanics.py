@@ -25,7 +25,7 @@ MACHINES = {name: kind() for name, kind in machines().items()}
 MACHINES |= {"capsule, dynamic": vc.PendulumCapsule(normal_load="dynamic"), "skin": ElasticSkin(), "rods": RodRobot()}
 # Where the text of the equations as told is the shorter one: at most this share of the operations of the solved ones.
 SHARES = {"pendulum-capsule": 0.93, "capsule, dynamic": 0.73, "two-pendulum-capsule": 0.7}
-SHARES |= {"linkage-crawler": 0.35, "double-pendulum-capsule": 0.68, "bristle-robot": 0.97}
+SHARES |= {"linkage-crawler": 0.35, "double-pendulum-capsule": 0.68, "bristle-robot": 0.98}
 FAST = "pendulum-capsule", "capsule, dynamic", "linkage-crawler", "double-pendulum-capsule", "rigid-stop-capsule"
 
 
@@ -64,13 +64,14 @@ def largest_error(system, draw, mode):
     roots += [recorded.integrals[-1], *([] if recorded.true_load is None else [recorded.true_load])]
     rest = [each for each, side in zip(recorded.contacts, mode, strict=True) if side == 0]
     roots += [value for each in rest for value in (each.hold, each.limit)]
-    at = roots, state, parameter_values(system), mode
-    exact = coefficients(recorded, None, *at, exact=True)
+    at = state, parameter_values(system), mode
+    exact = coefficients(recorded, None, roots, *at, exact=True)
+    told = [*map(recorded.told, roots)]
     size = np.maximum.accumulate(np.abs(np.array(exact, dtype=float)).max(axis=0))
     return max(
         float(abs(value - wanted)) / over
-        for way in ways(recorded)
-        for own, right in zip(coefficients(recorded, way, *at, exact=False), exact, strict=True)
+        for way in (None, *ways(recorded))
+        for own, right in zip(coefficients(recorded, way, told, *at, exact=False), exact, strict=True)
         for value, wanted, over in zip(own, right, size, strict=True)
     )
 

@@ -72,12 +72,14 @@ def _policy(scripts: str, styles: str) -> str:
 def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:
     """The HTML of a page with the data of a `bundle`."""
     own, workers = functions(data["forms"])
-    without = [
-        {name: value for name, value in form.items() if name != "rules"}
-        | {"measures": [{name: value for name, value in each.items() if name != "read"} for each in form["measures"]]}
-        for form in data["forms"]
-    ]
-    data = {**data, "forms": without}
+    measures: dict[str, dict[str, Any]] = {}  # by their text: most are those of all forms, and stand once
+    forms = []
+    for form in data["forms"]:
+        shown = [{name: value for name, value in each.items() if name != "read"} for each in form["measures"]]
+        measures |= {json.dumps(each): each for each in shown}
+        numbers = [list(measures).index(json.dumps(each)) for each in shown]
+        forms.append({name: value for name, value in form.items() if name != "rules"} | {"measures": numbers})
+    data = {**data, "forms": forms, "measures": list(measures.values())}
     scripts, styles = f'"use strict";\n{own}{script(SCRIPTS)}', re.sub(r"\n\s*", "\n", source("lab.css"))
     content = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return Template(source("lab.html")).substitute(

@@ -2,6 +2,7 @@
 
 const SCENE_HEIGHT = 250; // of the scene in the page; on a full screen all of it is larger
 const data = JSON.parse(document.getElementById("data").textContent);
+for (const form of data.forms) form.measures = form.measures.map((number) => data.measures[number]);
 const $$ = (id) => document.getElementById(id);
 const workerUrl = URL.createObjectURL(new Blob([$$("worker").textContent], { type: "text/javascript" }));
 const opening = { ask: "open", forms: data.forms, code: data.code, limits: { ...data.limits, pieces: 200000 } };

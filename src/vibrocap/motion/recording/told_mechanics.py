@@ -34,18 +34,17 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
     contacts = []
     last = rows[len(rows) - len(lifts) :]
     for c, (each, lift, (*_, share)) in enumerate(zip(flow.contacts, lifts, last, strict=True)):
-        own, load = each.contact, None
+        own, load, (held, at_rest) = each.contact, None, each.alone
         if lift is not None:
             moving = expression(each.normal if flow.loads else flow.reaction(c))
-            load = Load(-left(lift, 0.0), moving, expression(flow.loads[1]) if flow.loads and c == 0 else None)
+            load = Load(-left(lift, 0.0), moving, None if at_rest is None else expression(at_rest))
             load = None if graph.is_constant_in_time(moving.index) else load
-        held = flow.quotients[-1] if flow.quotients and c == 0 else own.given.holding_force
         contacts.append(
             ContactMechanics(
                 friction=expression((1.0 - share) * (each.sliding - own.push)),
                 share=expression(own.slips),
                 held=None if held is None else expression(held),
-                taken=expression(each.tangential) if flow.quotients and c else None,
+                taken=expression(each.tangential) if held is None else None,
                 load=load,
             )
         )

@@ -8,7 +8,7 @@ out for a fixed order.
 import functools
 import operator
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
@@ -25,6 +25,8 @@ ONE, TWO = literal(1.0), literal(2.0)
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for."""
 
+    slow: Mapping[int, int] = {}  # states whose rates are not theirs, see `slow_manifold.py`
+
     def __init__(
         self, graph: Graph, rates: list[Expression], code: Code | None = None, mechanics: Mechanics | None = None
     ):
@@ -34,8 +36,8 @@ class JetWriter:
         self._written: dict[tuple[int, int], Formula] = {}
         self.forms = Forms(graph, rates)
         self._numbers: dict[int, int] = {}
-        needed = reachable(graph, [rate.index for rate in rates])
-        self._uses = Counter(operand for index in needed for operand in operands_of(graph, index))
+        self.needed = set(reachable(graph, [rate.index for rate in rates]))
+        self._uses = Counter(operand for index in self.needed for operand in operands_of(graph, index))
         self.mechanics = None if mechanics is None else MechanicsWriter(self, mechanics)
         if self.mechanics is not None and not self.mechanics.usable:
             self.mechanics = None
@@ -149,10 +151,14 @@ class JetWriter:
     def _product(self, a: int, b: int, k: int) -> Formula:
         if a != b or k == 0:
             return self.products(((a, i), (b, k - i)) for i in range(k + 1))
+        newest = TWO * self.coefficient(a, 0) * self.coefficient(a, k)
+        return total([*self._inner_square(a, k), (1, newest)])
+
+    def _inner_square(self, a: int, k: int) -> list[Term]:
+        """The coefficient k of a square but for what the newest one adds."""
         middle = self.products([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else ZERO
         half = self.products(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
-        newest = TWO * self.coefficient(a, 0) * self.coefficient(a, k)
-        return total([(1, middle), (1, TWO * half), (1, newest)])
+        return [(1, middle), (1, TWO * half)]
 
     def _quotient(self, index: int, a: int, b: int, k: int) -> Formula:
         """Newest terms with factors of their own, so that little is left to do once they are known."""
@@ -176,7 +182,7 @@ class JetWriter:
             return self.code.function("exp", exponent * self.code.function("log", size))
         known = (self._weighted(index, k - j) * self.coefficient(a, j) for j in range(1, k))
         moving = f"where(abs({first.text}) > {AT_REST!r}, {first.text}, math.inf)"
-        inverse = self.named("i", ONE / Formula(moving, first.known), index)
+        inverse = self.named("b", ONE / Formula(moving, first.known), index)
         later = functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)
         return (exponent * self._slope_series(a, index, k) - later) * inverse
 
@@ -207,9 +213,9 @@ class JetWriter:
         """
         scale = literal(sign / k)
         op, *operands = self.graph.nodes[a]
-        if op == "state" and self.mechanics is not None:
+        if op == "state" and operands[0] not in self.slow:
             product = self.graph.known("mul", f, self.rates[operands[0]].index)
-            if product is not None and self.mechanics.level(product) == 1:  # of the momentum: known already
+            if product is not None and self._is_early(product):  # of the momentum
                 return self.coefficient(product, k - 1) * scale
         order = sorted(range(1, k), key=lambda j: max(j, k - j))
         weighted = [(j, self._weighted(a, j)) for j in order]
@@ -223,6 +229,10 @@ class JetWriter:
                 start = self.code.name(name, self._scaled(sign * factor, start))
             sums.append((1, newest * start))
         return total(sums)
+
+    def _is_early(self, product: int) -> bool:
+        """Whether what is made of a rate needs no later coefficient than the state, and is written anyway."""
+        return product in self.needed if self.mechanics is None else self.mechanics.level(product) == 1
 
     def _function(self, index: int, op: str, a: int, k: int) -> Formula:
         if k == 0:
@@ -246,10 +256,11 @@ class JetWriter:
         newest, first = self.coefficient(a, k), self.coefficient(a, 0)
         if op == "log":
             known = (self._weighted(index, j) * self.coefficient(a, k - j) for j in range(1, k))
-            return (newest - functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)) / first
+            inverse = self.named("i", ONE / first, a)
+            return (newest - functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)) * inverse
         if op == "sqrt":
-            earlier = self.products(((index, i), (index, k - i)) for i in range(1, k))
-            return literal(0.5) * (newest - earlier) / self.coefficient(index, 0)
+            inverse = self.named("r", literal(0.5) / self.coefficient(index, 0), index)
+            return total([(1, newest), *((-sign, term) for sign, term in self._inner_square(index, k))]) * inverse
         raise ValueError(f"no Taylor recurrence for {op}")
 
 

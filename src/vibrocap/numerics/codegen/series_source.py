@@ -13,7 +13,7 @@ from vibrocap.numerics.codegen.slow_manifold import (
 )
 from vibrocap.numerics.codegen.straight_line import ADDING, CALLING, ZERO, Code, Formula, indented, literal
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.expressions.graph import Expression, reachable
 from vibrocap.numerics.expressions.structure import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
@@ -67,7 +67,7 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
-    watched = None if load is None else LoadSeries(load, writer, order)
+    watched = None if load is None else LoadSeries(equations.told(load), writer, order)
     states = layout.states
     code.name("time", code.entry("TIME"))
     code.name("sliding", code.entry("SIDE"))
@@ -121,6 +121,7 @@ class LoadSeries:
 
     def __init__(self, load: Expression, writer: JetWriter, order: int):
         self.load, self.writer, self.last = load, writer, order - 2
+        writer.needed.update(reachable(load.graph, [load.index]))
 
     def at_order(self, k: int) -> list[tuple[int, Formula]]:
         """(number, value) of the coefficients that are known with the coefficients k of the states."""

@@ -258,7 +258,7 @@ class Trial(JetWriter):
     def __init__(self, whole: SlowWriter, states: tuple[int, ...], k: int):
         super().__init__(whole.graph, whole.rates, whole.code)
         self.whole, self.k, self.label = whole, k, "_".join(map(str, states))
-        self.forms = whole.forms
+        self.forms, self.slow = whole.forms, whole.slow
         self.own = {whole.graph.node("state", state).index: state for state in states}
         # A velocity that is slaved may depend on what else is: that is as the sweep before found it.
         creeps = not whole.creeping.isdisjoint(states)

@@ -54,6 +54,14 @@ class SharedModule(Module):
         """A name made of the content, which names its callees so too."""
         return f"n{hashlib.sha256(content.encode()).hexdigest()[:20]}"
 
+    @property
+    def text(self) -> str:
+        """All of it; functions of one name, which are much alike, side by side, so that a page packs them well."""
+        alike: dict[str, dict[str, str]] = {}
+        for function, name in self.names.items():
+            alike.setdefault(function.name, {})[name] = self.bodies[name]
+        return "\n".join([*self.needed, *(body for bodies in alike.values() for body in bodies.values())])
+
 
 def module_of(code: bytes, exports: Iterable[str]) -> bytes:
     """An object file of LLVM's as a module that exports some of its functions and its memory."""

@@ -176,6 +176,11 @@ class Equations:
         """Whether they contain the time; otherwise motions have periods of their own."""
         return self.corners is not None or depends_on_time(self.rates)
 
+    def told(self, load: Expression) -> Expression:
+        """A load by the rates of momenta where it is told so, which takes few products."""
+        loads = [] if self.mechanics is None else [each.load for each in self.mechanics.contacts]
+        return next((each.value for each in loads if each is not None and each.moving.index == load.index), load)
+
     @property
     def several(self) -> bool:
         """Whether there are several contacts."""

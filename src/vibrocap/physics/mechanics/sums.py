@@ -169,29 +169,45 @@ def _reduced(terms: dict[Product, float]) -> Sum:
     return _reduced(found) if again else Sum(found)
 
 
+def _divided(terms: dict[Product, float], atom: Formula) -> tuple[dict[Product, float], dict[Product, float]]:
+    """(the terms that contain an atom, over it; those that do not)."""
+    inside: dict[Product, float] = {}
+    rest: dict[Product, float] = {}
+    for product, c in terms.items():
+        powers = dict(product)
+        if atom in powers:
+            powers[atom] -= 1
+            inside[tuple((atom, n) for atom, n in powers.items() if n)] = c
+        else:
+            rest[product] = c
+    return inside, rest
+
+
 def written(x: Any) -> Any:
-    """A number or a formula: the atom that most products share is factored out, again and again."""
+    """A number or a formula: a number that all terms share is factored out, then the atom that most products share,
+    with those whose products with the rest are proportional, again and again."""
     whole = Sum.of(x)
     terms = whole.terms
     if whole.number is not None:
         return whole.number
+    sizes = {abs(c) for c in terms.values()}
+    if len(terms) > 1 and len(sizes) == 1 and (max(terms.values()) < 0.0 or sizes != {1.0}):
+        size = max(terms.values(), key=lambda c: (abs(c), c))
+        return mul(size, written(Sum({product: c / size for product, c in terms.items()})))
     shared: dict[Formula, int] = {}
     for product in terms:
         for atom, _ in product:
             shared[atom] = shared.get(atom, 0) + 1
     if len(terms) > 1 and (most := max(shared.values())) > 1:
-        factor = max((atom for atom in shared if shared[atom] == most), key=lambda atom: atom.index)
-        inside: dict[Product, float] = {}
-        rest: dict[Product, float] = {}
-        for product, c in terms.items():
-            powers = dict(product)
-            if factor in powers:
-                powers[factor] -= 1
-                inside[tuple((atom, n) for atom, n in powers.items() if n)] = c
-            else:
-                rest[product] = c
-        made = mul(written(Sum(inside)), factor)
-        return add(written(Sum(rest)), made)
+        first = max((atom for atom in shared if shared[atom] == most), key=lambda atom: atom.index)
+        inside, rest = _divided(terms, first)
+        factors = {((first, 1),): 1.0}
+        for other in shared:
+            own, left = _divided(rest, other)
+            if own.keys() == inside.keys() and len({own[product] / inside[product] for product in inside}) == 1:
+                factors[((other, 1),)] = own[next(iter(inside))] / next(iter(inside.values()))
+                rest = left
+        return add(written(Sum(rest)), mul(written(Sum(inside)), written(Sum(factors))))
     found: Any = None
     for product, c in sorted(terms.items(), key=lambda item: (item[1] < 0, [(a.index, n) for a, n in item[0]])):
         made: Any = None
