@@ -23,8 +23,9 @@ from cases import SETTLED as CASE
 from cases import printed_json, refused
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text, read_case
-from vibrocap.cli.command import COMMANDS, GROUPS
-from vibrocap.cli.main import MOVED, app_of, main, names
+from vibrocap.cli.command import COMMANDS
+from vibrocap.cli.main import MOVED, app_of, main
+from vibrocap.cli.overview import GROUPS, names, overview
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
 from vibrocap.io.spreadsheets import beside
@@ -59,7 +60,18 @@ def test_help_shows_every_command_in_its_group_on_one_screen(arguments, capsys):
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines if line.split(" ")[0] in GROUPS] == list(GROUPS)
     for name, each in COMMANDS.items():
-        assert sum(line[8:].startswith(f"{name} ") and line.endswith(each.summary) for line in lines) == 1
+        summary = each.words.partition("\n")[0]
+        assert sum(line[8:].startswith(f"{name} ") and line.endswith(summary) for line in lines) == 1
+
+
+@pytest.mark.parametrize("words", [[], ["--help"], ["-h"]])
+def test_the_overview_imports_no_command_and_no_library(words):
+    script = "import sys; from vibrocap.__main__ import run; run(); print(*sys.modules, file=sys.stderr)"
+    answer = subprocess.run(
+        [sys.executable, "-c", script, *words], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert answer.stdout == overview()
+    assert not {"cyclopts", "numpy", "pydantic", "vibrocap.cli.main"} & {*answer.stderr.split()}
 
 
 @pytest.mark.parametrize("old", MOVED)

@@ -30,6 +30,7 @@ from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_from_text, case_tex
 from vibrocap.cli import main as cli
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.new_case import BENCH
+from vibrocap.cli.overview import BEGIN
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics import catalogue
 from vibrocap.physics.parameters import parameter_table
@@ -302,7 +303,7 @@ def test_every_command_has_examples_of_its_own(capsys):
 SLOW_COMMANDS = sorted(
     {
         command
-        for text in (cli.BEGIN, *(fence.text for fence in FENCES if fence.words == ("sh",)))
+        for text in (BEGIN, *(fence.text for fence in FENCES if fence.words == ("sh",)))
         for command in commands(text)
         if command.startswith(SLOW)
     }

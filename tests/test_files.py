@@ -265,7 +265,7 @@ sys.modules["vibrocap.cli.main"] = types.SimpleNamespace(main=main)
 
 @pytest.mark.parametrize(("what", "said"), [(DURING_IMPORTS, ""), (TWICE, "in order\n")])
 def test_an_interrupt_during_imports_and_a_second_one_end_at_once(what, said):
-    begin = "import os, signal, sys, time\nfrom vibrocap.__main__ import run\n"
+    begin = "import os, signal, sys, time\nsys.argv.append('list')\nfrom vibrocap.__main__ import run\n"
     with heard():
         code = begin + what + "sys.exit(run())"
         found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

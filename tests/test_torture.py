@@ -37,7 +37,7 @@ def text():
 def test_every_command_is_among_the_fuzzed_ones():
     """With what it cannot do without, so that it works there: `reproduce` alone is always refused."""
     from torture.fuzz_commands import COMMANDS, NEEDS
-    from vibrocap.cli.main import names
+    from vibrocap.cli.overview import names
 
     assert {*names()} == {*COMMANDS} - {"sweeep"}
     idle = {name for name, options in NEEDS.items() for each in options if not COMMANDS[name][1][each][0]}

@@ -7,6 +7,7 @@ import sys
 from typing import Any
 
 from vibrocap import working_folder
+from vibrocap.cli.overview import REQUESTS, overview
 
 INTERRUPTED = 130  # as a shell says it
 
@@ -30,6 +31,9 @@ def run() -> int:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # and not ignored, as in the background
         signal.signal(signal.SIGINT, interrupted)
     working_folder.leave_out()
+    if sys.argv[1:] in REQUESTS:  # before the commands and their libraries are imported
+        print(overview(), end="")
+        return 0
     gc.disable()  # while modules are made, which stay
     from vibrocap.cli.main import main
 

@@ -10,7 +10,6 @@ import functools
 import importlib
 import io
 import os
-import pkgutil
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal
@@ -21,20 +20,13 @@ from vibrocap import files, inputs
 from vibrocap.arguments import SettingError
 from vibrocap.case.case import CaseError
 from vibrocap.cli import commands
-from vibrocap.cli.command import COMMANDS, GROUPS
+from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.completers import script
+from vibrocap.cli.overview import ABOUT, REQUESTS, names, overview
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, Page, complain
 from vibrocap.files import WriteError, write_text
 
-ABOUT = "Vibro-driven capsules: they travel by shaking an inner mass against friction."
-BEGIN = """\
-To begin with:
-  vibrocap examples --to examples
-  vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
-vibrocap COMMAND --help explains a command; --completion SHELL is for TAB.
-Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
-"""
 # commands of earlier versions, by their first words: what they are now
 MOVED = {
     "bound": "lines of `vibrocap orbit CASE`, and of `vibrocap optimise`",
@@ -52,11 +44,6 @@ MOVED = {
     "measures": "`vibrocap list measures`",
     "verify": "`vibrocap sweep FOLDER --verify`",
 }
-
-
-def names() -> list[str]:
-    """The commands: a module each in `commands`."""
-    return [each.name.replace("_", "-") for each in pkgutil.iter_modules(commands.__path__)]
 
 
 @functools.cache
@@ -101,17 +88,6 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
     else:
         print(text)
     return OK
-
-
-def overview() -> str:
-    """The help of the command line: its commands in groups, on one screen."""
-    app_of()
-    lines = ["Usage: vibrocap COMMAND", "", ABOUT, ""]
-    for group in GROUPS:
-        own = [each for each in COMMANDS.values() if each.group == group]
-        heads = [group, *[""] * len(own)]
-        lines += [f"{head:<8}{each.name:<13}{each.summary}" for head, each in zip(heads, own, strict=False)]
-    return "\n".join([*lines, "", BEGIN])
 
 
 def moved(words: Sequence[str]) -> str:
@@ -171,7 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream := getattr(sys, name), io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters still gets the numbers
     words = sys.argv[1:] if arguments is None else list(arguments)
-    if words in ([], ["--help"], ["-h"]):
+    if words in REQUESTS:
         print(overview(), end="")
         return OK
     if now := moved(words):
