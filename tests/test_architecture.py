@@ -149,3 +149,11 @@ def test_planted_faults_are_valid_and_change_the_source():
     for fault in (*faults, *mutants.faults_of(Path("src/vibrocap/physics/drives/biharmonic.py"))):  # -(a + b) in it
         source = (ROOT / fault.path).read_text(encoding="utf-8")
         assert ast.dump(ast.parse(fault.planted(source))) != ast.dump(ast.parse(source)), fault
+
+
+def test_completion_offers_a_hundred_names_and_no_other():
+    import vibrocap
+
+    assert len(dir(vibrocap)) == len(set(dir(vibrocap))) <= 110
+    assert {*dir(vibrocap)} <= {*vibrocap.__all__}
+    assert all(getattr(vibrocap, name) is not None for name in vibrocap.__all__)

@@ -201,7 +201,7 @@ if not TYPE_CHECKING:  # which would let every name pass
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), "__version__", *__all__})
+    return [str(name) for name in _FACE.split()]
 
 
 # the paper's system and a motion of it
@@ -295,3 +295,21 @@ __all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_fron
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]
+
+# What completion offers: what one types every day. All else above is a name of `vibrocap`, too.
+_FACE = """
+System Environment Actuator Case read_case save_case Start Section Measure Record Design
+simulate sweep adaptive_map ensemble open_study stepper write_motion write_study to_pandas to_xarray
+orbit branch basins attractors bifurcation_diagram lyapunov_exponent crossing equilibria equilibrium_branch hopf_cycles
+classify settling optimise pareto_front robustness performance_bounds calibrate
+fit steady_fit fit_motion compare match read_records read_drive_table plot figure style
+mean_velocity stick_fraction mode_sequence energy_balance friction_loop frictional_limits contact_modes measure_table
+cite load_parts register check_part
+PendulumCapsule PendulumCapsuleWithStops TwoPendulumCapsule DoublePendulumCapsule TwoMassCapsule VibroImpactCapsule
+RigidStopCapsule RotorCapsule TwoMassCrawler PendulumCrawler LinkageCrawler crawler worm block_row Oscillator
+OscillatorWithStops ModeCouplingBlock DrillString Clutch Feeder BristleRobot
+Exponential LuGre Coulomb Stribeck HyperbolicStribeck Dahl ElastoPlastic MaxwellSlip BoucWen SmoothedTanh
+RateAndStateAgeing RateAndStateSlip
+Harmonic Biharmonic Square Triangle PulseWidth OnOff Phases FourierSeries DriveTable Constant Ramp
+PositionPID AnglePID VelocityPI
+"""
