@@ -263,7 +263,13 @@ def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
         '[drive]\nwaveform = "harmonic"\namplitude = 1.2\n[initial]\nangle = 1.0\n[run]\nperiods = 10\n',
         encoding="utf-8",
     )
-    assert cli.main(["branch", str(chaos), "--over", "drive.amplitude=1.1:1.3", "--settle-periods", "40"]) == 3
+    lifts = tmp_path / "lifts.toml"  # no orbit can close there, whatever the transient
+    lifts.write_text(
+        '[machine]\nkind = "pendulum-capsule"\nnormal_load = "dynamic"\n[friction]\nlaw = "exponential"\n'
+        '[drive]\nwaveform = "harmonic"\namplitude = 20.0\n[initial]\nangle = 1.0\n[run]\nperiods = 10\n',
+        encoding="utf-8",
+    )
+    assert cli.main(["branch", str(lifts), "--over", "drive.amplitude=15:25"]) == 3
     assert "No steady motion closed at the start" in capsys.readouterr().err
     assert cli.main(["orbit", str(chaos), "--settle-periods", "300", "--json"]) == 3
     record = json.loads(capsys.readouterr().out)
