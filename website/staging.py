@@ -4,6 +4,7 @@
 """
 
 import dataclasses
+import functools
 import os
 import re
 import runpy
@@ -22,6 +23,7 @@ FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 GALLERY = "gallery/index"
 
 
+@functools.cache  # it runs all cases
 def published_page() -> str:
     """The page that `examples/published/published.py` prints."""
     return runpy.run_path(str(ROOT / "examples" / "published" / "published.py"))["page"]()
