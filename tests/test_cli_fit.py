@@ -10,9 +10,12 @@ from scipy.special import erfinv
 
 from bench_case import BENCH
 from vibrocap.case.case import CaseError, case_from_text
+from vibrocap.cli.fit_request import TERM_NAMES
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits
+from vibrocap.identification.problem.prediction import DELAY
+from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.result.case_section import case_section
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
@@ -353,6 +356,8 @@ def test_every_complaint_comes_at_once(folder, capsys):
             (*STEADY, "--over", "coulomb_coefficient=2:1"),
             "--over: coulomb_coefficient should have its lower bound first",
         ),
+        ((*STEADY, "--terms", "weight"), "--terms: there is no term 'weight'; "),
+        (("--law", "rate-and-state-slip", "--spring", "measured", "--terms", "mass"), "--terms: are for fits without"),
         ((*STEADY, "--columns", "force=f2"), "f2"),
         ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
         ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),
@@ -462,3 +467,7 @@ def test_lugre_is_fitted_to_displacement_alone(folder, capsys):
     assert values(found)["coulomb_coefficient"] == pytest.approx(4.0, rel=0.02)
     assert values(found)["static_coefficient"] == pytest.approx(6.0, rel=0.02)
     assert (folder / "fit.png").exists() == HAS_PICTURES
+
+
+def test_the_help_names_every_term():
+    assert ", ".join((*TERMS, DELAY)) == TERM_NAMES

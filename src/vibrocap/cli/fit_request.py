@@ -162,6 +162,8 @@ class FitRequest(WithParts, Drawn):
             wrong.append("--law: give one law, or several with --compare, or a case with --machine")
         if self.compare and self.steady:
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
+        if self.spring and self.terms:
+            wrong.append("--terms: are for fits without --spring")
         other = self.compare or self.steady
         stiffness = machine_stiffness(self.spring, other, self.hold_out, self.data, wrong)
         if not self.data:

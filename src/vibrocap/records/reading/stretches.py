@@ -38,11 +38,13 @@ def whole_stretches(columns: Mapping[str, Any], place: Callable[[int], str]) -> 
     found = [each for each in found if not complaints({name: values[each] for name, values in columns.items()})]
     if not 0 < len(found) <= MOST:
         return everything, ""
-    kept = sum(each.stop - each.start for each in found)
+    kept = np.zeros(count, bool)
+    for each in found:
+        kept[each] = True
     words = []
-    if kept < count:
-        first = place(int(np.argmin(there)) if not there.all() else 0)
-        words.append(f"{count - kept:,} of {count:,} samples are left out, the first without a number at {first}")
+    if not kept.all():
+        first = place(int(np.argmin(kept)))
+        words.append(f"{count - kept.sum():,} of {count:,} samples are left out, the first at {first}")
     if skips.any():
         words.append(f"no sample for {steps[skips].max():.4g} s, first behind {place(int(np.argmax(skips)))}")
     if len(found) > 1:

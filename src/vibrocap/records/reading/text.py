@@ -65,6 +65,7 @@ def workbook_tables(path: Path, record_column: str | int | None = None) -> list[
             ]
             for sheet in book.worksheets
         }
+        book.close()
     except RecordError:
         raise
     except Exception:  # whatever a reader raises on damage
