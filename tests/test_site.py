@@ -1,6 +1,7 @@
 """The site of the documentation: its sources, made of the pages of the repository, and the site that Sphinx makes."""
 
 import enum
+import functools
 import http.server
 import importlib.util
 import re
@@ -14,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 
 import vibrocap as vc
+from test_published import FAST
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.main import app_of
 from vibrocap.physics.catalogue import machines
@@ -28,6 +30,7 @@ from website.staging import (
     PRINTED,
     ROOT,
     places,
+    published_page,
     relinked,
     sections,
     stage,
@@ -35,16 +38,20 @@ from website.staging import (
     stage_sections,
 )
 
+QUICK = (*FAST, "code-aster-two-masses", "newmark-block")
+
 # --- pages -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def staged(tmp_path_factory):
-    """The sources without what takes a run: the gallery is empty."""
+    """The sources without what takes long: the gallery is empty, and a few of the published cases are run."""
     folder = tmp_path_factory.mktemp("sources")
-    stage(folder)
-    stage_first_page(folder, "# Head\n", stage_sections(folder, {}))
-    return folder
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setitem(PRINTED, "published.md", functools.partial(published_page, *QUICK))
+        stage(folder)
+        stage_first_page(folder, "# Head\n", stage_sections(folder, {}))
+        yield folder
 
 
 def test_every_page_stands_in_one_section():

@@ -23,10 +23,10 @@ FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 GALLERY = "gallery/index"
 
 
-@functools.cache  # it runs all cases
-def published_page() -> str:
-    """The page that `examples/published/published.py` prints."""
-    return runpy.run_path(str(ROOT / "examples" / "published" / "published.py"))["page"]()
+@functools.cache
+def published_page(*names: str) -> str:
+    """The page that `examples/published/published.py` prints: it runs all cases, or those that are named."""
+    return runpy.run_path(str(ROOT / "examples" / "published" / "published.py"))["page"](names)
 
 
 # Pages that are printed; in the repository a few lines stand in their place.
