@@ -25,7 +25,8 @@ MACHINES = {name: kind() for name, kind in machines().items()}
 MACHINES |= {"capsule, dynamic": vc.PendulumCapsule(normal_load="dynamic"), "skin": ElasticSkin(), "rods": RodRobot()}
 # Where the text of the equations as told is the shorter one: at most this share of the operations of the solved ones.
 SHARES = {"pendulum-capsule": 0.93, "capsule, dynamic": 0.73, "two-pendulum-capsule": 0.7}
-SHARES |= {"linkage-crawler": 0.35, "double-pendulum-capsule": 0.68, "bristle-robot": 0.98}
+SHARES |= {"linkage-crawler": 0.35, "double-pendulum-capsule": 0.68, "bristle-robot": 0.98}  # of the solved text
+MOST = {"linkage-crawler": 923, "bristle-robot": 1553}  # operations of the told text, whatever the solved one has
 FAST = "pendulum-capsule", "capsule, dynamic", "linkage-crawler", "double-pendulum-capsule", "rigid-stop-capsule"
 
 
@@ -122,6 +123,6 @@ def test_the_shorter_text_is_taken():
         system = vc.System(MACHINES[name], LAWS["exponential"], vc.Harmonic())
         chosen = shortest(equations(system))
         assert chosen is not None
-        assert operations(system, chosen) <= share * operations(system, None)
+        assert operations(system, chosen) <= min(share * operations(system, None), MOST.get(name, math.inf))
     for name in ("vibro-impact-capsule", "two-body-worm"):
         assert shortest(equations(vc.System(MACHINES[name], LAWS["exponential"], vc.Harmonic()))) is None

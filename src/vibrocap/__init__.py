@@ -201,7 +201,7 @@ if not TYPE_CHECKING:  # which would let every name pass
 
 
 def __dir__() -> list[str]:
-    return [str(name) for name in _FACE.split()]
+    return _FACE.split()
 
 
 # the paper's system and a motion of it
@@ -296,8 +296,8 @@ __all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_fron
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]
 
-# What completion offers: what one types every day. All else above is a name of `vibrocap`, too.
-_FACE = """
+# What completion offers, for every day; `vibrocap` has all other names above, too.
+_FACE: str = """
 System Environment Actuator Case read_case save_case Start Section Measure Record Design
 simulate sweep adaptive_map ensemble open_study stepper write_motion write_study to_pandas to_xarray
 orbit branch basins attractors bifurcation_diagram lyapunov_exponent crossing equilibria equilibrium_branch hopf_cycles
