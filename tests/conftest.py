@@ -41,6 +41,18 @@ def kernels_are_found_by_their_text():
 
 
 @pytest.fixture
+def parts_are_forgotten():
+    """No part that a test loads stays registered: tables of all laws and machines in its process would have it."""
+    from vibrocap.physics.catalogue import registered, unregister
+
+    before = registered()
+    yield
+    for part in registered():
+        if part not in before:
+            unregister(part)
+
+
+@pytest.fixture
 def cheap(monkeypatch):
     """A cheap ensemble in place of the engine, and files not forced to the disk; the list of what it was asked for."""
     from cheap_ensemble import ensemble
