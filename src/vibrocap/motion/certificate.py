@@ -40,7 +40,7 @@ class Certificate:
     tenth of the tolerance: their difference over 0.9. None where the two runs have no later instant in common.
     defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step: what the polynomials of
     the motion leave of the equations. Asked at nine points of every step, and of Taylor steps about where the contact
-    is slowest. Of an implicit step it is the distance to the state that fits to the slopes (`stiff_pieces.correction`):
+    is slowest. Of an implicit step it is the distance to the state that fits to the slopes (`stiff_point.py`):
     the same number, but along the stiff directions, in which friction multiplies any error.
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `ok` where nothing is beyond, `failures` what is, in words.

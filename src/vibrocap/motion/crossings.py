@@ -6,8 +6,6 @@ interpolant are the eigenvalues of its colleague matrix (Good 1961; Trefethen, A
 Practice, ch. 18). Between roots the sign is that of the middle: a value that is only touched is no crossing.
 
 Values of the polynomials that pieces are, at many times.
-
-Where as many points are asked for in every piece, one piece after the other, its coefficients are fetched once.
 """
 
 from typing import TYPE_CHECKING
@@ -63,7 +61,7 @@ def _stretches(
         if not len(index):
             break
         s = begin[:, None] + 0.5 * length[:, None] * (1.0 + POINTS)
-        quantity = motion.piece_values(name, np.repeat(index, len(POINTS)), s.ravel()).reshape(s.shape)
+        quantity = motion.piece_values(name, index, s)
         coefficients = quantity @ TO_COEFFICIENTS.T
         away = coefficients[:, 0] - value
         target = value + (0.0 * away if modulo is None else modulo * np.round(away / modulo))
@@ -101,41 +99,30 @@ def _roots(coefficients: np.ndarray, noise: float) -> np.ndarray:
 
 
 def polynomial_values(coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Polynomials of pieces at times s [n] since the start of the pieces `index` [n]: [states, n]."""
-    rows, local = _by_piece(coefficients, index, s)
-    value = np.empty((rows.shape[1], *local.shape))
+    """Polynomials of pieces at times s since the start of the pieces `index` [n]: [states, *s.shape].
+
+    s: [n], or [n, points] of as many times in each piece
+    """
+    rows = _by_power(coefficients, index, s)
+    value = np.empty((rows.shape[1], *s.shape))
     value[:] = rows[-1]
     for row in rows[-2::-1]:
-        value *= local
+        value *= s
         value += row
-    return value.reshape(rows.shape[1], len(index))
+    return value
 
 
 def polynomial_slopes(coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Slopes of the same polynomials: [states, n]."""
-    rows, local = _by_piece(coefficients, index, s)
-    slope = np.zeros((rows.shape[1], *local.shape))
+    """Slopes of the same polynomials."""
+    rows = _by_power(coefficients, index, s)
+    slope = np.zeros((rows.shape[1], *s.shape))
     for k in range(len(rows) - 1, 0, -1):
-        slope *= local
+        slope *= s
         slope += k * rows[k]
-    return slope.reshape(rows.shape[1], len(index))
+    return slope
 
 
-def _by_piece(
-    coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(coefficients [order + 1, states, pieces, 1], times [pieces, points])."""
-    points = _points_per_piece(index)
-    chosen = coefficients[index[::points]]
-    return np.ascontiguousarray(chosen.transpose(2, 1, 0))[..., None], s.reshape(-1, points)
-
-
-def _points_per_piece(index: np.ndarray) -> int:
-    """How many points follow one another in each piece; 1 where that differs."""
-    if len(index) < 2:
-        return 1
-    other = np.flatnonzero(index != index[0])
-    points = int(other[0]) if len(other) else len(index)
-    if len(index) % points or np.any(index.reshape(-1, points) != index[::points, None]):
-        return 1
-    return points
+def _by_power(coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Coefficients [order + 1, states, n] of the pieces, or [order + 1, states, n, 1] where s has two axes."""
+    rows = np.ascontiguousarray(coefficients[index].transpose(2, 1, 0))
+    return rows.reshape(*rows.shape, *[1] * (s.ndim - 1))

@@ -1,25 +1,25 @@
 """What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
 
 import dataclasses
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate, Verdict
+from vibrocap.motion.contradictions import at_starts, energy_contradiction, momentum_contradiction, unbalanced
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
+from vibrocap.motion.trajectory import IMPACT_WORK, MANY, PIECES_AT_A_TIME, Trajectory, along
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
-from vibrocap.physics.flow import CONTACT_CHANNELS
-from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.physics.names import numbered
 
-ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks
-FINE = 65  # points per piece among which the slowest is looked for
-PIECES_AT_A_TIME = 1000
+FINER = 8  # times closer to the slowest of these points, a still slower one is looked for
+# Of the least reaction within a piece, each sixteen times closer than the one before: to 1e-8 of the length of the
+# piece, the square of which is rounding.
+ZOOMS, CLOSER = 6, np.linspace(-1.0, 1.0, 33)
 LEAST_TOLERANCE = 1e-13  # below it rounding decides
 # Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 440 plausible motions of
 # all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
@@ -28,7 +28,6 @@ EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the nat
 EPSILON = float(np.finfo(float).eps)
 ROUNDING = 64 * EPSILON  # of a velocity at rest, over the largest one or 1
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
-INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
 
 
 def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio_of_tolerances: float) -> Certificate:
@@ -38,32 +37,31 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     recording, parameters = equations(motion.system), parameter_values(motion.system)
     scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)
     tolerance = max(motion.tolerance, LEAST_TOLERANCE)
-    share = np.linspace(0.0, 1.0, POINTS)
-    index = np.repeat(np.arange(len(motion.piece_start)), POINTS)
-    s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
-    energy, contact_energy, momentum = motion.piece_observables(("energy", "contact_energy", "momentum"), index, s)
+    seen = _seen(motion)
     marks, outer = motion.piece_marks, _outer_impulse(motion)  # at the start of every piece and at the end
-    stored = _at_marks(energy + contact_energy)
+    energy, momentum = seen["energy"] + seen["contact_energy"], _at_marks(seen["momentum"])
+    stored = _at_marks(energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
     if any(law.switched for law in motion.system.laws):
         # Energy that was stored in the contact is lost where a piece begins unloaded.
-        before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
+        before, after = energy[:-1, -1], stored[1:-1]
         taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
         balance[1:] -= np.cumsum(np.append(after - before - taken, 0.0))
-    impulse = _at_marks(momentum) - momentum[0] + marks[-1] - outer
+    impulse = momentum - momentum[0] + marks[-1] - outer
     if motion.system.machine.strikes_ground:
         impulse[1:] -= np.cumsum(np.append(motion.piece_blows, 0.0))
-    seen = [_contact_evidence(motion, number, index, s) for number in range(1, 1 + motion.piece_sides.shape[1])]
-    least = min(each.least for each in seen)
-    slack = ROUNDING * max(1.0, *(each.fastest for each in seen))
-    natural_speed = max(_natural_size(motion, recording, scales, name) for name in velocity_names(recording))
+    contacts = [_contact_evidence(motion, number, seen) for number in range(1, 1 + motion.piece_sides.shape[1])]
+    least = min(contact.least for contact in contacts)
+    slack = ROUNDING * max(1.0, *(contact.fastest for contact in contacts))
+    starts = at_starts(motion)
+    natural_speed = max(_natural_size(recording, scales, starts, name) for name in velocity_names(recording))
     imposed = any(derivative(each.velocity, -1).value != 0.0 for each in recording.contacts)
     if motion.system.machine.imposes_distances or imposed:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * natural_speed)
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
-    ratio = max((each.share for each in seen if each.share is not None), default=None)
-    defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
+    ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
+    defect = _defect(motion, seen, scales, DEFECT_BOUND * tolerance)
     estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
     event_velocity, verdicts = recorded.contact_residual, []
 
@@ -73,7 +71,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     if ratio is not None:
         text = f"the stuck contact carries {ratio:.9g} times what it can hold: a slip was missed"
         judge("stick_force_ratio", ratio, 1.0 + STICK_SLACK, text)
-    shortfall = _slip_shortfall(motion, slack)
+    shortfall = _slip_shortfall(motion, seen, slack)
     if shortfall is not None:
         text = f"the contact slips {shortfall:.2g} of its limit below what it can hold: a slip began too early"
         judge("slip_shortfall", shortfall, STICK_SLACK, text)
@@ -88,17 +86,17 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         judge("least_velocity", -least, slack, f"the velocity passes rest by {-least:.1e} without an event")
     errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
     for field, value, observables, flows, check in (
-        ("energy_residual", energy_residual, ("energy", "contact_energy"), marks[:-1], _energy_contradiction),
-        ("momentum_residual", momentum_residual, ("momentum",), (marks[-1], outer), _momentum_contradiction),
+        ("energy_residual", energy_residual, ("energy", "contact_energy"), marks[:-1], energy_contradiction),
+        ("momentum_residual", momentum_residual, ("momentum",), (marks[-1], outer), momentum_contradiction),
     ):
-        bound = errors * tolerance * _natural_size(motion, recording, scales, *observables) + _rounding_of_sums(flows)
-        text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
+        bound = errors * tolerance * _natural_size(recording, scales, starts, *observables) + _rounding_of_sums(flows)
+        text = "" if value <= bound else unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
     words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
     judge("defect", defect, DEFECT_BOUND * tolerance, words)
     if estimate is not None:
         judge("estimated_error", estimate, None)
-    reaction, warnings = _reaction(motion, index, s)
+    reaction, warnings = _reaction(motion, seen)
     return Certificate(
         stick_force_ratio=ratio,
         slip_shortfall=shortfall,
@@ -118,6 +116,19 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     )
 
 
+def _seen(motion: Trajectory) -> dict[str, np.ndarray]:
+    """Observables by name at POINTS points of every piece, both ends among them: arrays [pieces, POINTS]."""
+    names = ["energy", "contact_energy", "momentum", *(["reaction"] if "reaction" in motion.observable_names else [])]
+    for number, law in enumerate(motion.system.laws, 1):
+        own = ["contact_velocity", "friction"]
+        if law.kind == "set-valued":
+            limits = ("holding_limit", "holding_centre") if motion.system.machine.follows_load else ()
+            own += ["holding_force", *limits]
+        names += [numbered(name, number) for name in own]
+    s = motion.piece_length[:, None] * np.linspace(0.0, 1.0, POINTS)
+    return dict(zip(names, motion.piece_observables(tuple(names), np.arange(len(s)), s), strict=True))
+
+
 @dataclasses.dataclass(frozen=True)
 class ContactEvidence:
     """What was seen of one contact.
@@ -131,23 +142,21 @@ class ContactEvidence:
     fastest: float
 
 
-def _contact_evidence(motion: Trajectory, number: int, index: np.ndarray, s: np.ndarray) -> ContactEvidence:
+def _contact_evidence(motion: Trajectory, number: int, seen: Mapping[str, np.ndarray]) -> ContactEvidence:
     """Of a contact, at all points of the pieces; at an event of its own its velocity is that of the event."""
     law, sides = motion.system.laws[number - 1], motion.piece_sides[:, number - 1]
-    names = numbered("contact_velocity", number), numbered("friction", number)
-    velocity, friction = motion.piece_observables(names, index, s)
-    stuck = sides[index] == 0.0
-    along = (sides[index] * velocity).reshape(-1, POINTS)
-    along[np.append(sides[1:] != sides[:-1], False), -1] = 0.0
+    velocity = seen[numbered("contact_velocity", number)]
+    forward = sides[:, None] * velocity
+    forward[np.append(sides[1:] != sides[:-1], False), -1] = 0.0
     share = None
     if law.kind == "set-valued":
-        held = _shares_held(motion, number, friction[stuck], index[stuck], s[stuck])
+        held = _shares_held(motion, number, seen, "friction", sides == 0.0)
         share = float(np.max(np.abs(held), initial=0.0))
-    least = 0.0 if law.kind == "smooth" else float(np.min(along, initial=0.0))
+    least = 0.0 if law.kind == "smooth" else float(np.min(forward, initial=0.0))
     return ContactEvidence(share, least, float(np.max(np.abs(velocity), initial=0.0)))
 
 
-def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
+def _slip_shortfall(motion: Trajectory, seen: Mapping[str, np.ndarray], still: float) -> float | None:
     """Largest part of what a contact can hold that was missing where it left rest; None: none did.
 
     Not asked of slips that begin faster than `still`, as after an impact, nor of contacts that act on one another.
@@ -160,22 +169,22 @@ def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
         starts = 1 + np.flatnonzero((sides[:-1] == 0.0) & (sides[1:] != 0.0))
         if law.kind != "set-valued" or not len(starts):
             continue
-        at = starts, np.zeros(len(starts))
-        names = numbered("contact_velocity", number), numbered("holding_force", number)
-        velocity, force = motion.piece_observables(names, *at)
-        shares = sides[starts] * _shares_held(motion, number, force, *at)
+        at = starts, 0
+        shares = sides[starts] * _shares_held(motion, number, seen, "holding_force", at)
+        velocity = seen[numbered("contact_velocity", number)][at]
         missing += (1.0 - shares[np.abs(velocity) <= still]).tolist()
     return max(0.0, *missing) if missing else None
 
 
-def _shares_held(motion: Trajectory, number: int, force: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Forces at rest over what a contact can hold, from the middle of that."""
+def _shares_held(
+    motion: Trajectory, number: int, seen: Mapping[str, np.ndarray], name: str, at: np.ndarray | tuple
+) -> np.ndarray:
+    """A force at rest over what a contact can hold, from the middle of that; at: those of the points that were seen."""
     law, load = motion.system.laws[number - 1], motion.system.law_loads[number - 1]
     limit, middle = law.holding_limit(load), law.holding_centre(load)
     if motion.system.machine.follows_load:
-        names = numbered("holding_limit", number), numbered("holding_centre", number)
-        limit, middle = motion.piece_observables(names, index, s)
-    force = force - middle
+        limit, middle = (seen[numbered(each, number)][at] for each in ("holding_limit", "holding_centre"))
+    force = seen[numbered(name, number)][at] - middle
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(force == 0.0, 0.0, force / limit)
 
@@ -195,49 +204,51 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     )
 
 
-def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:
+def _reaction(motion: Trajectory, seen: Mapping[str, np.ndarray]) -> tuple[float | None, tuple[str, ...]]:
     """(least normal reaction of the ground, what is to be said of it): a constant load does not notice a lift-off."""
-    if "reaction" not in motion.observable_names:
+    if "reaction" not in seen:
         return None, ()
-    (reaction,) = motion.piece_observables(("reaction",), index, s)
-    if not np.all(np.isfinite(reaction)):
+    if not np.all(np.isfinite(seen["reaction"])):
         return None, ("the normal load is beyond all numbers: nothing is known of it",)
-    pieces, least = _least_of_pieces(motion, reaction.reshape(-1, POINTS))
-    if np.min(least) >= 0.0 or motion.system.machine.follows_load:
-        return float(np.min(least)), ()
-    time, least = motion.piece_start[pieces[np.argmax(least < 0.0)]], float(np.min(least))
+    lows = _least_of_pieces(motion, seen["reaction"])
+    least = float(np.min(lows))
+    if least >= 0.0 or motion.system.machine.follows_load:
+        return least, ()
     return least, (
-        f"the true normal load would be negative, first about time {time:.4g}, down to {least:.4g}: the machine would "
-        f'lift off, which a constant load hides; use normal_load = "dynamic"',
+        f"the true normal load would be negative, first about time {motion.piece_start[np.argmax(lows < 0.0)]:.4g}, "
+        f"down to {least:.4g}: the machine would lift off, which a constant load hides; use "
+        f'normal_load = "dynamic"',
     )
 
 
-def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(pieces in which the reaction may be least or below zero, its least value in each).
+def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> np.ndarray:
+    """Least reaction in each piece: to rounding where it is the least of all, below zero where it falls below.
 
-    seen: at the points of every piece; between them it is looked at again and again, four times closer each time
+    seen: at the points of every piece; where it may fall lower between them, by as much as it differs among those next
+    to the lowest, it is looked at ever closer
     """
-    lows, spread = seen.min(axis=1), np.ptp(seen, axis=1)
-    pieces = np.flatnonzero(lows - spread <= max(lows.min(), 0.0))
-    least, middle = lows[pieces], seen[pieces].argmin(axis=1) / (POINTS - 1.0)
-    for zoom in range(1, ZOOMS + 1):
-        width = 4.0**-zoom
-        around = np.clip(middle[:, None] + np.linspace(-0.5, 0.5, POINTS) * width, 0.0, 1.0)
-        s = around * motion.piece_length[pieces][:, None]
-        (values,) = motion.piece_observables(("reaction",), np.repeat(pieces, POINTS), s.ravel())
-        values = values.reshape(-1, POINTS)
-        least, middle = np.minimum(least, values.min(axis=1)), around[np.arange(len(pieces)), values.argmin(axis=1)]
-    return pieces, least
+    least, spread = seen.min(axis=1), np.ptp(seen, axis=1)
+    middle, reach = seen.argmin(axis=1) / (POINTS - 1.0), 1.0 / (POINTS - 1.0)
+    for _ in range(ZOOMS):
+        lowest = least.min() - EPSILON * abs(least.min())
+        near = np.flatnonzero((least - spread < lowest) | ((least >= 0.0) & (least < spread)))
+        if not len(near):
+            break
+        around = np.clip(middle[near, None] + reach * CLOSER, 0.0, 1.0)
+        (values,) = motion.piece_observables(("reaction",), near, around * motion.piece_length[near, None])
+        least[near], spread[near] = np.minimum(least[near], values.min(axis=1)), np.ptp(values, axis=1)
+        middle[near] = around[np.arange(len(near)), values.argmin(axis=1)]
+        reach *= 2.0 / (len(CLOSER) - 1.0)
+    return least
 
 
-def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
+def _natural_size(recording: Equations, scales: np.ndarray, starts: tuple, *names: str) -> float:
     """How much observables change, at most, where every state changes by its natural size: to the second order.
 
     The first vanishes of the energy of a machine that stays at rest, as the common centre of a worm between mirror
-    images does.
+    images does. starts: states and drive there
     """
-    start, zero = np.arange(len(motion.piece_start)), 0.0 * motion.piece_length
-    states, (local, parameters) = motion.piece_states(start, zero), motion.drive_at(start, zero)
+    states, (local, parameters) = starts
     return float(np.sum(np.max(changes(recording, names, scales, local, states, parameters), axis=1)))
 
 
@@ -267,100 +278,47 @@ def _rounding_of_sums(flows: Iterable[Any]) -> float:
     return EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))
 
 
-def _unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:
-    """A balance that does not close, and what that probably means."""
-    what = field.removesuffix("_residual")
-    said = f"the balance of {what} is off by {value:.2g}, where {bound:.2g} is the bound: "
-    if contradiction:
-        return said + contradiction
-    return said + (
-        f"the equations are in balance, the motion is not, so that its works and impulse are not to be trusted; the "
-        f"tolerance {tolerance:.1e} is too loose for a law as stiff as this"
-    )
-
-
-def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
-    """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
-    known, machine, contact = recording.observables, [], []
-    for name, power in zip(motion.system.channels, recording.integrals, strict=False):  # the last is the impulse
-        (contact if name_and_number(name)[0] in CONTACT_CHANNELS else machine).append(power)
-    taken = [known[v.replace("contact_velocity", "friction")] * known[v] for v in velocity_names(recording)]
-    found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
-    if found:
-        return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    found = _contradiction(motion, recording, known["contact_energy"], [*contact, *taken])
-    if found:
-        return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
-    return ""
-
-
-def _momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
-    """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
-    known = recording.observables
-    outer = [known["outer_force"]] if "outer_force" in known else []
-    found = _contradiction(motion, recording, known["momentum"], [*outer, -known["friction"]])
-    return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
-
-
-def _contradiction(motion: Trajectory, recording: Equations, stored: Expression, inflows: Sequence[Expression]) -> str:
-    """Where the rate of what is stored is not the sum of what flows in, at the starts of the pieces; empty: nowhere."""
-    terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
-    terms += [derivative(stored, -1), *(-each for each in inflows)]
-    start = np.arange(len(motion.piece_start))
-    zero = 0.0 * motion.piece_length
-    states, (local, parameters) = motion.piece_states(start, zero), motion.drive_at(start, zero)
-    values = [
-        np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, motion.sides(start), parameters)
-    ]
-    gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
-    worst = int(np.argmax(gap - INCONSISTENT * size))
-    if not gap[worst] > INCONSISTENT * size[worst]:
-        return ""
-    change = float(np.sum(values[: -len(inflows)], axis=0)[worst])
-    inflow = -float(np.sum(values[-len(inflows) :], axis=0)[worst])
-    return f"at time {motion.piece_start[worst]:.6g} it changes at the rate {change:.6g}, while {inflow:.6g} flows in"
-
-
-def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
+def _defect(motion: Trajectory, seen: Mapping[str, np.ndarray], scales: np.ndarray, bound: float) -> float:
     """Largest h |y' - f(t, y)| over the natural size of a state; of implicit steps along their stiff directions.
 
     Nine points of every step, and of Taylor steps five more about where each contact is slowest: friction changes
     most near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
     bound is asked again as of an implicit step.
     """
-    recording = equations(motion.system)
-    implicit = np.flatnonzero(motion.piece_implicit)
-    even = np.linspace(0.0, 1.0, POINTS)
-    index, s = np.repeat(implicit, POINTS), (even * motion.piece_length[implicit, None]).ravel()
-    worst = float(np.max(_left(motion, scales, index, s, 0.0), initial=0.0))
-    taylor = np.flatnonzero(~motion.piece_implicit)
-    fine = np.linspace(0.0, 1.0, FINE)
-    for first in range(0, len(taylor), PIECES_AT_A_TIME):
-        pieces = taylor[first : first + PIECES_AT_A_TIME]
-        h = motion.piece_length[pieces]
-        grid = (fine * h[:, None]).ravel()
-        shares = [np.broadcast_to(even, (len(pieces), POINTS))]
-        for speed in np.abs(motion.piece_observables(velocity_names(recording), np.repeat(pieces, FINE), grid)):
-            slowest = fine[np.argmin(speed.reshape(-1, FINE), axis=1)]
-            shares.append(np.clip(slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0), 0.0, 1.0))
-        share = np.hstack(shares)
-        index, s = np.repeat(pieces, share.shape[1]), (share * h[:, None]).ravel()
-        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if recording.maybe_stiff else math.inf))))
+    worst, even, last = 0.0, np.linspace(0.0, 1.0, POINTS), POINTS - 1.0
+    near, about = np.arange(1 - FINER, FINER) / (FINER * last), np.arange(-2, 3) / (FINER * last)
+    names = velocity_names(equations(motion.system))
+    for method in (motion.piece_implicit, ~motion.piece_implicit):
+        every = np.flatnonzero(method)
+        for first in range(0, len(every), PIECES_AT_A_TIME):
+            pieces = every[first : first + PIECES_AT_A_TIME]
+            h = motion.piece_length[pieces, None]
+            shares = [np.broadcast_to(even, (len(pieces), POINTS))]
+            for i, name in enumerate(() if method is motion.piece_implicit else names):
+                slowest = np.argmin(np.abs(seen[name][pieces]), axis=1)[:, None] / last
+                around = np.clip(slowest + near, 0.0, 1.0)
+                speed = np.abs(motion.piece_observables(names[i : i + 1], pieces, h * around)[0])
+                slowest = np.take_along_axis(around, np.argmin(speed, axis=1)[:, None], axis=1)
+                shares.append(np.clip(slowest + about, 0.0, 1.0))
+            worst = max(worst, float(np.max(_left(motion, scales, pieces, h * np.hstack(shares), bound))))
     return worst
 
 
-def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
-    """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
-    recording, (local, parameters) = equations(motion.system), motion.drive_at(index, s)
-    with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
-        rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.sides(index), parameters)
-    left = np.zeros(len(index))
+def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, bound: float) -> np.ndarray:
+    """h |y' - f(t, y)| over the natural size of a state; of implicit steps, and beyond the bound, along stiff
+    directions."""
+    recording, implicit = equations(motion.system), motion.piece_implicit[index]
+    if s.size >= MANY or np.any(implicit):
+        return motion.observe.left_at_many(motion, bound, index, s)
+    local, parameters = motion.drive_at(index, s)
+    sides = tuple(along(side, s) for side in motion.sides(index))
+    rates = evaluate(recording.rates, local, motion.piece_states(index, s), sides, parameters)
+    left = np.zeros(s.shape)
     for slope, rate, scale in zip(motion.piece_slopes(index, s), rates, scales, strict=True):
-        left = np.maximum(left, np.abs(rate - slope) * motion.piece_length[index] / scale)
-    beyond = np.flatnonzero(~(left <= stiff_from))
-    if len(beyond):
-        change = np.max(np.abs(motion.piece_correction(index[beyond], s[beyond])) / scales[:, None], axis=0)
-        left[beyond] = np.where(change > 0.0, change, left[beyond])  # zero: nothing is stiff
+        left = np.maximum(left, np.abs(rate - slope) * along(motion.piece_length[index], s) / scale)
+    beyond = np.nonzero(~(left <= bound))
+    if recording.maybe_stiff and len(beyond[0]):
+        left[beyond] = motion.observe.left_at_many(motion, bound, index[beyond[0]], s[beyond])
     return left
 
 
@@ -395,4 +353,4 @@ def _lasting(motion: Trajectory) -> list[int]:
 
 def _at_marks(values: np.ndarray) -> np.ndarray:
     """Of values at POINTS points per piece: those at the start of every piece, and at the end."""
-    return np.append(values[::POINTS], values[-1])
+    return np.append(values[:, 0], values[-1, -1])

@@ -15,11 +15,11 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.evidence import certificate
+from vibrocap.motion.observer import Observer
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, Recorded, codes, recorded_run, series_order
-from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.dimensions.units import state_keys
 from vibrocap.physics.events import BOUNDS, KINDS
 from vibrocap.physics.names import OUTPUT, numbered
@@ -188,33 +188,6 @@ def _said(value: float, name: str, system: System, digits: int) -> str:
     """A value of a state in words, with the unit that results have."""
     units = system.result_units
     return said(value * units.factor(name), units.unit(name), digits)
-
-
-@dataclasses.dataclass(frozen=True)
-class Observer:
-    """Observables and rates of integrals of a system, as functions of time, states and side of the contact."""
-
-    system: System
-
-    def __reduce__(self):
-        return type(self), (self.system,)  # the equations are recorded anew
-
-    @functools.cached_property
-    def known(self) -> dict[str, Expression]:
-        """What can be asked for, by name."""
-        recording = equations(self.system)
-        names = (*(f"{name}_work" for name in self.system.channels), "impulse")
-        return recording.observables | dict(zip(names, recording.integrals, strict=True))
-
-    def __call__(
-        self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, sides: tuple, drive: tuple
-    ) -> list[np.ndarray]:
-        """Values by name at times t [n], with states [states, n] and the side of each contact [n]: an array [n] each.
-
-        drive: (times since it began its period, parameter vector), see `Trajectory.drive_at`
-        """
-        found = evaluate([self.known[name] for name in names], drive[0], states, sides, drive[1])
-        return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
 
 
 MOST_SAMPLES = 2**24  # per period

@@ -10,10 +10,11 @@ import numpy as np
 
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
+from vibrocap.motion.observer import Observer
 from vibrocap.motion.recording.equations import parameter_values, parameters_at
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import PieceSeries
-from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.physics.names import numbered
 from vibrocap.quantities.declared import (
     AlongNames,
     ByName,
@@ -33,8 +34,8 @@ from vibrocap.results import Result, Rows
 
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
-BLOCK = 16_380  # points at a time, when many are asked for: whole pieces of 9, 12, 14 or 65 points
-STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
+PIECES_AT_A_TIME = 10_000  # where many are looked at
+MANY = 100_000  # instants from which on a compiled loop looks at them, whose kernel is made in a tenth of a second
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
@@ -100,9 +101,7 @@ class Trajectory(Result):
     event_kinds: Numbers  # [events] of names
     event_contacts: Numbers  # [events] number of the contact, 1 for the first; 0 where it is of none
     event_states: StateColumns  # [events, states]
-    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, tuple, tuple], list[np.ndarray]] = dataclasses.field(
-        compare=False
-    )  # (names, times, states [states, n], sides, `drive_at`) -> values of observables and rates of integrals
+    observe: Observer = dataclasses.field(compare=False)
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
@@ -167,10 +166,11 @@ class Trajectory(Result):
         if self.piece_drive_time is not None:
             start, length = self.piece_drive_time[index], self.piece_length[index]
             inside = np.where(length > 0.0, 0.5 * length, AT_ONCE * self.period)
-            return start + s, parameters_at(self.system, start + inside)
+            parameters = parameters_at(self.system, start + inside)
+            return along(start, s) + s, tuple(along(each, s) if np.ndim(each) else each for each in parameters)
         start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
         begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
-        return start - begun + s, parameter_values(self.system)
+        return along(start - begun, s) + s, parameter_values(self.system)
 
     @property
     def piece_side(self) -> Numbers:
@@ -238,47 +238,28 @@ class Trajectory(Result):
         return t, index, t - self.piece_start[index]
 
     def piece_states(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """States at times s since the start of the pieces: array [states, n]."""
-        result = np.empty((len(self.state_names), len(index)))
-        for block in _blocks(len(index)):
-            result[:, block] = polynomial_values(self.series, index[block], s[block])
-        return result
+        """States at times s since the start of the pieces: array [states, *s.shape].
+
+        index: [n]; s: [n], or [n, points] of as many instants in each of the pieces
+        """
+        if s.size >= MANY:
+            return self.observe.at_many(self, self.state_names, index, s)
+        return polynomial_values(self.series, index, s)
 
     def piece_slopes(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Slopes of the polynomials of the states at times s since the start of the pieces: array [states, n]."""
+        """Slopes of the polynomials of the states at times s since the start of the pieces: [states, *s.shape]."""
         return polynomial_slopes(self.series, index, s)
 
     def piece_observables(self, names: tuple[str, ...], index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n].
+        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, *s.shape].
 
         Of pieces that implicit steps have made, what depends on the law's forces and rates is asked at states that fit
-        to the slopes of the polynomials, see `stiff_pieces.correction`.
+        to the slopes of the polynomials, see `kernel/observe/stiff_point.py`.
         """
-        result = np.empty((len(names), len(index)))
-        forces = [i for i, name in enumerate(names) if name_and_number(name)[0] not in STATE_FUNCTIONS]
-        for block in _blocks(len(index)):
-            pieces, local = index[block], s[block]
-            t, sides = self.piece_start[pieces] + local, self.sides(pieces)
-            states = self.piece_states(pieces, local)
-            found = np.asarray(self.observe(names, t, states, sides, self.drive_at(pieces, local)))
-            stiff = np.flatnonzero(self.piece_implicit[pieces])
-            if forces and len(stiff):
-                states = states[:, stiff] + self.piece_correction(pieces[stiff], local[stiff])
-                asked = tuple(names[i] for i in forces)
-                drive = self.drive_at(pieces[stiff], local[stiff])
-                values = self.observe(asked, t[stiff], states, self.sides(pieces[stiff]), drive)
-                for i, value in zip(forces, values, strict=True):
-                    found[i, stiff] = value
-            result[:, block] = found
-        return result
-
-    def piece_correction(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """What to add to the states of stiff pieces before the law is asked: array [states, n]."""
-        from vibrocap.motion.stiff_pieces import correction
-
-        series = self.piece_states(index, s), self.piece_slopes(index, s)
-        pieces = self.sides(index), self.piece_length[index]
-        return correction(self.system, *self.drive_at(index, s), *series, *pieces)
+        if s.size >= MANY or np.any(self.piece_implicit[index]):
+            return self.observe.at_many(self, names, index, s)
+        t, sides = along(self.piece_start[index], s) + s, tuple(along(side, s) for side in self.sides(index))
+        return np.array(self.observe(names, t, self.piece_states(index, s), sides, self.drive_at(index, s)))
 
     def states(self, t: Moments) -> StateRows:
         """States at times t: array [states, len(t)]."""
@@ -327,11 +308,17 @@ class Trajectory(Result):
         return found
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
-        """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""
+        """Integrals over the first s of each of the pieces, or those of observables: array [integrals, *s.shape]."""
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
-        points = 0.5 * s[:, None] * (1.0 + nodes)
-        powers = self.piece_observables(names or self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
-        return (powers.reshape(len(powers), *points.shape) @ weights) * 0.5 * s
+        names = names or self.integral_names
+        found = np.empty((len(names), *s.shape))
+        for first in range(0, len(s), PIECES_AT_A_TIME):
+            block = slice(first, first + PIECES_AT_A_TIME)
+            half = 0.5 * s[block, ..., None]
+            points = (half * (1.0 + nodes)).reshape(len(half), -1)
+            powers = self.piece_observables(names, index[block], points).reshape(len(names), *half.shape[:-1], -1)
+            found[:, block] = (powers @ weights) * half[..., 0]
+        return found
 
     def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:
         """States and integrals at times t: array [states + integrals, len(t)]."""
@@ -343,14 +330,14 @@ class Trajectory(Result):
         return self.piece_values(name, index, s)
 
     def piece_values(self, name: str, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """A named quantity at times s since the start of the pieces: array [n]."""
+        """A named quantity at times s since the start of the pieces: array [*s.shape]."""
         if name in self.side_names:
-            return self.side_of(name)[index]
+            return np.broadcast_to(along(self.side_of(name)[index], s), s.shape)
         if name in self.state_names:
             return self.piece_states(index, s)[self.state_names.index(name)]
         if name in self.integral_names:
             row = self.integral_names.index(name)
-            return self.piece_marks[row, index] + self.piece_integrals(index, s, (name,))[0]
+            return along(self.piece_marks[row, index], s) + self.piece_integrals(index, s, (name,))[0]
         if name in self.observable_names:
             return self.piece_observables((name,), index, s)[0]
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
@@ -390,6 +377,6 @@ class Trajectory(Result):
         return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))
 
 
-def _blocks(count: int) -> list[slice]:
-    """Slices that bound the memory of what is computed for many points."""
-    return [slice(start, start + BLOCK) for start in range(0, count, BLOCK)]
+def along(values: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Values [n] of pieces in a shape that goes with times s in them, [n] or [n, points]."""
+    return values.reshape(-1, *[1] * (s.ndim - 1))

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import PieceSeries, RunResults
     from vibrocap.numerics.run.stepper import StepperKernel, StepperMemory, stepper_kernel
+    from vibrocap.numerics.run.stored_motion import StoredMotion
     from vibrocap.numerics.run.stroboscope import Stroboscope
     from vibrocap.numerics.run.threads import available_threads
 
@@ -50,6 +51,7 @@ __all__ = [
     "RunResults",
     "StepperKernel",
     "StepperMemory",
+    "StoredMotion",
     "Stroboscope",
     "available_threads",
     "browser_kernels",

@@ -23,6 +23,29 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 
 def generated_source(equations: Equations, layout: Layout, loop: str = "single") -> str:
     """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`)."""
+    functions = [
+        constants_source(equations, layout),
+        jet_source(equations, layout, loop),
+        rates_source(equations),
+        holding_source(equations),
+        *([] if equations.rows is None else [decision_source(equations.rows)]),
+        branches_source(equations),
+        jacobian_source(equations),
+        resolution_source(equations, layout.order, polynomials=loop != "ensemble"),
+    ]
+    return "\n".join([*functions, ""])
+
+
+def stored_motion_source(equations: Equations, layout: Layout) -> str:
+    """What is wanted of them where a stored motion is looked at: no series."""
+    observed = (*equations.observables.values(), *equations.integrals)
+    instants = instants_source(equations, observed, with_table=False)
+    jacobian = [jacobian_source(equations)] if equations.maybe_stiff else []
+    return "\n".join([constants_source(equations, layout), rates_source(equations), *jacobian, instants])
+
+
+def constants_source(equations: Equations, layout: Layout) -> str:
+    """Places and sizes of the memory, and what is known of the equations."""
     if equations.maybe_stiff:
         record_slopes(equations)
     series = layout.places["SERIES"]
@@ -79,17 +102,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         constants["OCCURRED"] = -1
     constants |= slow_constants(layout)
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
-    lines = [f"{name} = {value!r}" for name, value in constants.items()]
-    functions = [
-        jet_source(equations, layout, loop),
-        rates_source(equations),
-        holding_source(equations),
-        *([] if equations.rows is None else [decision_source(equations.rows)]),
-        branches_source(equations),
-        jacobian_source(equations),
-        resolution_source(equations, layout.order, polynomials=loop != "ensemble"),
-    ]
-    return "\n".join([*lines, "", *functions, ""])
+    return "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), ""])
 
 
 def jumps(equations: Equations, layout: Layout) -> bool:

@@ -33,6 +33,7 @@ LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
     *("square_root", "store", "where", "whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
+STORED = ("observe.instants", "observe.stored_pieces")
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 
@@ -47,6 +48,12 @@ def shown_motion_recipe(layout: Layout) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
     own = motion_recipe(layout)
     return Recipe(own.entry, (*own.modules, *POINT[layout.stiff], "observe.drive_table", "observe.instants"))
+
+
+def stored_motion_recipe(stiff: bool) -> Recipe:
+    """A stored motion that is looked at at many instants; stiff: whether implicit steps may have made its pieces."""
+    point = ("step.linear_system", "observe.stiff_point") if stiff else ()
+    return Recipe("look_along", (ALONE[0], "arithmetic.roots", "step.taylor", *point, *STORED))
 
 
 def stepper_recipe(layout: Layout, held_input: bool = False) -> Recipe:

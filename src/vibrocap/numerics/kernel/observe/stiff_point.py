@@ -8,7 +8,6 @@ over the length h of the step,
 
 friction is as exact as the motion. They are found by Newton's method, whose matrix is 1/h - J. Where that leads
 farther than h [f(y) - y'], disturbances grow instead of decaying, and the state is left as it is.
-`motion.stiff_pieces` does the same for a stored motion.
 """
 
 import math

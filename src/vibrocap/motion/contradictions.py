@@ -1,0 +1,71 @@
+"""Why a balance of a motion does not close: its equations contradict one another, or it is no motion of them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.expressions.equations import Equations
+from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
+from vibrocap.physics.flow import CONTACT_CHANNELS
+from vibrocap.physics.names import name_and_number, numbered
+
+INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
+
+
+def at_starts(motion: Trajectory) -> tuple:
+    """(states, drive) at the starts of all pieces."""
+    start = np.arange(len(motion.piece_start))
+    return motion.series.numbers[:, : len(motion.state_names)].T, motion.drive_at(start, 0.0 * motion.piece_length)
+
+
+def unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:
+    """A balance that does not close, and what that probably means."""
+    what = field.removesuffix("_residual")
+    said = f"the balance of {what} is off by {value:.2g}, where {bound:.2g} is the bound: "
+    if contradiction:
+        return said + contradiction
+    return said + (
+        f"the equations are in balance, the motion is not, so that its works and impulse are not to be trusted; the "
+        f"tolerance {tolerance:.1e} is too loose for a law as stiff as this"
+    )
+
+
+def energy_contradiction(motion: Trajectory, recording: Equations) -> str:
+    """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
+    known, machine, contact = recording.observables, [], []
+    for name, power in zip(motion.system.channels, recording.integrals, strict=False):  # the last is the impulse
+        (contact if name_and_number(name)[0] in CONTACT_CHANNELS else machine).append(power)
+    numbers = range(1, 1 + len(recording.contacts))
+    taken = [known[numbered("friction", n)] * known[numbered("contact_velocity", n)] for n in numbers]
+    found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
+    if found:
+        return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
+    found = _contradiction(motion, recording, known["contact_energy"], [*contact, *taken])
+    if found:
+        return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
+    return ""
+
+
+def momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
+    """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
+    known = recording.observables
+    outer = [known["outer_force"]] if "outer_force" in known else []
+    found = _contradiction(motion, recording, known["momentum"], [*outer, -known["friction"]])
+    return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
+
+
+def _contradiction(motion: Trajectory, recording: Equations, stored: Expression, inflows: Sequence[Expression]) -> str:
+    """Where the rate of what is stored is not the sum of what flows in, at the starts of the pieces; empty: nowhere."""
+    terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
+    terms += [derivative(stored, -1), *(-each for each in inflows)]
+    states, (local, parameters) = at_starts(motion)
+    sides = tuple(motion.piece_sides.T)
+    values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, sides, parameters)]
+    gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
+    worst = int(np.argmax(gap - INCONSISTENT * size))
+    if not gap[worst] > INCONSISTENT * size[worst]:
+        return ""
+    change = float(np.sum(values[: -len(inflows)], axis=0)[worst])
+    inflow = -float(np.sum(values[-len(inflows) :], axis=0)[worst])
+    return f"at time {motion.piece_start[worst]:.6g} it changes at the rate {change:.6g}, while {inflow:.6g} flows in"

@@ -1,0 +1,75 @@
+"""A stored motion at many instants: its states and observables, or what its pieces leave of the equations.
+
+The trace holds what is wanted, see `run/stored_motion.py`: a head, the wanted rows (states, then observables) with 1
+where a row depends on the law's forces, the pieces as a run records them with the numbers of the drive's segment
+behind, the number of instants up to the end of each piece, their times since the start of the piece. There the rows
+follow, one after the other.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
+from vibrocap.numerics.kernel.generated.equations import observables, rates
+from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF
+from vibrocap.numerics.kernel.generated.places import PARAMETER, SCALE, SERIES, SIDE, STEP, STIFF, TIME
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, ORDER, PIECE_SIZE, PRESENT, STATES
+from vibrocap.numerics.kernel.interface import consistent_state, fit_to_slopes
+from vibrocap.numerics.kernel.observe.instants import INSTANT, SEEN, take_piece
+from vibrocap.numerics.kernel.step.taylor import series_value
+
+STORED_HEAD = 4  # wanted rows, instants, 1 where any row is an observable, bound of what is left of the equations
+SEGMENT_SIZE = COEFFICIENTS + 2 if COEFFICIENTS > 0 else 0
+
+
+def look_along(floats, ints, trace, pieces):
+    """Look at so many pieces."""
+    rows, instants, bound = int(trace[0]), int(trace[1]), trace[3]
+    piece = STORED_HEAD + 2 * rows
+    ends = piece + pieces * (PIECE_SIZE + SEGMENT_SIZE)
+    times = ends + pieces
+    out, last = times + instants, times
+    for p in range(pieces):
+        take_piece(floats, ints, trace, piece)
+        for i in range(SEGMENT_SIZE):
+            floats[PARAMETER + PRESENT + i] = trace[piece + PIECE_SIZE + i]
+        piece += PIECE_SIZE + SEGMENT_SIZE
+        first, last = last, times + int(trace[ends + p])
+        for at in range(first, last):
+            s = trace[at]
+            for i in range(STATES):
+                floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1), s)
+            if bound > 0.0:
+                trace[at + instants] = left_of_equations(floats, ints, s, bound)
+            else:
+                write_rows(floats, ints, trace, s, at - times + out)
+    return 0
+
+
+def write_rows(floats, ints, trace, s, out):
+    """Write the wanted rows; what depends on the law's forces at a state consistent with the slopes."""
+    rows, instants, observed = int(trace[0]), int(trace[1]), trace[2] > 0.0
+    if observed:
+        observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+    for k in range(rows):
+        trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
+    if MAYBE_STIFF and observed and ints[STIFF] == 1:
+        consistent_state(floats, ints, 0, s, INSTANT)
+        observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+        for k in range(rows):
+            if trace[STORED_HEAD + 2 * k + 1] > 0.0:
+                trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
+
+
+def left_of_equations(floats, ints, s, bound):
+    """h |y' - f(t, y)| over the natural size of a state; of an implicit step, or beyond the bound, along stiff
+    directions where there are any."""
+    left = 0.0
+    rates(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+    for i in range(STATES):
+        slope = polynomial_slope(floats, SERIES + i * (ORDER + 1), 1, ORDER, s)
+        own = abs(floats[SEEN + i] - slope) * floats[STEP] / floats[SCALE + i]
+        if not (own <= left):  # also where it is no number
+            left = own
+    if MAYBE_STIFF and (ints[STIFF] == 1 or not (left <= bound)):
+        way = fit_to_slopes(floats, 0, s, INSTANT)
+        if way > 0.0:
+            left = way
+    return left
