@@ -100,19 +100,19 @@ def write_text(path: str | Path, text: str) -> Path:
 def write_table(path: str | Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
     """Write a table as CSV, whole or not at all, floats in full precision; WriteError where that cannot be."""
     with replacing(path) as temporary:
-        fill_table(temporary, headings, rows)
+        fill_table(temporary, headings, (map(no_formula, row) for row in rows))
     return Path(path)
 
 
 def fill_table(path: Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> None:
-    """The same to the temporary name that `replacing` gives.
+    """The same to the temporary name that `replacing` gives, cells as they are.
 
     A name in a stranger's file may be a formula, "=cmd|...", which a spreadsheet would run: see `no_formula`.
     """
     with path.open("w", encoding="utf-8", errors=ESCAPED, newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(map(no_formula, headings))
-        table.writerows(map(no_formula, row) for row in rows)
+        table.writerows(rows)
 
 
 def no_formula(cell: Any) -> Any:

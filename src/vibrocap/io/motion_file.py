@@ -26,6 +26,7 @@ UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
 IN_SI = "SI; a value over the dimensionless_unit of its column is the value without units"
 LOAD = "reaction"
+ROWS_AT_A_TIME = 10_000
 MEANINGS = {
     "time": "time",
     "angle": "pendulum angle [rad]",
@@ -49,7 +50,10 @@ def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
     else:
         names = (*motion.state_names, *motion.integral_names)
         found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
-        found |= {name: motion[name] for name in ("friction", "drive", LOAD, "side") if name in motion.names}
+        index = motion.piece_at(motion.time)
+        observed = tuple(name for name in ("friction", "drive", LOAD) if name in motion.names)
+        values = motion.piece_observables(observed, index, motion.time - motion.piece_start[index])
+        found |= {**dict(zip(observed, values, strict=True)), "side": motion.piece_side[index]}
     return found if context is None else walked(found, ByName, context)
 
 
@@ -97,16 +101,18 @@ def _meaning(name: str) -> str:
     return MEANINGS.get(name) or f"{name.removesuffix('_work').replace('_', ' ')}: work into the system from the start"
 
 
-def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = None) -> "xarray.Dataset":
+def motion_dataset(
+    motion: "Trajectory", case: Case, certificate: str | None = None, table: Mapping[str, np.ndarray] | None = None
+) -> "xarray.Dataset":
     """A motion on its time grid, with its events, as labelled arrays that carry its case.
 
-    certificate: as text, where it is known
+    certificate: as text, and table: its `columns`, where they are known
     """
     import xarray
 
     known = {} if certificate is None else {"certificate": certificate}
     known |= start_of(motion)
-    table = columns(motion)
+    table = table or columns(motion)
     variables = {
         name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(motion, name))
         for name, values in table.items()
@@ -175,10 +181,11 @@ class MotionExport(Export):
             **{name: repr(value) for name, value in start_of(motion).items()},
         }
 
-    def rows(self):
+    def parts(self):
         """For each time."""
         table = self.table | {name: self.table[name].astype(int) for name in ("side",) if name in self.table}
-        return zip(*(values.tolist() for values in table.values()), strict=True)
+        for first in range(0, len(table["time"]), ROWS_AT_A_TIME):
+            yield [values[first : first + ROWS_AT_A_TIME].tolist() for values in table.values()]
 
     @property
     def events(self) -> dict[str, np.ndarray]:
@@ -198,7 +205,7 @@ class MotionExport(Export):
     def dataset(self):
         """With the certificate."""
         certificate = _certificate_text(self.motion)  # before the status, which it may change
-        return motion_dataset(self.motion, self.own, certificate)
+        return motion_dataset(self.motion, self.own, certificate, self.table)
 
 
 def _case_in_csv(path: Path) -> str:

@@ -1,6 +1,7 @@
 """Results for other programs: NetCDF, CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
 
 import io
+import itertools
 import re
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -44,9 +45,13 @@ class Export:
     case: str
     size: int
 
-    def rows(self) -> Iterable[Iterable[Any]]:
-        """In the order of the columns."""
+    def parts(self) -> Iterable[Sequence[list]]:
+        """The columns of some rows at a time."""
         raise NotImplementedError
+
+    def rows(self) -> Iterable[Sequence[Any]]:
+        """In the order of the columns."""
+        return itertools.chain.from_iterable(zip(*part, strict=True) for part in self.parts())
 
     def sheets(self) -> Mapping[str, tuple[Sequence[str], Iterable[Iterable[Any]]]]:
         """Further sheets of a workbook, by name: (headings, rows)."""
@@ -83,7 +88,8 @@ class Export:
         """
         alone = path.exists() and not path.is_file()
         with replacing(path) as temporary:
-            fill_table(temporary, headings, (map(_text, row) for row in self.rows()))
+            parts = (zip(*map(_cells, part), strict=True) for part in self.parts())
+            fill_table(temporary, headings, itertools.chain.from_iterable(parts))
             if not alone:
                 write_text(beside(path), "".join(f"{line}\n" for line in self._known()))
 
@@ -114,9 +120,11 @@ def _key(name: str) -> str:
     return f'"{name}"' if "." in name else name
 
 
-def _text(value: Any) -> Any:
-    """A value as it stands in a CSV file."""
-    return str(value).lower() if isinstance(value, bool) else value
+def _cells(column: list) -> list:
+    """A column as it stands in a CSV file."""
+    if {int, float}.issuperset(map(type, column)):
+        return column
+    return [str(value).lower() if isinstance(value, bool) else no_formula(value) for value in column]
 
 
 def _headed(units: Mapping[str, str], path: Path, with_units: bool) -> list[str]:

@@ -50,7 +50,7 @@ class StudyExport(Export):
         flags = dataset["status"].attrs
         self.words = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))
 
-    def rows(self) -> Iterator[tuple]:
+    def parts(self) -> Iterator[list[list]]:
         """The runs in C order, read some of them at a time; the status in words."""
         dims = [str(dim) for dim in self.runs["status"].dims]
         shape = self.runs["status"].shape
@@ -66,7 +66,7 @@ class StudyExport(Export):
                 values = np.broadcast_to(array.values.reshape(axes), sizes).ravel().tolist()
                 texts.append([self.words[value] for value in values] if name == "status" else values)
             assert all(len(text) == math.prod(sizes) for text in texts)
-            yield from zip(*texts, strict=True)
+            yield texts
 
     def arrays(self):
         """Axes and arrays, of dimensions in the order of `axes`; what each status is called."""

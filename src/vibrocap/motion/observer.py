@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
 
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
-BLOCK = 16_380  # instants at a time
+BLOCK = 65_520  # instants at a time
 
 
 def of_law(name: str) -> bool:

@@ -259,7 +259,8 @@ class Trajectory(Result):
         if s.size >= MANY or np.any(self.piece_implicit[index]):
             return self.observe.at_many(self, names, index, s)
         t, sides = along(self.piece_start[index], s) + s, tuple(along(side, s) for side in self.sides(index))
-        return np.array(self.observe(names, t, self.piece_states(index, s), sides, self.drive_at(index, s)))
+        values = self.observe(names, t, self.piece_states(index, s), sides, self.drive_at(index, s))
+        return np.array([np.broadcast_to(value, s.shape) for value in values])
 
     def states(self, t: Moments) -> StateRows:
         """States at times t: array [states, len(t)]."""
