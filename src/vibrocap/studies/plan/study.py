@@ -204,7 +204,7 @@ class Study:
 def code_of(plan: Runs, device: str) -> dict[str, str]:
     """With what the results of a plan's runs would be made here."""
     drawn = isinstance(plan, Drawn) and plan.design.kind != "random"
-    return code_version(drawn) | numerics.device(device).code
+    return {**code_version(drawn), **numerics.device(device).code}
 
 
 def _measure_record(measure: str | Measure) -> Any:
