@@ -344,7 +344,7 @@ def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
     assert view.label == "mean velocity ⟨X′⟩ [m/s]"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_title_says_of_a_table_how_many_values_it_has():
     import vibrocap as vc
 

@@ -390,7 +390,7 @@ CLOSED = ["two-pendulum-capsule", "clutch", "stacked-plates", "drill-string", "e
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", exhaustive_but(range(0, len(SOLVED), 3), SOLVED), ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", exhaustive_but(range(0, len(SOLVED), 6), SOLVED), ids=lambda kind: kind.name)
 def test_their_motions_are_those_of_an_independent_solver(kind):
     amplitude = {"rod-robot": 0.5, "own-feeder": 0.5, "bristle-robot": 1.8}.get(kind.name, 1.2)
     drive = vc.Harmonic(amplitude, 3.0 if kind.name == "bristle-robot" else drive_of(kind).frequency)
@@ -448,7 +448,7 @@ def test_they_keep_the_contract_of_machines(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 2], CLOSED))
+@pytest.mark.parametrize("name", exhaustive_but([2], CLOSED))
 def test_they_close_in_orbits_and_run_in_lanes(name):
     kind = next(kind for kind in MECHANISMS if kind.name == name)
     system = vc.System(kind(), LAW, drive_of(kind))

@@ -177,7 +177,7 @@ def test_motions_that_end_early_are_not_trusted():
     assert np.isnan([parameter.low, parameter.high, parameter.standard_error]).all()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_intervals_and_bands_hold_what_they_say():
     """In 12 synthetic laboratories: 95 % intervals of determined parameters, and 95 % bands of a held-out record."""
     held, shares = [], []

@@ -275,7 +275,7 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_sheet_of_one_block_shows_its_plane_once():
     block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
     titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
@@ -312,7 +312,7 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     assert {line.get_label() for line in panels["Friction"].lines} == {"stuck", "accelerating", "decelerating"}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_impacts_are_marked_under_the_velocity():
     system = vc.System(vc.OscillatorWithStops(restitution=0.7), vc.Coulomb(0.3, 0.4), vc.Harmonic())
     motion = vc.simulate(system, periods=8)
@@ -372,7 +372,7 @@ def uphill():
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_film_shows_a_slope_as_one(uphill):
     scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
     scene.show(2)
@@ -430,7 +430,7 @@ def test_film_of_a_case_in_si_is_in_seconds():
     assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {0.75 * motion.end:.2f} s"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs ffmpeg")
 def test_film_has_720_lines(results, tmp_path):
     animate_motion(results["motion"], tmp_path / "film.mp4", periods=0.1)

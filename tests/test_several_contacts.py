@@ -91,7 +91,7 @@ def changes(events, end):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but(range(0, len(SYSTEMS), 3), [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but((3, 6, 12, 15, 17, 18), [*SYSTEMS]))
 def test_against_an_independent_solver(name):
     """Its end to ten tolerances times what a shift of the start grows to, the same events at the same instants."""
     machine, law, drive, start, given = SYSTEMS[name]
