@@ -171,7 +171,7 @@ def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path)
 
 @pytest.mark.slow
 @pytest.mark.skipif(not COMPILERS, reason="neither gcc nor ziglang is installed")
-@pytest.mark.parametrize(("kind", "machine", "law"), exhaustive_but((7, 27), TABLE), ids=str)
+@pytest.mark.parametrize(("kind", "machine", "law"), exhaustive_but((7,), TABLE), ids=str)
 def test_every_law_and_machine_has_the_same_bits_with_every_compiler(kind, machine, law, tmp_path):
     """With Zig at -O0 its checks of undefined behaviour, such as a shift too far, are on: a program stops at one."""
     case = motions_of_a_kind(kind)[machine, law]

@@ -146,7 +146,7 @@ CASES = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 1], [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but([0], [*SYSTEMS]))
 def test_slopes_are_those_of_tight_differences(name):
     """Constant and dynamic loads, laws of every kind, moving corners, a slope and an actuator."""
     orbit = vc.orbit(SYSTEMS[name], initial={"angle": 1.0}, tolerance=1e-13)

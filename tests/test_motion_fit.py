@@ -140,7 +140,7 @@ def test_a_wrong_model_is_doubted(exact):
     assert "no better than a constant" in worse.facts["second"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_driven_pendulum_is_found_over_several_turns(tmp_path):
     """Inertia, drag, weight and friction within 1 %, of a mechanism in a case file, with noise of 0.01 rad."""
     (tmp_path / "pendulum.toml").write_text(PENDULUM)

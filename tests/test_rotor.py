@@ -193,7 +193,7 @@ def weak_motor(torque=0.18):
     return vc.System(machine, FALLING, vc.Constant(force=torque, duration=6.0))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
     """Both cycles close by an independent solver; the branch folds twice, the same seen from either of them."""
     slow, fast = (
