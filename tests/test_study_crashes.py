@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from thinned import exhaustive_but
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.main import app_of, main
 from vibrocap.files import PART
