@@ -443,7 +443,7 @@ def test_plot_is_not_blank_and_nothing_is_cut_off(law, arguments, case, capsys):
     assert np.all(border == 255)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", ["gif", pytest.param("mp4", marks=pytest.mark.exhaustive)])
 def test_film_shows_stick_and_both_slips(kind, case, capsys):
     if kind == "mp4" and shutil.which("ffmpeg") is None:

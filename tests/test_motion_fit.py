@@ -227,7 +227,9 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     over = [part for path, ends in WITHIN.items() for part in ("--over", f"{path}={_text(ends)}")]
     files = [str(tmp_path / f"{each.name}.csv") for each in exact]
     command = ["fit", *files, "--machine", str(tmp_path / "block.toml"), *over, "--hold-out", "second", "--starts", "8"]
-    assert main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png"), "--report"]) == 0
+    assert (
+        main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png"), "--report"]) == 0
+    )
     told = json.loads(capsys.readouterr().out)
     assert told["records"]["second"]["held_out"] is True
     assert told["parameters"][0]["value"] == pytest.approx(TRUTH["machine.mass"], rel=1e-4)
