@@ -9,6 +9,7 @@ from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
 from thinned import exhaustive_but
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
+from vibrocap.motion import evidence, trajectory
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.quantities.dimensional import view
 
@@ -304,6 +305,7 @@ def test_values_of_pieces_do_not_depend_on_how_they_are_asked():
             known = [np.polyval(np.polyder(c[::-1], degree), x) for c in coefficients[piece]]
             assert inorder[:, i] == pytest.approx(known, rel=1e-13, abs=1e-13)
         assert found(coefficients, index[:0], s[:0]).shape == (3, 0)
+        assert np.array_equal(found(coefficients, np.arange(6), s.reshape(6, points)).reshape(3, -1), inorder)
     uneven = np.array([0, 0, 1, 1, 1, 2])  # as many in all as would fit
     assert np.array_equal(
         polynomial_values(coefficients, uneven, s[:6]),
@@ -385,3 +387,39 @@ def test_the_impulse_of_a_long_motion_is_known_to_its_rounding():
     impulse = np.max(np.abs(motion.piece_marks[-1]))
     assert impulse > 1e16
     assert verdict.value < verdict.bound < 1e-9 * impulse
+
+
+@pytest.mark.parametrize(
+    ("machine", "law", "drive"),
+    [
+        (vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(), vc.Harmonic()),
+        (vc.PendulumCapsule(), vc.LuGre(bristle_stiffness=1e6, bristle_damping=100.0), vc.Harmonic()),
+        (vc.TwoMassCapsule(), vc.Coulomb(), vc.Square()),
+        (vc.TwoBodyCrawler(), [vc.Exponential(), vc.Stribeck()], vc.Harmonic()),
+    ],
+    ids=["dynamic load", "implicit steps", "corners", "two contacts"],
+)
+def test_many_instants_in_one_loop_are_what_few_are(machine, law, drive, monkeypatch):
+    """The compiled loop gives the values and the certificate of NumPy, and notices a piece that is no motion."""
+    motion = vc.simulate(vc.System(machine, law, drive), periods=3, initial={"velocity": 0.1})
+    ordinary = np.flatnonzero(~motion.piece_implicit)
+    s = motion.piece_length[ordinary, None] * np.linspace(0.0, 1.0, 5)
+    names = (*motion.observable_names, *motion.integral_names)
+    few = [motion.piece_observables(names, ordinary, s), motion.piece_states(ordinary, s)]
+    monkeypatch.setattr(trajectory, "MANY", 1)
+    monkeypatch.setattr(evidence, "MANY", 1)
+    many = [motion.piece_observables(names, ordinary, s), motion.piece_states(ordinary, s)]
+    for before, after in zip(few, many, strict=True):
+        assert after == pytest.approx(before, rel=1e-12, abs=1e-12)
+    again = vc.simulate(motion.system, periods=3, initial={"velocity": 0.1})
+    looped = again.certificate
+    monkeypatch.undo()
+    assert motion.certificate.ok
+    for mine, other in zip(motion.certificate.verdicts, looped.verdicts, strict=True):
+        assert (mine.field, mine.ok) == (other.field, other.ok)
+        assert other.value == pytest.approx(mine.value, rel=1e-6, abs=1e-13)
+    spoiled = vc.simulate(motion.system, periods=3, initial={"velocity": 0.1})
+    spoiled.series.numbers[len(ordinary) // 2, len(motion.state_names) + 1] += 1e-2  # of the second power
+    monkeypatch.setattr(trajectory, "MANY", 1)
+    monkeypatch.setattr(evidence, "MANY", 1)
+    assert not spoiled.certificate.verdict("defect").ok
