@@ -116,27 +116,6 @@ def test_brute_force_agrees_with_every_stable_part(diagram):
             assert {True, False} == set((seen > 0.0).tolist())  # both twins are reached
 
 
-@pytest.mark.exhaustive
-def test_sweeps_up_and_down_agree_with_every_stable_part(diagram):
-    """Brute force from both sides: runs that go on from value to value, to the threshold of settling (some 1e-5)."""
-    seen = vc.bifurcation_diagram(diagram.system, OVER, BETWEEN, 41, initial=START)
-    told = seen.response_period == 1
-    assert np.mean(told) > 0.9
-    assert np.all(told | (seen.response_period == 0))  # near a pitchfork some have not settled yet
-    directions = set()
-    for k, value in enumerate(seen.values):
-        (known,) = [orbit for branch in diagram.branches for orbit in branch.orbits_at(float(value)) if orbit.stable]
-        ends = [known] if known.symmetric else [known, known.twin()]
-        for d, s in zip(*np.nonzero(told[:, :, k]), strict=True):
-            end = min(ends, key=lambda each: abs(each.drift - seen.drift[d, s, k]))
-            assert seen.drift[d, s, k] == pytest.approx(end.drift, abs=2e-5)
-            marks = [seen.states[d, s, k, 0][i] for i, name in enumerate(seen.state_names) if name != "position"]
-            state = [value for name, value in end.state.items() if name != "position"]
-            assert marks == pytest.approx(state, abs=2e-5)
-            directions.add((seen.directions[d], int(np.sign(round(end.drift, 6)))))
-    assert directions == {(way, sign) for way in ("up", "down") for sign in (-1, 0, 1)}
-
-
 def test_points_are_orbits_with_their_own_multipliers_and_words(diagram):
     for branch in diagram.branches:
         assert np.all(np.diff(branch.arclength) > 0.0)
@@ -203,16 +182,6 @@ def test_period_doubling_over_a_parameter_of_the_law():
     (flip,) = found.branches[1].kind(SpecialKind.FLIP)
     shot = vc.shoot(system.with_parameters({"friction.bristle_damping": flip.parameter}), flip.state)
     assert min(abs(shot.multipliers + 1.0)) < 1e-7
-
-
-@pytest.mark.exhaustive
-def test_branch_over_the_frequency_has_the_orbits_of_each_frequency():
-    found = vc.branch(system_with("exponential"), "drive.frequency", (0.9, 1.3), initial=START)
-    orbit = found.orbits_at(1.1)[0]
-    assert orbit.period == pytest.approx(2.0 * math.pi / 1.1)
-    assert found.mean_velocity[3] == pytest.approx(found.drift[3] * found.parameter[3] / (2.0 * math.pi))
-    seen = vc.orbit(orbit.system, initial=orbit.state)
-    assert abs(abs(seen.drift) - abs(orbit.drift)) < 1e-10
 
 
 def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():

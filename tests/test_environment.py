@@ -174,22 +174,6 @@ def test_fins_alone_make_a_symmetric_capsule_travel():
 # --- the pendulum capsule, by another solver --------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
-def test_mean_load_on_a_slope_is_the_weight_towards_the_ground():
-    found = vc.ensemble(
-        capsule("dynamic", amplitude=1.5, mass_ratio=4.0, linear_drag=0.1),
-        over={"environment.inclination": np.array([-0.3, 0.05, 0.2])},
-        initial=START,
-        periods=400,
-        settle=1e-11,
-        tolerance=1e-12,
-        measures=("mean_reaction", "drift"),
-    )
-    assert np.all(found["settled"])
-    assert found["mean_reaction"] == pytest.approx(5.0 * np.cos([-0.3, 0.05, 0.2]), abs=1e-10)
-    assert found["drift"][0] > 0.0 > found["drift"][2]
-
-
 # --- what holds for every machine and law -----------------------------------------------------------------------------
 
 

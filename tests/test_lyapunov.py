@@ -135,16 +135,6 @@ def test_exponent_of_an_orbit_is_its_multiplier(law):
 
 
 @pytest.mark.exhaustive
-def test_exponent_of_a_longer_orbit():
-    system = capsule(vc.LuGre(bristle_damping=1.0))
-    orbit = vc.orbit(system, initial=START)
-    assert orbit.response_period == 8
-    found = lyapunov_exponent(system, orbit.state, periods=960, transient=0)
-    assert found.value == pytest.approx(math.log(abs(orbit.multipliers[0])) / orbit.period, abs=1e-3)
-    assert abs(found.value - math.log(abs(orbit.multipliers[0])) / orbit.period) <= found.error
-
-
-@pytest.mark.exhaustive
 def test_chaotic_exponent_is_the_rate_at_which_runs_part():
     """Growth of a distance of 1e-7, over one period each and set back anew, of runs without tangents."""
     found = lyapunov_exponent(CHAOTIC, START, periods=2000)

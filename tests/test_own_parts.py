@@ -433,16 +433,3 @@ def test_the_fingerprint_of_a_part_changes_with_its_functions_and_with_nothing_e
     assert part_fingerprint(defined(1.0, 2.0)) == part_fingerprint(defined(1.0, 2.0))
     prints = {part_fingerprint(defined(*given)) for given in ((1.0, 2.0), (1.5, 2.0), (1.0, 3.0))}
     assert len(prints) == 3
-
-
-@pytest.mark.exhaustive
-def test_two_workers_give_the_bytes_of_one_process(folder):
-    own = ["--parts", "mylaws.py", "--out"]
-    assert main([*SWEEP, *own, "one"]) == OK
-    assert main([*SWEEP, *own, "two", "--workers", "2"]) == OK
-    files = sorted(
-        path.relative_to("one") for path in Path("one").rglob("*") if path.is_file() and "lock" not in path.name
-    )
-    assert files
-    for path in files:
-        assert (Path("two") / path).read_bytes() == (Path("one") / path).read_bytes(), path

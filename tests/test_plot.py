@@ -1,8 +1,5 @@
 """plot and figure: one way to a picture of any result, into axes that are given, without a trace in the session."""
 
-import shutil
-import subprocess
-
 import matplotlib
 import matplotlib.font_manager
 import numpy as np
@@ -12,7 +9,7 @@ from matplotlib.figure import Figure
 
 import vibrocap as vc
 from vibrocap.motion.status import Status
-from vibrocap.plotting.animation import ARROW, Scene, animate_motion
+from vibrocap.plotting.animation import ARROW, Scene
 from vibrocap.plotting.histories import hides_lift_off
 from vibrocap.plotting.look.labels import filled, parts_title, symbol_text
 from vibrocap.plotting.look.trace import Trace
@@ -386,14 +383,6 @@ def test_film_of_a_case_in_si_is_in_seconds():
     scene = Scene(computed(motion), np.array([0.5, 0.75]) * computed(motion).end)
     scene.show(1)
     assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {0.75 * motion.end:.2f} s"
-
-
-@pytest.mark.exhaustive
-@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs ffmpeg")
-def test_film_has_720_lines(results, tmp_path):
-    animate_motion(results["motion"], tmp_path / "film.mp4", periods=0.1)
-    asked = ["ffprobe", "-v", "error", "-show_entries", "stream=width,height", "-of", "csv=p=0", tmp_path / "film.mp4"]
-    assert subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip() == "1280,720"
 
 
 @pytest.mark.slow

@@ -189,15 +189,6 @@ def test_starts_of_basins_lie_between_the_stops():
         vc.attractors(system, ranges={"displacement": (-1.0, 0.6)})
 
 
-@pytest.mark.exhaustive
-def test_basins_of_a_capsule_with_a_stop_are_those_of_its_starts():
-    system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
-    found = vc.basins(system, ("displacement", "displacement_rate"), 4)
-    assert found.x[0] < -1.0
-    assert found.x[-1] < 0.3
-    assert np.allclose(found.drift, -0.46153865, atol=1e-7)
-
-
 def test_a_case_that_starts_beyond_a_stop_is_refused_in_its_own_units(tmp_path, capsys):
     from vibrocap.cli import main as cli
 
