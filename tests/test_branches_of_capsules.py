@@ -130,26 +130,6 @@ def test_points_are_orbits_with_their_own_multipliers_and_words(diagram):
             assert same_cycle(found.mode_sequence, str(branch.mode_sequence[i]))
 
 
-@pytest.mark.exhaustive
-def test_fold_of_travelling_lugre_capsules():
-    """A hysteresis of 1.5e-5 in the amplitude: twins outlive the symmetric orbits' loss of stability by so much."""
-    found = vc.branches(system_with("lugre", **{OVER: 1.88}), OVER, (1.85, 1.95), initial=START)
-    (fold,) = found.branches[1].kind(SpecialKind.FOLD)
-    assert fold.stability != "kept"
-    assert abs(fold.parameter - 1.909654898) < LOCATED
-    one, other = found.branches[1].orbits_at(fold.parameter - 1e-6)
-    assert {one.stable, other.stable} == {True, False}
-    assert found.branches[1].orbits_at(fold.parameter + 1e-8) == []
-    # brute force from the fold itself: on this side it goes on travelling, beyond it comes to a stop
-    over = {OVER: fold.parameter + np.array([-2e-6, 2e-6])}
-    seen = vc.ensemble(
-        found.system, over, measures=["drift"], initial=fold.state, periods=100_000, settle=1e-9, tolerance=1e-12
-    )  # fmt: skip
-    assert seen["settled"].all()
-    assert abs(seen["drift"][0]) > 1e-4
-    assert abs(seen["drift"][1]) < 1e-6
-
-
 def test_section_goes_from_sticking_to_sliding():
     """At small amplitudes the capsule never moves; then it slips, and slips at the section too."""
     found = vc.branch(system_with("exponential", **{OVER: 0.3}), OVER, (0.1, 1.2), initial=START)

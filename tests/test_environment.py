@@ -377,23 +377,6 @@ def test_a_slope_or_a_force_breaks_the_half_period_symmetry_and_drag_does_not():
     assert not capsule(force=0.01).mirrored
 
 
-@pytest.mark.exhaustive
-def test_symmetry_of_settled_motions_is_asked_only_where_there_is_one():
-    found = vc.ensemble(
-        capsule(linear_drag=0.2, law=vc.Exponential()),
-        {"environment.force": [0.0, 0.2]},
-        measures=("symmetric", "drift"),
-        settle=1e-6,
-        periods=200,
-    )
-    assert np.all(found["settled"])
-    assert not np.isnan(found["symmetric"][0])
-    assert np.isnan(found["symmetric"][1])
-    orbit = vc.orbit(capsule(inclination=0.1, law=vc.Exponential()))
-    assert orbit.symmetric is None
-    assert orbit.drift < 0.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("load", exhaustive_but([1], ["weight", "dynamic"]))
 def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):

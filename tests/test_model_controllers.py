@@ -50,19 +50,6 @@ def test_tracking_under_feedback_reaches_the_speed_of_the_closed_form(ratio, ang
 
 
 @pytest.mark.exhaustive
-def test_the_orbit_under_feedback_has_the_multipliers_of_its_error():
-    """e'' + 4 e' + 4 e = 0 has the double root -2, whatever the contact does: exp(-2 T) twice."""
-    system, speed = crawls(10.0)
-    found = vc.orbit(system, initial={"angle": -math.pi / 3.0})
-    assert found.status is OrbitStatus.CONVERGED
-    assert -found.mean_velocity == pytest.approx(speed, abs=1e-9)
-    once = math.exp(-2.0 * found.period)
-    # Both roots of one number: an error d of the derivative moves each by its square root.
-    assert np.prod(found.multipliers[:2]).real == pytest.approx(once * once, rel=1e-4)
-    assert abs(found.multipliers[2]) == 0.0
-
-
-@pytest.mark.exhaustive
 def test_the_torque_is_that_of_the_ideal_tracking():
     """The pendulum crawler imposes the same stroke and says from an equation of its own what torque that takes."""
     drive, law = vc.Harmonic(0.5, 1.7), vc.Coulomb(0.2, 0.3)
@@ -153,19 +140,6 @@ def observed(law, share=1.0, **given):
 
 
 BRISTLES = vc.LuGre(100.0, 5.0, 0.4, 1.0, 1.5, 0.05)
-
-
-@pytest.mark.exhaustive  # its kernel
-def test_with_true_beliefs_friction_is_gone():
-    """The bristles that it believes in are those that act: e''' + 6 e'' + 3 e' + 4 e = 0, from the first instant on."""
-    motion = vc.simulate(observed(BRISTLES), periods=2, initial=START, tolerance=1e-12)
-    assert {event.kind for event in motion.events} >= {"reversal"}
-    assert motion["observed_bristle"] == pytest.approx(motion["bristle"], abs=1e-12)
-    for time in (0.3, 2.0, motion.end):
-        expected = scipy.linalg.expm(time * LINEAR) @ [-1.0 - 0.2, 0.0, 0.0]
-        reference = 0.2 * math.cos(0.8 * time), -0.16 * math.sin(0.8 * time)
-        found = [motion.at([time], name)[0] for name in ("position", "sliding_velocity", "integral_command")]
-        assert [found[0] - reference[0], found[1] - reference[1], found[2]] == pytest.approx(expected, abs=1e-10)
 
 
 @pytest.mark.slow

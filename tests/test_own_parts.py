@@ -174,17 +174,6 @@ def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
     assert (values["low"]["unit"], values["high"]["unit"]) == ("N", "N")
 
 
-@pytest.mark.exhaustive
-def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
-    own = ["--parts", "mylaws.py"]
-    assert main([*SWEEP, "--export", "map.csv", *own]) == OK
-    assert (folder / "map.csv").read_text().count("long-tail,") == 2
-    assert main(["friction", "anisotropic-long-tail", *own]) == OK
-    assert "drops like 1/(1 + |v|/v_s)" in capsys.readouterr().out
-    assert main(["friction", "long-tail", "--tests", "--json", "--parts", "mylaws.py"]) == OK
-    assert json.loads(capsys.readouterr().out)["break_away"]["force"][0] == pytest.approx(0.45, rel=1e-2)
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -230,21 +230,6 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
-@pytest.mark.exhaustive
-def test_the_sheet_of_one_block_shows_its_plane_once():
-    block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
-    titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
-    assert titles == ["Place over the whole run", "Block", "Block", "Contact", "Block", "Friction"]
-    row = vc.figure(vc.simulate(vc.System(vc.TwoBlockRow(), vc.Coulomb(), vc.Constant(duration=3.0)), periods=2))
-    shown = {ax.get_title(loc="left"): ax for ax in row.axes}
-    assert [*shown] == [
-        "Place of body 1 over the whole run", "Positions", "Bodies", "Contacts", "Modes", "Body 2", "Body 1",
-        "Friction",
-    ]  # fmt: skip
-    assert shown["Body 2"].get_xlabel() == "position $x_2$"
-    assert shown["Body 2"].get_ylabel() == "sliding velocity $v_2$"
-
-
 def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     """Not the rest: from the start until a quarter after all states are within 1e-3 of their ranges of the end."""
     servo = vc.PositionPID(proportional_gain=20.0, derivative_gain=6.0, limit=5.0)
