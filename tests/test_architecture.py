@@ -118,7 +118,7 @@ def test_the_users_lock_has_what_a_user_needs_and_nothing_of_developers():
     assert users | backend <= names
     others = declared(each for name in extras.keys() - USERS for each in extras[name])
     assert names & (others - users) == backend
-    assert extras.keys() - {"gpu", "peers"} == {*USERS}.union(*LOCKED_APART.values())
+    assert extras.keys() - {"peers"} == {*USERS}.union(*LOCKED_APART.values())
 
 
 def test_make_reproduce_needs_the_users_packages_alone_and_make_test_the_developers():
