@@ -140,7 +140,7 @@ def test_a_wrong_model_is_doubted(exact):
     assert "no better than a constant" in worse.facts["second"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_driven_pendulum_is_found_over_several_turns(tmp_path):
     """Inertia, drag, weight and friction within 1 %, of a mechanism in a case file, with noise of 0.01 rad."""
     (tmp_path / "pendulum.toml").write_text(PENDULUM)
@@ -177,7 +177,7 @@ def test_motions_that_end_early_are_not_trusted():
     assert np.isnan([parameter.low, parameter.high, parameter.standard_error]).all()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_intervals_and_bands_hold_what_they_say():
     """In 12 synthetic laboratories: 95 % intervals of determined parameters, and 95 % bands of a held-out record."""
     held, shares = [], []
