@@ -4,6 +4,7 @@ import csv
 import html
 import json
 import math
+import multiprocessing
 import re
 from pathlib import Path
 
@@ -479,12 +480,20 @@ def check_page(page, folder):
 
 
 def test_one_figure_is_written_with_its_claims(tmp_path):
-    shares = []
+    shares, helping = [], []
     whole = [tmp_path / "out" / name for name in ("report.html", "claims.json", "claims.csv")]
     (tmp_path / "out").mkdir()
     for path in whole:
         path.write_text("of the whole paper")
-    made = reproduce(tmp_path / "out", "fig03", lambda what, share: shares.append(share))
+    before = {*multiprocessing.active_children()}
+
+    def progress(what, share):
+        shares.append(share)
+        helping.append(len({*multiprocessing.active_children()} - before))
+
+    made = reproduce(tmp_path / "out", "fig03", progress)
+    assert {*helping[:-1]} == {1}  # the process that draws, which ends with the work
+    assert helping[-1] == 0
     assert [path.read_text() for path in whole] == ["of the whole paper"] * 3
     assert made.finished
     assert shares == sorted(shares)

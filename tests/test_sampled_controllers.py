@@ -166,16 +166,6 @@ def test_an_angle_and_a_velocity_are_sampled_alike():
 # --- orbits ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
-def test_a_branch_over_a_gain_of_a_sampled_loop_is_that_of_orbits():
-    system = servo(drive=TRACKED, sample_time=0.05)
-    branch = vc.branch(system, "controller.integral_gain", (3.5, 4.5), orbit=vc.orbit(system))
-    own = vc.orbit(system.with_parameters({"controller.integral_gain": 4.5}))
-    assert branch.parameter.max() == 4.5
-    state = branch.states[int(branch.parameter.argmax())]
-    assert list(state) == pytest.approx(list(own.state.values())[: len(state)], abs=1e-9)
-
-
 # --- its place in the house ------------------------------------------------------------------------------------------
 
 

@@ -164,38 +164,12 @@ def test_linear_capsule_without_friction_vibrates_in_closed_form():
     assert np.abs(motion["momentum"]).max() < 1e-12
 
 
-@pytest.mark.exhaustive
-def test_linear_capsule_with_much_friction_is_an_oscillator():
-    """The capsule holds, from outside and from inside alike: z'' = h cos(omega t) - rho z - nu z'."""
-    ends = []
-    for actuation in ("internal", "external"):
-        machine = vc.TwoMassCapsule(normal_load=100.0, actuation=actuation)
-        motion = vc.simulate(vc.System(machine, vc.Coulomb(), vc.Harmonic(amplitude=0.7, frequency=1.1)), periods=3)
-        assert motion.state["velocity"] == 0.0
-        ends.append(motion.state)
-    assert ends[0] == pytest.approx(ends[1], rel=1e-14)  # formulas of their own round apart
-    oscillator = vc.Oscillator(damping=0.1, normal_load=1.0)
-    free = vc.simulate(
-        vc.System(oscillator, vc.Coulomb(0.0, 0.0), vc.Harmonic(amplitude=0.7, frequency=1.1)), periods=3
-    )
-    assert ends[0]["displacement"] == pytest.approx(free.state["position"], abs=1e-8)
-
-
 def test_starts_of_basins_lie_between_the_stops():
     system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
     with pytest.raises(ValueError, match=r"plane: displacement should lie between the stops, -inf to 0.3, got"):
         vc.basins(system, {"displacement": (-1.0, 0.6), "displacement_rate": (-2.0, 2.0)}, 4)
     with pytest.raises(ValueError, match=r"ranges: displacement should lie between the stops"):
         vc.attractors(system, ranges={"displacement": (-1.0, 0.6)})
-
-
-@pytest.mark.exhaustive
-def test_basins_of_a_capsule_with_a_stop_are_those_of_its_starts():
-    system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
-    found = vc.basins(system, ("displacement", "displacement_rate"), 4)
-    assert found.x[0] < -1.0
-    assert found.x[-1] < 0.3
-    assert np.allclose(found.drift, -0.46153865, atol=1e-7)
 
 
 def test_a_case_that_starts_beyond_a_stop_is_refused_in_its_own_units(tmp_path, capsys):
