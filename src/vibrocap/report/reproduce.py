@@ -59,10 +59,10 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     began, runs = time.perf_counter(), Runs()
     tell = progress or (lambda what, share: None)
     result = Result(only=only)
-    with processes(1) as second:  # which draws, and follows branches, as the first goes on
-        travel = second.submit(steady_travel) if only is None else None
-        drawn: dict[str, Future[Path]] = {}
-        try:
+    drawn: dict[str, Future[Path]] = {}
+    try:
+        with processes(1) as second:  # which draws, and follows branches, as the first goes on
+            travel = second.submit(steady_travel) if only is None else None
             for i, key in enumerate(wanted):
                 tell(f"figure {key}", FIGURES_SHARE * i / len(wanted))
                 figure = FIGURES[key](runs)
@@ -85,14 +85,15 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
             for picture in drawn.values():
                 picture.result()
             result.finished = True
-        finally:
-            pictured = {key for key, picture in drawn.items() if picture.exception() is None}
-            result.figures = {key: made for key, made in result.figures.items() if key in pictured}
-            result.seconds = time.perf_counter() - began
-            claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
-            write_claims(claims, out / f"claims{name}.json")
-            write_loaded(result, out / f"load{name}.json")
-            report = write_report(result, out / f"report{name}.html")
+    finally:
+        for key, picture in drawn.items():
+            if not picture.done() or picture.cancelled() or picture.exception():  # an interrupt came before it
+                draw(*result.figures[key])
+        result.seconds = time.perf_counter() - began
+        claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
+        write_claims(claims, out / f"claims{name}.json")
+        write_loaded(result, out / f"load{name}.json")
+        report = write_report(result, out / f"report{name}.html")
     tell("report", 1.0)
     pictures = [path for _, path in result.figures.values()]
     pictures += [] if result.travel is None else result.travel[1].values()
