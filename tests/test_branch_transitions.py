@@ -108,7 +108,7 @@ def test_stable_motions_that_end_at_a_fold_say_so_and_what_follows(folded):
     assert f"(fold); beyond it a simulation leads to [{transition.reached}]" in str(folded)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_command_says_it_in_hertz(tmp_path, capsys, folded):
     path = case_of(LIGHTER).save(tmp_path / "case.toml")
     over = "drive.frequency_Hz=3.6:3.75"
@@ -152,7 +152,7 @@ def test_the_picture_shows_what_follows(folded):
             assert arrow.xy == (pytest.approx(transition.parameter), pytest.approx(0.0, abs=1e-9))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_diagram_without_such_ends_has_no_transitions():
     """The defaults: symmetric motions, a pitchfork, travel up to the end of the range."""
     found = vc.branches(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic()), "drive.amplitude", (1.0, 1.5))

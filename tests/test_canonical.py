@@ -93,7 +93,7 @@ def test_coulomb_does_not_creep():
 # --- any units, any law ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_any_units_serve():
     """Twice the unit of length, a third of that of time: numbers in proportion (LuGre, forces in the unit of load)."""
     length, time = 2.0, 1.0 / 3.0
@@ -160,7 +160,7 @@ def test_the_sheet_is_its_tests(sheet):
     assert dataclasses.replace(sheet, mass=2.0).mass == 2.0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_pictures(sheet, tmp_path):
     path = save(laboratory_plots.sheet_figure(sheet), tmp_path / "sheet.png")
     assert path.read_bytes()[:4] == b"\x89PNG"

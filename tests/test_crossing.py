@@ -63,7 +63,7 @@ def test_no_control_point_at_the_printed_parameters(law):
     assert np.max(np.abs(found.differences)) < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_no_boundary_point_at_the_printed_parameters():
     """The paper's P1 and P2: both laws do not travel, at no mass ratio more than at another."""
     lm, em = capsule("lugre", 4.0), capsule("exponential", 4.0)
@@ -199,7 +199,7 @@ def test_a_crossing_in_a_narrow_bracket_is_located_as_sharply_as_in_a_wide_one()
         assert crossing_bracket.located(again, *ends).kind is CrossingKind.LOST  # type: ignore[arg-type]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_state_that_one_law_has_is_given_to_that_one():
     lm, em = capsule("lugre"), capsule("exponential")
     start = START | {"bristle": 0.0026}
@@ -308,7 +308,7 @@ def test_command_finds_control_points(case, capsys):
     assert len(record["parameters"]) == len(record["differences"]) == 5
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_command_finds_boundary_points(case, capsys):
     arguments = ["crossing", case, "--over", f"{RATIO}=5:6", "--against", "friction.law=lugre", "--points", "5"]
     assert cli.main([*arguments, "--json"]) == 0

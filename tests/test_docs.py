@@ -338,7 +338,7 @@ WITH_UNIT = ("vibrocap new --from",)
 LACKING = ("vibrocap sweep case.toml --over friction.law",)  # whose bristles have no default in SI
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("quick", [True, False])
 def test_examples_of_the_help_run_in_si(workplace, capsys, quick):
     """The same commands, of the same cases in SI."""

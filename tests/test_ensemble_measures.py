@@ -1,5 +1,6 @@
 """Measures taken during the run: the same from the stored motion, and the same as the measures written with arrays."""
 
+import dataclasses
 import functools
 import importlib
 import math
@@ -20,8 +21,8 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.linker import link
+from vibrocap.numerics.run import devices, replay
 from vibrocap.numerics.run import ensemble as numerics
-from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.numerics.run.results import RunResults
@@ -30,8 +31,6 @@ from vibrocap.physics.parameters import parameters
 
 BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
-LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
-RATIOS = {"exponential": (0.5, 1.0, 2.5, 6.0), "lugre": (1.0, 2.5)}
 START = {"angle": math.pi / 3}
 TOLERANCE = 1e-8
 ORDER = numerics.ensemble_order(TOLERANCE)
@@ -58,34 +57,6 @@ def stored_motion(system, periods) -> Trajectory:
 
 
 # --- during the run = from the stored motion -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("law", slow_but([0], [*LAWS]))
-@pytest.mark.slow
-def test_during_the_run_is_from_the_stored_motion(law):
-    """Every standard measure. Both take the same steps, so they differ by rounding, which the motion may amplify.
-
-    Integrals and states are of the order of one; the largest deflection of the bristles is 4.5e-3.
-    """
-    system, ratios, periods = system_with(LAWS[law]), RATIOS[law], 3
-    names = list(vc.measure_table(system))
-    found = vc.ensemble(
-        system,
-        {"machine.mass_ratio": ratios},
-        measures=names,
-        initial=START,
-        periods=periods,
-        window=2,
-        tolerance=TOLERANCE,
-    )
-    for i, ratio in enumerate(ratios):
-        motion = stored_motion(system_with(LAWS[law], ratio), periods)
-        stored = vc.measured(motion, names, window=2)
-        assert found["mode_sequence"][i] == stored["mode_sequence"] == vc.mode_sequence(motion)
-        assert found["outcome"][i] == stored["outcome"]
-        for name in set(names) - {"mode_sequence", "outcome"}:
-            size = max(abs(stored[name]), 1e-3 if "bristle" in name else 1.0)
-            assert found[name][i] == pytest.approx(stored[name], abs=1e-9 * size, nan_ok=True), name
 
 
 # --- the same as the measures with arrays ----------------------------------------------------------------------------
@@ -426,7 +397,7 @@ def test_the_same_bits_however_it_is_cut(monkeypatch):
     ints = small_ensemble(ratios, threads=1)
     two, backwards = small_ensemble(ratios, threads=2), small_ensemble(ratios[::-1])
     alone = [small_ensemble(ratios[i : i + 1]) for i in (0, 11, 22)]
-    monkeypatch.setattr(BRIDGE, "CHUNK", 5)
+    monkeypatch.setattr(devices, "PROCESSOR", dataclasses.replace(devices.PROCESSOR, chunk=5))
     chunks = small_ensemble(ratios)
     for name, column in ints.items():
         assert len(column) == 23

@@ -146,7 +146,7 @@ CASES = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 1, 4], [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but([0], [*SYSTEMS]))
 def test_slopes_are_those_of_tight_differences(name):
     """Constant and dynamic loads, laws of every kind, moving corners, a slope and an actuator."""
     orbit = vc.orbit(SYSTEMS[name], initial={"angle": 1.0}, tolerance=1e-13)
@@ -155,7 +155,7 @@ def test_slopes_are_those_of_tight_differences(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 5], CASES))
+@pytest.mark.parametrize("name", exhaustive_but([0], CASES))
 def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
     """Impacts, imposed motions, several contacts, a rotor."""
     given = read_case(EXAMPLES / f"{name}.toml")
@@ -217,7 +217,7 @@ def test_a_motion_of_two_periods_has_slopes_over_both():
 # --- what a user sees -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_slopes_in_si_are_slopes_by_what_was_given():
     """Of a case in SI: the same orbit without units, times the unit of the measure over that of the parameter."""
     given = read_case(EXAMPLES / "bench-in-si.toml")
@@ -288,7 +288,7 @@ def test_what_has_no_gradient_is_named_before_any_work(over, measures, said, fir
         first.gradients(over, measures)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_word_has_no_slope():
     dynamic = vc.orbit(SYSTEMS["dynamic load"])
     with pytest.raises(
@@ -342,7 +342,7 @@ def test_a_stop_that_opens_on_a_corner_of_the_drive_goes_with_it():
     assert check(orbit, ["drive.duty", "drive.frequency"], ["mean_velocity"]) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_segment_that_has_no_length_can_only_become_longer():
     """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""
     pulses = system(drive=vc.Trapezoid(amplitude=1.5, frequency=1.0, rise=0.25, hold=0.0, fall=0.25))
@@ -391,7 +391,7 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", exhaustive_but([0, 2], ["delay", "period", "corner", "start on the orbit"]))
+@pytest.mark.parametrize("fault", exhaustive_but([0], ["delay", "period", "corner", "start on the orbit"]))
 def test_a_planted_fault_is_seen(fault, first, monkeypatch):
     """An event whose delay is left out, an end that does not move, corners that stand still, a start that stays."""
     orbit = first if fault != "corner" else vc.orbit(SYSTEMS["duty"], initial={"angle": 1.0}, tolerance=1e-13)

@@ -100,7 +100,7 @@ def test_three_phases(share, friction, stroke, factor, expected):
     assert found.mean_velocity == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("factor", "best", "expected"), [(2.0, (1.0, 1.0), 0.288675134595), (4.0, (100 / 103, 4.0), 0.6)]
 )

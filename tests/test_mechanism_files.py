@@ -240,7 +240,7 @@ def test_a_mechanism_is_stored_sent_and_checked_like_any_machine(name):
     assert report.ok, str(report)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_study_keeps_the_description(tmp_path):
     case = read_case(EXAMPLES / "plates-creep.toml")
     vc.sweep(case.system, {"machine.stiffness": [1.0, 2.0]}, periods=4, out=tmp_path / "study", tile_runs=1, workers=2)
@@ -425,7 +425,7 @@ def test_fuzzed_mechanisms_are_refused(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_thousand_fuzzed_mechanisms_are_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert 100 <= fuzzed(range(1000, 3000)) <= 600

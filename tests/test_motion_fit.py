@@ -140,7 +140,7 @@ def test_a_wrong_model_is_doubted(exact):
     assert "no better than a constant" in worse.facts["second"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_driven_pendulum_is_found_over_several_turns(tmp_path):
     """Inertia, drag, weight and friction within 1 %, of a mechanism in a case file, with noise of 0.01 rad."""
     (tmp_path / "pendulum.toml").write_text(PENDULUM)
@@ -177,7 +177,7 @@ def test_motions_that_end_early_are_not_trusted():
     assert np.isnan([parameter.low, parameter.high, parameter.standard_error]).all()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_intervals_and_bands_hold_what_they_say():
     """In 12 synthetic laboratories: 95 % intervals of determined parameters, and 95 % bands of a held-out record."""
     held, shares = [], []
@@ -227,7 +227,9 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     over = [part for path, ends in WITHIN.items() for part in ("--over", f"{path}={_text(ends)}")]
     files = [str(tmp_path / f"{each.name}.csv") for each in exact]
     command = ["fit", *files, "--machine", str(tmp_path / "block.toml"), *over, "--hold-out", "second", "--starts", "8"]
-    assert main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png")]) == 0
+    assert (
+        main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png"), "--report"]) == 0
+    )
     told = json.loads(capsys.readouterr().out)
     assert told["records"]["second"]["held_out"] is True
     assert told["parameters"][0]["value"] == pytest.approx(TRUTH["machine.mass"], rel=1e-4)
@@ -236,6 +238,8 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     rows = (tmp_path / "out" / "predicted.csv").read_text().splitlines()
     assert rows[0] == "record,held_out,time,measured,predicted,band"
     assert len(rows) == 1 + 401 + 361
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert all(words in page for words in ("held out, rms", "data:image/png;base64,", "[machine]", " --report"))
     assert main([*command, "--law", "coulomb"]) == 2
     assert "--machine: has its own law" in capsys.readouterr().err
 

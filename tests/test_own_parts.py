@@ -174,7 +174,7 @@ def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
     assert (values["low"]["unit"], values["high"]["unit"]) == ("N", "N")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
     own = ["--parts", "mylaws.py"]
     assert main([*SWEEP, "--export", "map.csv", *own]) == OK
@@ -435,7 +435,7 @@ def test_the_fingerprint_of_a_part_changes_with_its_functions_and_with_nothing_e
     assert len(prints) == 3
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_workers_give_the_bytes_of_one_process(folder):
     own = ["--parts", "mylaws.py", "--out"]
     assert main([*SWEEP, *own, "one"]) == OK

@@ -1,9 +1,7 @@
 """plot and figure: one way to a picture of any result, into axes that are given, without a trace in the session."""
 
-import itertools
 import shutil
 import subprocess
-from pathlib import Path
 
 import matplotlib
 import matplotlib.font_manager
@@ -11,11 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
-from matplotlib.text import Text
 
 import vibrocap as vc
-from vibrocap.case.case import read_case
 from vibrocap.motion.status import Status
 from vibrocap.plotting.animation import ARROW, Scene, animate_motion
 from vibrocap.plotting.histories import hides_lift_off
@@ -34,8 +29,6 @@ PANELS = [
     *(("basins", what) for what in (None, "attractor")),
     *(("law", what) for what in (None, "presliding")),
 ]
-SHEETS = ("motion", "orbit", "branch", "fit", "map", "line", "basins", "law")
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -97,41 +90,6 @@ def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path
     again = vc.figure(results[kind], tmp_path / "again.png")
     assert again is not figure
     assert (tmp_path / "again.png").read_bytes() == (tmp_path / "sheet.png").read_bytes()
-
-
-def misplaced(fig):
-    """Words of a figure outside of it, and pairs of words, or of words and a legend, one over the other."""
-    fig.draw_without_rendering()
-    legends = fig.findobj(Legend)
-    left_out = {id(text) for legend in legends for text in legend.get_texts()}
-    for axis in (axis for ax in fig.axes for axis in (ax.xaxis, ax.yaxis)):
-        low, high = sorted(axis.get_view_interval())
-        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):  # those beyond the ends are not drawn
-            shown = low - 1e-9 * (high - low) <= tick.get_loc() <= high + 1e-9 * (high - low)
-            left_out |= set() if shown else {id(tick.label1), id(tick.label2)}
-    words = [text for text in fig.findobj(Text) if text.get_visible() and text.get_text().strip()]
-    boxes = [(text.get_text(), text.get_window_extent()) for text in words if id(text) not in left_out]
-    boxes += [("legend", legend.get_window_extent()) for legend in legends]
-    page = fig.bbox.padded(1.0)
-    found = [text for text, box in boxes if not (page.contains(*box.min) and page.contains(*box.max))]
-    drawn = [(text, box.shrunk(0.98, 0.9)) for text, box in boxes if box.width > 0.0]
-    return found + [(one, two) for (one, a), (two, b) in itertools.combinations(drawn, 2) if a.overlaps(b)]
-
-
-@pytest.mark.parametrize("width", [3.4, 7.0])
-@pytest.mark.parametrize("kind", ["motion in SI", *(pytest.param(kind, marks=pytest.mark.slow) for kind in SHEETS)])
-def test_no_words_of_a_printed_sheet_are_cut_or_overlap(results, kind, width):
-    result = read_case(EXAMPLES / "bench-in-si.toml").simulate() if kind == "motion in SI" else results[kind]
-    assert misplaced(vc.figure(result, width=width)) == []
-
-
-def test_words_outside_or_one_over_the_other_are_noticed():
-    """Planted: a label beyond the edge, and one upon another."""
-    fig = Figure(figsize=(3.0, 2.0))
-    fig.text(0.9, 0.5, "beyond the edge")
-    fig.text(0.1, 0.5, "one")
-    fig.text(0.12, 0.5, "two")
-    assert misplaced(fig) == ["beyond the edge", ("one", "two")]
 
 
 @pytest.mark.slow
@@ -275,7 +233,7 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_sheet_of_one_block_shows_its_plane_once():
     block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
     titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
@@ -312,7 +270,7 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     assert {line.get_label() for line in panels["Friction"].lines} == {"stuck", "accelerating", "decelerating"}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_impacts_are_marked_under_the_velocity():
     system = vc.System(vc.OscillatorWithStops(restitution=0.7), vc.Coulomb(0.3, 0.4), vc.Harmonic())
     motion = vc.simulate(system, periods=8)
@@ -372,7 +330,7 @@ def uphill():
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_film_shows_a_slope_as_one(uphill):
     scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
     scene.show(2)
@@ -430,7 +388,7 @@ def test_film_of_a_case_in_si_is_in_seconds():
     assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {0.75 * motion.end:.2f} s"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs ffmpeg")
 def test_film_has_720_lines(results, tmp_path):
     animate_motion(results["motion"], tmp_path / "film.mp4", periods=0.1)

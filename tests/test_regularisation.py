@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
 from vibrocap.motion.status import Status
@@ -125,7 +126,7 @@ def test_a_width_counts_only_if_narrower_ones_are_as_good(made_up):
     assert found.width <= 5e-4
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_picture_shows_every_error_above_the_noise(made_up, tmp_path):
     made_up(lambda width: -width if width > 1e-6 else 1e-13)
     report = regularisation_error(SYSTEM)
@@ -193,7 +194,7 @@ def test_travel_of_the_reference_motion():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shape", ["tanh", "arctan"])
+@pytest.mark.parametrize("shape", exhaustive_but([1], ["tanh", "arctan"]))
 def test_smoothed_runs_are_those_of_an_independent_solver(shape):
     report = regularisation_error(SYSTEM, "displacement", [1e-2, 1e-4], shape=shape, initial=START, periods=10)
 

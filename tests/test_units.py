@@ -354,7 +354,7 @@ def test_axes_in_si_need_scales():
         vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4, tolerance=1e-8, settle=0)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_axes_in_si_over_several_laws():
     """Each law gets the same number in SI, and keeps the parameters of the case that it has."""
     over = {"friction.law": ["hyperbolic-stribeck", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}

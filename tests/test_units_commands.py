@@ -22,7 +22,6 @@ from vibrocap.cli.motion_tables import in_words
 from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
-NEWTON = 0.2 * 9.80665
 BENCH = PRESSED.replace("frequency_Hz = 1.1", "frequency_Hz = 1.0").replace(
     "decay_rate", "coulomb_coefficient = 0.05\nstatic_coefficient = 0.15\ndecay_rate"
 )
@@ -33,15 +32,6 @@ def place(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("si.toml").write_text(BENCH, encoding="utf-8")
     return tmp_path
-
-
-def answer(capsys, *words, code=0):
-    assert cli.main([*words, "--json"]) == code
-    return json.loads(capsys.readouterr().out)
-
-
-def plain_system(text=BENCH):
-    return dataclasses.replace(case_from_text(text).system, units=None)
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
@@ -61,31 +51,6 @@ def test_tables_of_commands_say_their_units(place, capsys, command):
     assert cli.main(command.split()) == 0
     printed = capsys.readouterr().out
     assert all(said in printed for said in TABLES[command])
-
-
-def test_limits_of_bristles_in_si(place, capsys):
-    law = """law = "lugre"
-bristle_stiffness_N_per_m = 800.0
-bristle_damping_N_s_per_m = 3.0
-viscous_damping_N_s_per_m = 0.5
-stribeck_velocity_m_per_s = 0.15
-"""
-    text = BENCH[: BENCH.index("law =")] + law + "\n" + BENCH[BENCH.index("[drive]") :]
-    Path("lugre.toml").write_text(text, encoding="utf-8")
-    found = answer(capsys, "friction", "lugre.toml")
-    levels = vc.LuGre()
-    load = 0.7 * 9.80665
-    assert found["deflection_limit"]["value"] == pytest.approx(load * levels.static_coefficient / 800.0, rel=1e-13)
-    v = found["boundary_velocity"]["value"]  # sigma1 v = N times the level at v
-    drop = levels.static_coefficient - levels.coulomb_coefficient
-    level = levels.coulomb_coefficient + drop * math.exp(-((v / 0.15) ** levels.stribeck_exponent))
-    assert 3.0 * v == pytest.approx(load * level, rel=1e-9)
-    v = found["offset"]["lower"]["value"]
-    slope = 2.0 * load * drop / 0.15 * (v / 0.15) * math.exp(-((v / 0.15) ** 2))  # the exponent is 2
-    assert slope == pytest.approx(0.5, rel=1e-9)
-    assert found["offset"]["reason"].endswith("(these numbers are dimensionless)")
-    lower = found["offset"]["printed_lower"]
-    assert lower["value"] == lower["dimensionless"] * (METRE / SECOND)
 
 
 # --- steady motions ---------------------------------------------------------------------------------------------------
@@ -110,31 +75,6 @@ def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
 
 
 # --- over a parameter -------------------------------------------------------------------------------------------------
-@pytest.mark.slow
-def test_special_points_of_a_branch_are_in_si():
-    system, torque = case_from_text(CASE).system, 0.2 * 9.80665 * 0.25  # harmonic: symmetry can break
-    between = (torque, 2.2 * torque)
-    shown = vc.branches(system, "drive.amplitude_N_m", between, depth=1, initial={"angle": 1.0}, points=400)
-    found = shown.dimensionless
-    assert (shown.over, found.over) == ("drive.amplitude_N_m", "drive.amplitude")
-    assert found.between == pytest.approx((1.0, 2.2), rel=1e-15)
-    special = [each for branch in found.branches for each in branch.special_points]
-    after = [each for branch in shown.branches for each in branch.special_points]
-    assert special
-    assert [each.parameter for each in after] == pytest.approx([each.parameter * torque for each in special], rel=1e-14)
-    assert [each.error for each in after] == pytest.approx([each.error * torque for each in special], rel=1e-14)
-    drifts = [(a.drift, b.drift) for a, b in zip(special, after, strict=True) if a.drift is not None]
-    assert all(b == pytest.approx((a or 0.0) * METRE, rel=1e-14, abs=0) for a, b in drifts)
-    assert "drive.amplitude_N_m = " in str(shown) or not found.joins
-
-
-def test_crossings_with_another_machine_take_paths_in_si(place):
-    from vibrocap.cli.commands.crossing import _other
-
-    system = case_from_text(BENCH).system
-    assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
-
-
 def test_the_plane_of_basins_is_given_in_si():
     from vibrocap.cli.commands.basins import _axis
 
@@ -233,7 +173,7 @@ def test_basins_remember_the_keys_of_their_plane():
     assert vc.plot(bare).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_headings_say_what_is_in_si():
     """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
     system = case_from_text(BENCH).system

@@ -76,6 +76,7 @@ def test_without_going_on_the_saddle_would_be_returned(monkeypatch):
     assert not found.stable
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_the_way_on_which_a_state_lies_comes_first(law):
     """Close by, the way of a start off the saddle is that of a simulation."""
@@ -136,6 +137,7 @@ def test_command_does_not_present_an_unstable_orbit_as_what_happens(tmp_path, ca
     assert drifts == pytest.approx([-DRIFTS["lugre"], DRIFTS["lugre"]], abs=1e-10)
 
 
+@pytest.mark.exhaustive
 def test_command_says_what_an_unstable_orbit_gives_way_to(tmp_path, capsys):
     case = written_case(tmp_path / "case.toml", "exponential", START)
     assert cli.main(["orbit", case, "--half"]) == 0

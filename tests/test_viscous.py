@@ -90,7 +90,7 @@ def test_a_thrown_block_stops_where_the_closed_form_says(side):
     assert lost == pytest.approx(-0.5 * speed**2, rel=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_nothing_is_added_with_coefficients_of_zero():
     for kind in (vc.Coulomb, vc.LuGre):
         systems = [vc.System(vc.PendulumCapsule(), law, vc.Harmonic()) for law in (kind(), vc.viscous(kind)())]

@@ -58,7 +58,7 @@ def share_inside_the_unstable_cycle():
     return half_turn(back, 1)[2] / 8.0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_plane_of_cells_has_the_share_within_its_error():
     """At 14 resolutions of the plane: errors as of cells cut at places by chance, and no worse for finer planes."""
     exact = share_inside_the_unstable_cycle()
@@ -73,7 +73,7 @@ def test_a_plane_of_cells_has_the_share_within_its_error():
     assert 0.4 < np.std(off) < 1.5
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_length_of_an_idle_drive_does_not_matter():
     short, long = (
         vc.attractors(dataclasses.replace(BLOCK, drive=vc.Constant(duration=duration)), 60, RANGES)
@@ -93,7 +93,7 @@ def test_a_set_of_rest_is_one_attractor():
     assert np.all(found.label == 0)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_cycle_that_runs_reach_slowly_is_one_attractor():
     """At 0.05 what is left of a disturbance shrinks by 0.81 in a turn of 128: some runs end beside its path."""
     found = vc.attractors(two_blocks(0.05), 40)
@@ -143,7 +143,7 @@ def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
     assert one.value == pytest.approx(other.value, abs=3.0 * math.hypot(one.error, other.error))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_error_of_an_exponent_holds_what_it_claims():
     """Starts by chance lead to chaos or to a cycle: exponents scatter by their errors about that of long motions.
 
@@ -169,7 +169,7 @@ def test_the_error_of_an_exponent_holds_what_it_claims():
 # --- diagrams --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_diagram_records_the_returns_of_cycles():
     speeds = (0.15, 0.2, 0.3)
     found = vc.bifurcation_diagram(
