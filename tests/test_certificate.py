@@ -365,7 +365,7 @@ def test_creep_far_below_the_natural_speed_is_no_rest():
     assert motion.state["position"] == pytest.approx(start["position"] + carried, abs=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("duration", exhaustive_but([1], [1e7, 4.73e7]))
 def test_a_crustal_cycle_closes_whatever_the_idle_drive_lasts(duration):
     start = {"position": -63.4539, "sliding_velocity": 1e-9, "log_age": 6.90776}

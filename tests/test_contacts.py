@@ -73,17 +73,6 @@ def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     assert settled(normal_load_3=3.0) == pytest.approx(-0.050743626572, abs=1e-9)
 
 
-@pytest.mark.exhaustive
-def test_ten_bodies_from_rest():
-    """All contacts may stop or start at one instant; nothing is undecided."""
-    machine = vc.crawler(10)()
-    motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.1), vc.Harmonic(amplitude=1.5, frequency=0.7)), periods=3)
-    assert motion.certificate.ok
-    sides = [f"stick_{number}" for number in range(2, 11)]
-    assert len(motion.state_names) == 2 * 10
-    assert set(motion.event_kinds) & set(sides) or motion.events
-
-
 def test_a_case_with_a_law_for_each_contact(tmp_path):
     system = crawler(vc.LuGre(bristle_stiffness=80.0))
     path = vc.save_case(system, tmp_path / "case.toml", initial={"velocity_2": 0.2})

@@ -146,33 +146,6 @@ def test_a_slow_anisotropic_worm_gains_its_whole_stroke():
 
 
 @pytest.mark.slow
-def test_static_friction_above_the_sliding_one_decides_who_rests():
-    """The rod's force grows until one of the bodies gives way: that of the lesser static level, whatever it is then."""
-    front = vc.Coulomb(0.05, 0.14)
-    system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), [vc.Coulomb(0.09, 0.15), front])
-    motion = vc.simulate(system, periods=3)
-    assert 0.15 < 1.2 * 0.14  # of both bodies at rest the first gives way
-    assert 0.09 > 1.2 * 0.05  # though it is the second that slides more easily
-    assert vc.stick_fraction(motion, contact=2, periods=1) == pytest.approx(1.0, abs=1e-12)
-    assert motion.certificate.ok
-
-
-@pytest.mark.exhaustive
-def test_a_worm_whose_second_body_does_not_rub_is_the_two_mass_crawler():
-    """With the inner mass as body 2: the same body, the same drive."""
-    drive = vc.ThreePhase(stroke=1.0)
-    both = vc.System(vc.TwoBodyWorm(mass=2.0, normal_load=3.0), [vc.Coulomb(0.2, 0.2), vc.Coulomb(0, 0)], drive)
-    alone = vc.System(vc.TwoMassCrawler(mass_ratio=2.0, normal_load=3.0), vc.Coulomb(0.2, 0.2), drive)
-    ours, theirs = vc.simulate(both, periods=3), vc.simulate(alone, periods=3)
-    for name in ("position", "centre_velocity"):
-        assert ours.state[name] == pytest.approx(theirs.state[name], abs=1e-12)
-    assert theirs.state["position"] > 0.1
-    times = np.linspace(0.1, 0.9, 7) * ours.end
-    for name in ("actuator_force", "actuator_power"):
-        assert ours.at(times, name) == pytest.approx(theirs.at(times, name), abs=1e-12)
-
-
-@pytest.mark.slow
 def test_bodies_at_a_distance_that_stays_are_one_block():
     """Stopped by both contacts after v^2/(2 mu (N_1 + N_2)/M); while they rest they share what is held."""
     machine = vc.TwoBodyWorm(mass_2=1.5, normal_load_2=1.2, actuation=0.0)

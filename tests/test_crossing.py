@@ -63,15 +63,6 @@ def test_no_control_point_at_the_printed_parameters(law):
     assert np.max(np.abs(found.differences)) < 1e-9
 
 
-@pytest.mark.exhaustive
-def test_no_boundary_point_at_the_printed_parameters():
-    """The paper's P1 and P2: both laws do not travel, at no mass ratio more than at another."""
-    lm, em = capsule("lugre", 4.0), capsule("exponential", 4.0)
-    found = vc.crossing(lm, "drift", RATIO, PRINTED_RANGE, against=em, initial=START, points=40)
-    assert found.found == ()
-    assert found.equal == (PRINTED_RANGE,)
-
-
 @pytest.mark.slow
 def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
     lm, em = capsule("lugre"), capsule("exponential")
@@ -306,14 +297,6 @@ def test_command_finds_control_points(case, capsys):
     assert place["kind"] == "crossing"
     assert place["at"] == pytest.approx(SHOT["exponential"], abs=1e-11)
     assert len(record["parameters"]) == len(record["differences"]) == 5
-
-
-@pytest.mark.exhaustive
-def test_command_finds_boundary_points(case, capsys):
-    arguments = ["crossing", case, "--over", f"{RATIO}=5:6", "--against", "friction.law=lugre", "--points", "5"]
-    assert cli.main([*arguments, "--json"]) == 0
-    (place,) = json.loads(capsys.readouterr().out)["found"]
-    assert place["at"] == pytest.approx(5.489362346569, abs=1e-9)
 
 
 def test_command_says_that_there_is_none(case, capsys):

@@ -163,17 +163,6 @@ def test_designs_without_a_twin_of_a_system_that_has_one_keep_their_direction(bi
         assert vc.mean_velocity(settled, periods=1).value == pytest.approx(each.value, abs=1e-9)
 
 
-@pytest.mark.exhaustive
-def test_designs_at_a_bound_are_reached(biharmonic):
-    """Over frequency and a friction that should be small, the best design is at a bound: the search evaluates it."""
-    over = {"drive.frequency": (0.5, 3.0), "friction.coulomb_coefficient": (0.02, 0.09)}
-    found = optimise(biharmonic, over, starts=START, evaluations=320, refinement=0, spread_starts=0)
-    shares = found.population.shares
-    assert np.all((shares >= 0.0) & (shares <= 1.0))
-    assert found.design["friction.coulomb_coefficient"] in over["friction.coulomb_coefficient"]
-    assert np.sum(shares[:, 1] == np.round(shares[:, 1])) >= 3
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", exhaustive_but([0], [0, 1]))
 def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):

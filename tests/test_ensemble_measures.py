@@ -467,7 +467,7 @@ def test_runs_of_one_form_go_together(monkeypatch):
         results[:, 0], results[:, 1] = 1.0, 10.0
         return RunResults(layout, results)
 
-    monkeypatch.setattr(BRIDGE.numerics, "ensemble_run", run)
+    monkeypatch.setattr(devices, "PROCESSOR", dataclasses.replace(devices.PROCESSOR, run=run))
     over = {"friction.stribeck_exponent": [2.0, 1.5, 1.0, 1.7, 2.0], "machine.mass_ratio": [1.0, 2.0, 3.0, 4.0, 5.0]}
     vc.ensemble(system_with(vc.LuGre()), over)
     masses = sorted([row["machine.mass_ratio"] for row in call] for call in calls)

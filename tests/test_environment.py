@@ -174,22 +174,6 @@ def test_fins_alone_make_a_symmetric_capsule_travel():
 # --- the pendulum capsule, by another solver --------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
-def test_mean_load_on_a_slope_is_the_weight_towards_the_ground():
-    found = vc.ensemble(
-        capsule("dynamic", amplitude=1.5, mass_ratio=4.0, linear_drag=0.1),
-        over={"environment.inclination": np.array([-0.3, 0.05, 0.2])},
-        initial=START,
-        periods=400,
-        settle=1e-11,
-        tolerance=1e-12,
-        measures=("mean_reaction", "drift"),
-    )
-    assert np.all(found["settled"])
-    assert found["mean_reaction"] == pytest.approx(5.0 * np.cos([-0.3, 0.05, 0.2]), abs=1e-10)
-    assert found["drift"][0] > 0.0 > found["drift"][2]
-
-
 # --- what holds for every machine and law -----------------------------------------------------------------------------
 
 
@@ -391,23 +375,6 @@ def test_a_slope_or_a_force_breaks_the_half_period_symmetry_and_drag_does_not():
     assert capsule(linear_drag=0.2, quadratic_drag=0.1).mirrored
     assert not capsule(inclination=0.01).mirrored
     assert not capsule(force=0.01).mirrored
-
-
-@pytest.mark.exhaustive
-def test_symmetry_of_settled_motions_is_asked_only_where_there_is_one():
-    found = vc.ensemble(
-        capsule(linear_drag=0.2, law=vc.Exponential()),
-        {"environment.force": [0.0, 0.2]},
-        measures=("symmetric", "drift"),
-        settle=1e-6,
-        periods=200,
-    )
-    assert np.all(found["settled"])
-    assert not np.isnan(found["symmetric"][0])
-    assert np.isnan(found["symmetric"][1])
-    orbit = vc.orbit(capsule(inclination=0.1, law=vc.Exponential()))
-    assert orbit.symmetric is None
-    assert orbit.drift < 0.0
 
 
 @pytest.mark.slow

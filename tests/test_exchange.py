@@ -160,7 +160,7 @@ def test_a_sampled_loop_of_1_khz_has_the_bits_of_the_kernel_and_stops_where_the_
 
 @needs_gcc
 @pytest.mark.slow
-@pytest.mark.parametrize("path", exhaustive_but(range(0, len(EXAMPLES), 9), EXAMPLES), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", exhaustive_but(range(0, len(EXAMPLES), 18), EXAMPLES), ids=lambda path: path.stem)
 def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path):
     case = read_case(path, periods=4)
     export_c(case, tmp_path)

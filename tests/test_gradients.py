@@ -217,26 +217,6 @@ def test_a_motion_of_two_periods_has_slopes_over_both():
 # --- what a user sees -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
-def test_slopes_in_si_are_slopes_by_what_was_given():
-    """Of a case in SI: the same orbit without units, times the unit of the measure over that of the parameter."""
-    given = read_case(EXAMPLES / "bench-in-si.toml")
-    orbit = vc.orbit(given.system, initial=given.initial)
-    plain = vc.orbit(dataclasses.replace(given.system, units=None), initial=given.initial)
-    si = given.system.si
-    one = orbit.gradients(["drive.frequency_Hz", "machine.damping_N_m_s_per_rad"], ["mean_velocity", "drive_work"])
-    other = plain.gradients(["drive.frequency", "machine.damping"], ["mean_velocity", "drive_work"])
-    hertz = 1.0 / (2.0 * math.pi * si.scales.time_s)
-    found, expected = one["mean_velocity", "drive.frequency_Hz"], other["mean_velocity", "drive.frequency"]
-    assert found.unit == "(m/s)/Hz"
-    assert found.slope == pytest.approx(expected.slope * si.factor_of("m/s") / hertz, rel=1e-12)
-    assert found.elasticity == pytest.approx(expected.elasticity, rel=1e-12)
-    found, expected = one["drive_work", "machine.damping_N_m_s_per_rad"], other["drive_work", "machine.damping"]
-    assert found.unit == "J/(N m s/rad)"
-    damper = given.system.parameter("machine.damping_N_m_s_per_rad") / given.system.parameter("machine.damping")
-    assert found.slope == pytest.approx(expected.slope * si.factor_of("J") / damper, rel=1e-12)
-
-
 def test_the_table_has_a_row_for_each_measure_and_parameter(first):
     found = first.gradients(["drive.amplitude", "drive.frequency"], ["drift", "mean_velocity"])
     rows = [(row["measure"], row["parameter"]) for row in found.table()]

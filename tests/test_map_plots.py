@@ -345,18 +345,6 @@ def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
     assert view.label == "mean velocity ⟨X′⟩ [m/s]"
 
 
-@pytest.mark.exhaustive
-def test_a_title_says_of_a_table_how_many_values_it_has():
-    import vibrocap as vc
-
-    drive = vc.DriveTable((0.0, 0.5, 1.2, 2.5), (0.3, -0.2, 0.5, 0.3))
-    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), drive)
-    view = study_view(vc.sweep(system, {MASS: [1.0, 2.0]}, periods=2, tolerance=1e-8, settle=0))
-    assert "4 values from −0.2 to 0.5" in view.setting.replace(NBSP, " ")
-    heading = vc.figure(vc.simulate(system, periods=1))._suptitle.get_text()
-    assert "4 values from −0.2 to 0.5" in heading.replace(NBSP, " ")
-
-
 def test_cells_surround_the_values_and_axes_are_logarithmic_where_these_are():
     fig = figure(study(x=np.geomspace(0.01, 10.0, 16)))
     ax = fig.axes[0]

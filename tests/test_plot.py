@@ -1,8 +1,5 @@
 """plot and figure: one way to a picture of any result, into axes that are given, without a trace in the session."""
 
-import shutil
-import subprocess
-
 import matplotlib
 import matplotlib.font_manager
 import numpy as np
@@ -12,7 +9,7 @@ from matplotlib.figure import Figure
 
 import vibrocap as vc
 from vibrocap.motion.status import Status
-from vibrocap.plotting.animation import ARROW, Scene, animate_motion
+from vibrocap.plotting.animation import ARROW, Scene
 from vibrocap.plotting.histories import hides_lift_off
 from vibrocap.plotting.look.labels import filled, parts_title, symbol_text
 from vibrocap.plotting.look.trace import Trace
@@ -233,21 +230,6 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
-@pytest.mark.exhaustive
-def test_the_sheet_of_one_block_shows_its_plane_once():
-    block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
-    titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
-    assert titles == ["Place over the whole run", "Block", "Block", "Contact", "Block", "Friction"]
-    row = vc.figure(vc.simulate(vc.System(vc.TwoBlockRow(), vc.Coulomb(), vc.Constant(duration=3.0)), periods=2))
-    shown = {ax.get_title(loc="left"): ax for ax in row.axes}
-    assert [*shown] == [
-        "Place of body 1 over the whole run", "Positions", "Bodies", "Contacts", "Modes", "Body 2", "Body 1",
-        "Friction",
-    ]  # fmt: skip
-    assert shown["Body 2"].get_xlabel() == "position $x_2$"
-    assert shown["Body 2"].get_ylabel() == "sliding velocity $v_2$"
-
-
 def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     """Not the rest: from the start until a quarter after all states are within 1e-3 of their ranges of the end."""
     servo = vc.PositionPID(proportional_gain=20.0, derivative_gain=6.0, limit=5.0)
@@ -386,14 +368,6 @@ def test_film_of_a_case_in_si_is_in_seconds():
     scene = Scene(computed(motion), np.array([0.5, 0.75]) * computed(motion).end)
     scene.show(1)
     assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {0.75 * motion.end:.2f} s"
-
-
-@pytest.mark.exhaustive
-@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs ffmpeg")
-def test_film_has_720_lines(results, tmp_path):
-    animate_motion(results["motion"], tmp_path / "film.mp4", periods=0.1)
-    asked = ["ffprobe", "-v", "error", "-show_entries", "stream=width,height", "-of", "csv=p=0", tmp_path / "film.mp4"]
-    assert subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip() == "1280,720"
 
 
 @pytest.mark.slow

@@ -64,18 +64,6 @@ def test_a_turn_is_that_of_an_independent_solver(load):
     assert "1 turn(s) of angle" in str(found)
 
 
-@pytest.mark.exhaustive
-def test_a_rotor_without_turns_is_a_pendulum_without_spring():
-    """The same equations: the motion of a pendulum capsule with rho = 0, whose angle is no angle of a circle."""
-    pendulum = vc.PendulumCapsule(mass_ratio=4.0, stiffness=0.0, damping=0.75, normal_load="dynamic")
-    system = rotor("dynamic")
-    one, other = (
-        vc.simulate(each, periods=20, initial=START, tolerance=1e-12)
-        for each in (system, dataclasses.replace(system, machine=pendulum))
-    )
-    assert one.state == pytest.approx(other.state, abs=1e-11)
-
-
 @pytest.mark.slow
 def test_what_turns_by_whole_turns_has_settled():
     """One whose angle grows by 2 pi a period has settled as one that rests has; one that creeps has not."""
@@ -160,16 +148,6 @@ def test_a_branch_that_goes_round_with_its_angle_is_closed():
     assert branch_distance(found, here, float(found.parameter[len(found) // 3])) < 1e-6
 
 
-@pytest.mark.exhaustive
-def test_cycles_of_a_motor_that_is_on_are_followed():
-    start = vc.orbit(rotor(), initial=START, settle_periods=100)
-    found = vc.branch(rotor(), "drive.force", (1.4, 1.6), orbit=start, points=60)
-    assert set(found.winding.ravel()) == {1}
-    assert found.parameter.min() < 1.45 < found.parameter.max()
-    (there,) = found.orbits_at(1.45)
-    assert gained(there) == pytest.approx(turn_of(there), abs=1e-9)
-
-
 @pytest.mark.slow
 def test_a_rotor_that_has_stopped_comes_to_rest():
     """It turned seven times before: what it did on the way is no cycle, nor does it ask for more returns."""
@@ -223,21 +201,6 @@ def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
         assert (found["period"] < 1.2).tolist() == is_fast
 
 
-@pytest.mark.exhaustive
-def test_starts_lead_to_either_speed_of_a_weak_motor_or_to_rest():
-    """It also hangs still where it starts too slow near the bottom; every start as a simulation of it alone ends."""
-    found = vc.basins(weak_motor(), {"angle": (0.0, TURN), "angle_rate": (-1.0, 12.0)}, 14, settle_periods=1000)
-    speeds = [TURN / each.motion.orbit.period if each.motion.orbit else 0.0 for each in found.attractors]
-    assert sorted(speeds) == pytest.approx([0.0, 2.33051823, 10.2588912], abs=1e-6)
-    assert (found.label >= 0).all()
-    draw = np.random.default_rng(2)
-    for i, k in zip(draw.integers(0, 14, 12), draw.integers(0, 14, 12), strict=True):
-        start = {"angle": float(found.x[i]), "angle_rate": float(found.y[k])}
-        motion = vc.simulate(weak_motor(), periods=200, initial=start, tolerance=1e-8)
-        speed = np.diff(motion.at([motion.end - 60.0, motion.end], "angle"))[0] / 60.0
-        assert speed == pytest.approx(speeds[found.label[i, k]], abs=0.2)
-
-
 @pytest.mark.slow
 def test_starts_lead_to_attractors_of_one_and_two_turns():
     found = vc.attractors(pulsed(), 60)
@@ -249,15 +212,6 @@ def test_starts_lead_to_attractors_of_one_and_two_turns():
     assert len({*planes[0].label.ravel().tolist()}) == 2
     assert (planes[0].label == planes[1].label).all()  # starts whole turns apart are one start
     assert planes[0].drift == pytest.approx(planes[1].drift, abs=1e-9)
-
-
-@pytest.mark.exhaustive
-def test_diagrams_keep_the_angle_within_its_circle():
-    found = vc.bifurcation_diagram(pulsed(), "drive.amplitude", (1.58, 1.66), 4, starts=2, initial=START)
-    assert (found.response_period >= 1).all()
-    angles = found.states[..., 0]
-    assert np.nanmax(np.abs(angles)) <= math.pi
-    assert np.isfinite(found.drift).all()
 
 
 @pytest.mark.slow
@@ -275,14 +229,6 @@ def test_a_mirrored_motion_is_one_modulo_turns():
     assert (taken["symmetric"][0], taken["winding_angle"][0]) == (1.0, 0.0)
     unlike = vc.shoot(system, found.mirrored_state)
     assert unlike.state == pytest.approx(found.state, abs=1e-8)
-
-
-@pytest.mark.exhaustive
-def test_chaos_of_a_rotor_is_told():
-    system = rotor(drive=vc.Harmonic(amplitude=1.2, frequency=0.7), damping=0.2)
-    found = vc.classify(system, START)
-    assert found.kind == "chaotic"
-    assert abs(found.winding["angle"]) < 0.5
 
 
 def test_states_are_brought_back_to_the_first_turn():

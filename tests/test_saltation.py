@@ -115,19 +115,6 @@ def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
 
 
 @pytest.mark.exhaustive
-def test_three_phases_below_the_best_keep_their_orbits():
-    """With w1 below w* the body rests in the first phase: what it did before is forgotten (multiplier 0)."""
-    share, friction, total = 0.3, 0.2, 1.0 / 0.3
-    slow = friction / share
-    for part in (0.7, 0.9, 0.97):
-        drive = vc.ThreePhase(1.0, part * slow, 4.0 * slow, slow)
-        law = vc.Coulomb(friction * total, friction * total)
-        found = vc.orbit(vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive))
-        assert found.status is vc.OrbitStatus.CONVERGED
-        assert np.all(found.multipliers == 0.0)
-
-
-@pytest.mark.exhaustive
 def test_branches_of_crawlers_go_through():
     """Over the whole range in some hundred points, not a thousand; rests at the section change no modes."""
     branch = vc.branch(TURNING, "drive.amplitude", (0.2, 3.0))

@@ -139,15 +139,3 @@ def test_a_motion_over_the_schedule_is_that_of_its_phases_one_after_another(driv
         final_states=True,
     )
     assert run["final.position"][0] == pytest.approx(expected[-1]["position"], abs=1e-8)
-
-
-@pytest.mark.exhaustive
-def test_from_rest_the_factor_minus_one_gives_the_mirror_image_to_the_last_bit():
-    ends = [
-        vc.simulate(
-            system_of(vc.scheduled(vc.Biharmonic)(second_amplitude=0.5, factor_1=factor)), periods=1, tolerance=1e-9
-        ).state
-        for factor in (1.0, -1.0)
-    ]
-    assert ends[0] == {name: -value for name, value in ends[1].items()}
-    assert abs(ends[0]["position"]) > 0.1

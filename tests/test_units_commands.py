@@ -4,7 +4,6 @@ Their numbers are those without units, times the unit. The units of the machine 
 0.2 kg, 0.25 m, and sqrt(l/g).
 """
 
-import dataclasses
 import json
 import math
 import pickle
@@ -18,7 +17,6 @@ from test_units import CASE, PRESSED
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.cli.motion_tables import in_words
 from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
@@ -171,28 +169,6 @@ def test_basins_remember_the_keys_of_their_plane():
             assert axes.get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
     bare = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
     assert vc.plot(bare).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
-
-
-@pytest.mark.exhaustive
-def test_headings_say_what_is_in_si():
-    """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
-    system = case_from_text(BENCH).system
-    words = vc.sweep(
-        system,
-        {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]},
-        measures=["mode_sequence"],
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
-    )
-    texts = " ".join(text.get_text() for text in vc.figure(words).texts).replace("\n", " ")
-    assert "in SI" in texts
-    assert "dimensionless" not in texts
-    level = dataclasses.replace(system, environment=vc.Environment())
-    heading = vc.figure(vc.branch(level, "drive.frequency_Hz", (0.99, 1.01)))._suptitle.get_text()
-    assert "0.2\N{NO-BREAK SPACE}kg" in heading
-    assert "Environment" not in heading
-    assert in_words("environment", level).startswith("environment: inclination 0 rad, ")
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():

@@ -137,17 +137,6 @@ def test_command_does_not_present_an_unstable_orbit_as_what_happens(tmp_path, ca
     assert drifts == pytest.approx([-DRIFTS["lugre"], DRIFTS["lugre"]], abs=1e-10)
 
 
-@pytest.mark.exhaustive
-def test_command_says_what_an_unstable_orbit_gives_way_to(tmp_path, capsys):
-    case = written_case(tmp_path / "case.toml", "exponential", START)
-    assert cli.main(["orbit", case, "--half"]) == 0
-    text = capsys.readouterr().out
-    assert "stable        no" in text
-    assert "no motion stays on this orbit: pushes grow 2.567 times per response" in text
-    assert "gives way to  drift -0.164347746681" in text
-    assert "gives way to  drift 0.164347746681" in text
-
-
 def test_command_says_that_nothing_settled(tmp_path, capsys):
     case = written_case(tmp_path / "case.toml", "exponential", START)
     assert cli.main(["orbit", case, "--settle-periods", "3", "--json"]) == 3
