@@ -311,7 +311,15 @@ def test_an_event_on_a_corner_of_the_drive_is_named():
     found = vc.orbit(system).gradients(["machine.damping"])
     assert found.kinks == ("reversal",)
     assert "to one side only: reversal on a corner of the drive" in str(found)
-    assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients(["machine.damping"]).kinks == ()
+    assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients("machine.damping").kinks == ()
+
+
+def test_a_stop_that_opens_on_a_corner_of_the_drive_goes_with_it():
+    """The mass rests at the stop exactly until the drive switches: the corner moves it only after it has left."""
+    drive = vc.OnOff(amplitude=1.5, offset=-0.7, frequency=0.1, duty=0.4)
+    orbit = vc.orbit(vc.System(vc.RigidStopCapsule(restitution=0.3), vc.Coulomb(0.2, 0.9), drive), tolerance=1e-13)
+    assert {"stop_opened"} <= {*orbit.gradients("drive.duty").kinks}
+    assert check(orbit, ["drive.duty", "drive.frequency"], ["mean_velocity"]) == 2
 
 
 @pytest.mark.exhaustive
@@ -379,7 +387,7 @@ def test_a_planted_fault_is_seen(fault, first, monkeypatch):
         elif fault == "start on the orbit":
             planted.setattr(module.np.linalg, "solve", lambda matrix, given: 0.0 * given)
         else:
-            planted.setattr(module, "_rates", lambda motion, time, size, after: np.zeros(size))
+            planted.setattr(module, "_rates", lambda motion, time, size: np.zeros(size))
         wrong = orbit.gradients([path])["mean_velocity", path].slope
     numerics.ensemble_kernel.cache_clear()
     assert abs(wrong - right) > 1e-6 * abs(right)

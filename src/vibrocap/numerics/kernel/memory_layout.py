@@ -175,8 +175,8 @@ class Layout(Traits):
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period."""
-        return 2 * self.states + self.parameters + 2
+        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period, delay."""
+        return 2 * self.states + self.parameters + 3
 
     @property
     def result_size(self) -> int:

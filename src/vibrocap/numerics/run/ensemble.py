@@ -94,6 +94,7 @@ def ensemble_run(
     integrands: Integrands | None = None,
     mark_distance: np.ndarray | None = None,
     start: np.ndarray | None = None,
+    delay: np.ndarray | None = None,
 ) -> RunResults:
     """Run an ensemble to its end.
 
@@ -101,6 +102,7 @@ def ensemble_run(
     integrands: with functions of one's own, see `ensemble_source`
     mark_distance: [runs] time between two marks, at each of which the drive begins anew, if not the period of the drive
     start: [runs] time since the drive began its period at which a run begins, if not 0
+    delay: [runs] by which the start itself moves along the tangent of a run, if at all
     """
     order = ensemble_order(budget.tolerance) if order is None else order
     lanes = lane_count() if lanes is None else lanes
@@ -113,7 +115,9 @@ def ensemble_run(
     write_runs(runs, equations, parameters, initial, start)
     trace[results_end:] = tables.ravel()
     if mark_distance is not None:
-        runs[:, -1] = mark_distance
+        runs[:, -2] = mark_distance
+    if delay is not None:
+        runs[:, -1] = delay
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
     taken = 0
     guard = threading.Lock()
@@ -183,4 +187,4 @@ def write_runs(
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
-    runs[:, -2], runs[:, -1] = time, period
+    runs[:, -3], runs[:, -2], runs[:, -1] = time, period, 0.0

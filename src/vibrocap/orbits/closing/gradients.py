@@ -105,7 +105,7 @@ def measures_with_gradients(system: System) -> tuple[str, ...]:
 
 
 def gradients(
-    orbit: PeriodicSolution, over: Iterable[str] | None = None, measures: Iterable[str] | str | None = None
+    orbit: PeriodicSolution, over: Iterable[str] | str | None = None, measures: Iterable[str] | str | None = None
 ) -> Gradients:
     """The slopes of measures of a closed orbit over parameters, exact to the tolerance of its runs.
 
@@ -128,7 +128,8 @@ def gradients(
             "orbit", f"should be closed: this one is {orbit.status.value}, so nothing is a measure of it"
         )
     every = over is None
-    asked = list(dict.fromkeys(quantity(path, system).plain for path in (_numbers(system) if over is None else over)))
+    paths = _numbers(system) if over is None else [over] if isinstance(over, str) else over
+    asked = list(dict.fromkeys(quantity(path, system).plain for path in paths))
     ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
     values, slopes = _measured(ends, orbit)
     pairs = [(name, i) for name in wanted for i in range(len(ends.asked))]
@@ -218,25 +219,22 @@ class _Ends:
         """(states, tangents) at the end of a stretch between corners, from those at its start."""
         n, count, own = self.size, len(lanes), len(self.row)
         start, end = stretches.starts[k], stretches.ends[k]
-        lanes = lanes.copy()
-        if np.any(moves := stretches.moves[k]):
-            lanes[m:] -= np.outer(moves * self.steps, _rates(motion, begun + start, n, True))
+        delay = np.concatenate((np.zeros(m), stretches.moves[k] * self.steps))
         rows = np.zeros((count, 2 * own))
         rows[:, :own] = stretches.rows[k]
         rows[m:, own:] = stretches.directions[k] * self.steps[:, None]
         states = np.concatenate((np.tile(here, (count, 1)), lanes), axis=1)
         budget = Budget(1, self.map.tolerance, MOST_EVENTS, MOST_STEPS)
         from_, to = np.full(count, start), np.full(count, end)
-        ended = ensemble_run(
-            self.recording, rows, states, budget, threads=1, order=ORDER, start=from_, mark_distance=to
-        )
+        times = {"start": from_, "mark_distance": to, "delay": delay}
+        ended = ensemble_run(self.recording, rows, states, budget, threads=1, order=ORDER, **times)
         if not np.all(ended.finished):
             raise ArgumentError(
                 "orbit", "a run along it did not return; simulate it to see why, or ask for fewer parameters"
             )
         lanes = ended.state[:, n:].copy()
         if np.any(moves := stretches.moves[k + 1]):
-            lanes[m:] += np.outer(moves * self.steps, _rates(motion, begun + end, n, False))
+            lanes[m:] += np.outer(moves * self.steps, _rates(motion, begun + end, n))
         return ended.state[0, :n].copy(), lanes
 
 
@@ -313,17 +311,12 @@ def _by(expression: Expression, row: np.ndarray, places: list[int], times: Any =
     return np.array([np.broadcast_to(value, np.shape(times)) for value in evaluate(slopes, times, (), 1.0, row)])
 
 
-def _rates(motion: Trajectory, time: float, size: int, after: bool) -> np.ndarray:
-    """Rates [states + integrals] of a motion just before or just after a time at which a piece ends."""
+def _rates(motion: Trajectory, time: float, size: int) -> np.ndarray:
+    """Rates [states + integrals] of a motion just before a time at which a piece ends."""
     near = 1e-11 * motion.period
     starts, lengths = motion.piece_start, motion.piece_length
-    if after:
-        index = int(np.flatnonzero((starts > time - near) & (lengths > near))[0])
-        s = 0.0
-    else:
-        index = int(np.flatnonzero((starts + lengths < time + near) & (lengths > near))[-1])
-        s = float(lengths[index])
-    at = np.array([index]), np.array([s])
+    index = int(np.flatnonzero((starts + lengths < time + near) & (lengths > near))[-1])
+    at = np.array([index]), np.array([lengths[index]])
     found = motion.piece_slopes(*at)[:, 0]
     if size == len(found):
         return found

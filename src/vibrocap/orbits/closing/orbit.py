@@ -95,7 +95,9 @@ class Orbit(PeriodicSolution):
         motion = self.motion()
         return spelled(motion, 0.0, motion.end)
 
-    def gradients(self, over: Iterable[str] | None = None, measures: Iterable[str] | str | None = None) -> Gradients:
+    def gradients(
+        self, over: Iterable[str] | str | None = None, measures: Iterable[str] | str | None = None
+    ) -> Gradients:
         """How measures of the motion change with parameters, exactly: slopes with units, and elasticities.
 
         over: paths such as "machine.mass_ratio", of a system in SI also "drive.frequency_Hz"; None: all numbers

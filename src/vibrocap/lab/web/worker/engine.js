@@ -166,8 +166,7 @@ function ensembleRun(form, runs, budget, each) {
       trace.set(begun.parameters, n);
       trace.set(begun.scales, n + begun.parameters.length);
       if (begun.drive) trace.set(begun.drive.table, tableStart);
-      trace[sizes.run - 2] = 0; // time: it begins with the drive
-      trace[sizes.run - 1] = begun.period;
+      trace.set([0, begun.period, 0], sizes.run - 3); // time: it begins with the drive; no delay
       const wholes = {
         TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: form.segments(run.parameters), STATUS: DONE, RUN: -1,
         EVENT_LIMIT: budget.events, STEP_LIMIT: budget.steps, WINDOW: budget.window, PERIOD_BUDGET: budget.periods,

@@ -73,7 +73,9 @@ def begin_run(floats, ints, trace, lane, run):
     start_lane(floats, ints, trace, lane, run)
     lane.status = RUNNING
     lane.run = run
-    lane.delay = 0.0
+    lane.delay = trace[place + 2]
+    if lane.delay != 0.0:
+        lane.pending = 1
     lane.response = 0
     lane.since = 0
     lane.whole_periods = shared.period_budget
