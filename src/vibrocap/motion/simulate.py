@@ -285,7 +285,8 @@ def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) ->
     except TooMuchMemory as error:
         fitting = budget.periods * error.available / error.needed
         taken = f"{budget.periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
-        instead = f"some {fitting:.1g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
+        size = 10.0 ** math.floor(math.log10(fitting))
+        instead = f"some {math.floor(fitting / size) * size:g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
         instead += "; is a damping or a stiffness far too large?" if error.said != "are free" else ""
         raise ArgumentError(
             "periods", f"{taken}, {in_words(error.available)} {error.said}; ask for {instead}"
