@@ -125,14 +125,14 @@ class Instant:
     """
 
     def __init__(self, equations: Equations):
-        graph, channels = equations.graph, equations.integral_names[:-1]
+        graph = equations.graph
         self._known = {
             "time": graph.node("time"),
             "side": graph.node("side"),
             **{f"side_{1 + i}": graph.node("side", i) for i in range(1, len(equations.contacts))},
             **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
             **equations.observables,
-            **{f"{name}_power": equations.integrals[i] for i, name in enumerate(channels)},
+            **{f"{name}_power": power for name, power in zip(equations.channels, equations.powers, strict=True)},
             "drive_rate": rate_of(equations.observables["drive"], equations.rates),
         }
         self._parameters = {path: graph.node("parameter", i) for i, path in enumerate(equations.parameter_paths)}

@@ -39,16 +39,16 @@ def undefined_measures(system: System) -> frozenset[str]:
 
     A study over kinds of parts may ask for them all the same, for what another kind has.
     """
-    kind = system.friction.kind
     nothing = {
-        "stick_fraction": kind != "set-valued",
-        "stick_phases": kind != "set-valued",
-        "mode_sequence": kind == "smooth",
         "symmetric": not (system.mirrored and equations(system).timed),
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
         **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
     }
+    for i, law in enumerate(system.laws, 1):
+        share, phases, sequence = _sticking(i)
+        nothing |= {share.name: law.kind != "set-valued", phases.name: law.kind != "set-valued"}
+        nothing[sequence.name] = law.kind == "smooth"
     return frozenset(name for name, undefined in nothing.items() if undefined)
 
 
@@ -70,8 +70,8 @@ def _standard_measures(
     surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
-    further = range(2, 1 + max(len(kind.contact_states) for kind in kinds))
-    channels |= dict.fromkeys(numbered("contact_sliding", number) for number in further)
+    each_contact = range(1, 1 + max(len(kind.contact_states) for kind in kinds))
+    channels |= dict.fromkeys(numbered("contact_sliding", number) for number in each_contact[1:])
     if system is not None:
         channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
@@ -80,17 +80,17 @@ def _standard_measures(
     found = [
         *TRAVEL,
         *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
-        *STICKING,
-        *(_stick_fraction(i) for i in further if system is None or _has_side(system, i)),
+        *(measure for i in each_contact for measure in _sticking(i)),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         _cost_of_transport(source),
-        *FRICTION,
+        *(measure for i in each_contact for measure in _friction(i)),
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(measure for state in states for measure in _extremes(state, units[state])),
         *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
-        *(REACTION if system is None or "reaction" in equations(system).observables else ()),
+        *(measure for i in each_contact if _has_reaction(system, i) for measure in _reaction(i)),
+        *([_HIDDEN_LIFT_OFF] if _has_reaction(system, 1) else ()),
     ]
     return {measure.name: measure for measure in found}
 
@@ -109,7 +109,7 @@ def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping
     if number < 2:
         return {}
     works = (_work(numbered(channel, number)) for channel in CONTACT_CHANNELS)
-    found = [_stick_fraction(number), *works]
+    found = [*_sticking(number), *_friction(number), *_reaction(number), *works]
     for law in contacts:
         for name in (name for name in law.internal if name not in law.switched):
             unit = quantity_unit(name, law.state_units) or "1"
@@ -134,49 +134,42 @@ def _winding(state: str) -> Measure:
     return Measure(f"winding_{state}", meaning, Standard(winding))
 
 
-def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
-    """NaN with a law that cannot stick, see `sticking.stick_phases`."""
-    return values if runs.system.friction.kind == "set-valued" else runs.nowhere
-
-
-def _mode_sequences(runs: Gathered) -> np.ndarray:
-    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.mode_sequences
-
-
-STICKING = (
-    Measure(
-        "stick_fraction",
-        "share of the window in which the contact sticks (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_MODES),
-    ),
-    Measure(
-        "stick_phases",
-        "number of rests in the window, parts of rests included (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_MODES),
-    ),
-    Measure(
-        "mode_sequence",
-        "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
-        Standard(_mode_sequences, codes.ASK_MODES, text=True),
-    ),
-)
-
-
-def _has_side(system: System, number: int) -> bool:
-    """Whether a system has a further contact of this number, whose side is known."""
-    return number <= len(system.laws) and system.contact_kinds[number - 1] != "smooth"
+def _of_contact(number: int) -> str:
+    """Which contact, in the meaning of a measure; the first is that of most machines."""
+    return "the contact" if number == 1 else f"contact {number}"
 
 
 @functools.cache  # one and the same, by whichever table it is found
-def _stick_fraction(number: int) -> Measure:
-    """Of a further contact."""
+def _sticking(number: int) -> tuple[Measure, Measure, Measure]:
+    """How a contact sticks."""
+    contact, which = number - 1, _of_contact(number)
 
-    def resting(now):
-        side = getattr(now, numbered("side", number))
-        return 1.0 - side * side
+    def kind(runs: Gathered) -> str | None:
+        laws = runs.system.laws
+        return laws[contact].kind if contact < len(laws) else None
 
-    return Measure.mean(
-        numbered("stick_fraction", number), f"share of the window in which contact {number} sticks", resting
+    def counted(name: str, runs: Gathered) -> np.ndarray:
+        return runs.results.entry(name, contact) if kind(runs) == "set-valued" else runs.nowhere
+
+    def sequences(runs: Gathered) -> np.ndarray:
+        return np.full(len(runs.results), "") if kind(runs) in (None, "smooth") else runs.mode_sequences(contact)
+
+    return (
+        Measure(
+            numbered("stick_fraction", number),
+            f"share of the window in which {which} sticks (NaN: the law cannot stick)",
+            Standard(lambda runs: counted("STICK_TIME", runs) / runs.time, codes.ASK_MODES),
+        ),
+        Measure(
+            numbered("stick_phases", number),
+            f"number of rests of {which} in the window, parts of rests included (NaN: the law cannot stick)",
+            Standard(lambda runs: counted("STICK_PHASES", runs), codes.ASK_MODES),
+        ),
+        Measure(
+            numbered("mode_sequence", number),
+            f"mode sequence of {which} in the last period: F forward, S stuck, B back (empty: the law is smooth)",
+            Standard(sequences, codes.ASK_MODES, text=True),
+        ),
     )
 
 
@@ -260,36 +253,44 @@ def _cost_of_transport(source: str) -> Measure:
     )
 
 
-def _area(runs: Gathered, after_channels: int) -> np.ndarray:
-    return runs.results.entry("INTEGRAL", len(runs.system.channels) + after_channels) / runs.periods
+@functools.cache
+def _friction(number: int) -> tuple[Measure, ...]:
+    """Of the friction at a contact."""
+    contact, which = number - 1, "" if number == 1 else f" at contact {number}"
 
+    def entry(name: str, runs: Gathered) -> np.ndarray:
+        return runs.results.entry(name, contact) if contact < len(runs.system.laws) else runs.nowhere
 
-FRICTION = (
-    Measure(
-        "peak_friction",
-        "largest friction force |R| in the window",
-        Standard(lambda runs: runs.results.entry("PEAK"), codes.ASK_PEAK),
-        si_unit="N",
-    ),
-    Measure(
-        "mean_friction",
-        "mean of the friction force |R| over the window",
-        Standard(lambda runs: runs.results.entry("MAGNITUDE") / runs.time, codes.ASK_MAGNITUDE),
-        si_unit="N",
-    ),
-    Measure(
-        "velocity_loop_area",
-        "area of the loop of friction against velocity per drive period, positive clockwise",
-        Standard(lambda runs: _area(runs, 2), codes.ASK_INTEGRALS),
-        si_unit="N m/s",
-    ),
-    Measure(
-        "displacement_loop_area",
-        "work against friction per drive period, the area of the loop of friction against displacement",
-        Standard(lambda runs: _area(runs, 1), codes.ASK_INTEGRALS),
-        si_unit="J",
-    ),
-)
+    def area(of_contact: int, runs: Gathered) -> np.ndarray:
+        place = len(runs.system.channels) + contact * codes.FUNCTIONS_PER_CONTACT + of_contact
+        return runs.results.entry("INTEGRAL", place) / runs.periods if contact < len(runs.system.laws) else runs.nowhere
+
+    return (
+        Measure(
+            numbered("peak_friction", number),
+            f"largest friction force |R|{which} in the window",
+            Standard(lambda runs: entry("PEAK", runs), codes.ASK_PEAK),
+            si_unit="N",
+        ),
+        Measure(
+            numbered("mean_friction", number),
+            f"mean of the friction force |R|{which} over the window",
+            Standard(lambda runs: entry("MAGNITUDE", runs) / runs.time, codes.ASK_MAGNITUDE),
+            si_unit="N",
+        ),
+        Measure(
+            numbered("velocity_loop_area", number),
+            f"area of the loop of friction against velocity{which} per drive period, positive clockwise",
+            Standard(lambda runs: area(2, runs), codes.ASK_INTEGRALS),
+            si_unit="N m/s",
+        ),
+        Measure(
+            numbered("displacement_loop_area", number),
+            f"work against friction{which} per drive period, the area of the loop of friction against displacement",
+            Standard(lambda runs: area(1, runs), codes.ASK_INTEGRALS),
+            si_unit="J",
+        ),
+    )
 
 
 @functools.cache
@@ -355,25 +356,47 @@ ACTUATOR_POWER = (
     ),
 )
 
-REACTION = (
-    Measure.mean(
-        "mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction, si_unit="N"
-    ),
-    Measure.least(
-        "least_reaction",
-        "least normal reaction of the ground in the window; below 0 the machine would have lifted off",
-        lambda now: now.reaction,
-        si_unit="N",
-    ),
-    Measure(
-        LOAD_WATCH,
-        "1: under its constant load the machine would have lifted off in the window, 0: it would not (NaN: the load "
-        "follows the motion)",
-        Standard(lambda runs: runs.results.lifted),
-    ),
-    Measure.largest(
-        "largest_reaction", "largest normal reaction of the ground in the window", lambda now: now.reaction, si_unit="N"
-    ),
+
+def _has_reaction(system: System | None, number: int) -> bool:
+    """Whether the normal reaction of the ground at a contact is known; of no system: of machines with one contact."""
+    return number == 1 if system is None else numbered("reaction", number) in equations(system).observables
+
+
+@functools.cache
+def _reaction(number: int) -> tuple[Measure, ...]:
+    """Of the normal reaction of the ground at a contact."""
+    which = "" if number == 1 else f" at contact {number}"
+
+    def reaction(now):
+        return getattr(now, numbered("reaction", number))
+
+    return (
+        Measure.mean(
+            numbered("mean_reaction", number),
+            f"mean normal reaction of the ground{which} over the window",
+            reaction,
+            si_unit="N",
+        ),
+        Measure.least(
+            numbered("least_reaction", number),
+            f"least normal reaction of the ground{which} in the window; below 0 the machine would have lifted off",
+            reaction,
+            si_unit="N",
+        ),
+        Measure.largest(
+            numbered("largest_reaction", number),
+            f"largest normal reaction of the ground{which} in the window",
+            reaction,
+            si_unit="N",
+        ),
+    )
+
+
+_HIDDEN_LIFT_OFF = Measure(
+    LOAD_WATCH,
+    "1: under its constant load the machine would have lifted off in the window, 0: it would not (NaN: the load "
+    "follows the motion)",
+    Standard(lambda runs: runs.results.lifted),
 )
 
 

@@ -42,15 +42,17 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     index = np.repeat(np.arange(len(motion.piece_start)), POINTS)
     s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
     energy, contact_energy, momentum = motion.piece_observables(("energy", "contact_energy", "momentum"), index, s)
-    marks, outer = motion.piece_marks, _outer_impulse(motion)  # at the start of every piece and at the end
+    # At the start of every piece and at the end.
+    works, impulses = np.split(motion.piece_marks, [len(recording.channels)])
+    outer = _outer_impulse(motion)
     stored = _at_marks(energy + contact_energy)
-    balance = stored - stored[0] - marks[:-1].sum(axis=0)
+    balance = stored - stored[0] - works.sum(axis=0)
     if any(law.switched for law in motion.system.laws):
         # Energy that was stored in the contact is lost where a piece begins unloaded.
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
         taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
         balance[1:] -= np.cumsum(np.append(after - before - taken, 0.0))
-    impulse = _at_marks(momentum) - momentum[0] + marks[-1] - outer
+    impulse = _at_marks(momentum) - momentum[0] + impulses.sum(axis=0) - outer
     if motion.system.machine.strikes_ground:
         impulse[1:] -= np.cumsum(np.append(motion.piece_blows, 0.0))
     seen = [_contact_evidence(motion, number, index, s) for number in range(1, 1 + motion.piece_sides.shape[1])]
@@ -88,8 +90,8 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         judge("least_velocity", -least, slack, f"the velocity passes rest by {-least:.1e} without an event")
     errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
     for field, value, observables, flows, check in (
-        ("energy_residual", energy_residual, ("energy", "contact_energy"), marks[:-1], _energy_contradiction),
-        ("momentum_residual", momentum_residual, ("momentum",), (marks[-1], outer), _momentum_contradiction),
+        ("energy_residual", energy_residual, ("energy", "contact_energy"), works, _energy_contradiction),
+        ("momentum_residual", momentum_residual, ("momentum",), (*impulses, outer), _momentum_contradiction),
     ):
         bound = errors * tolerance * _natural_size(motion, recording, scales, *observables) + _rounding_of_sums(flows)
         text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
@@ -282,9 +284,9 @@ def _unbalanced(field: str, value: float, bound: float, contradiction: str, tole
 def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
     known, machine, contact = recording.observables, [], []
-    for name, power in zip(motion.system.channels, recording.integrals, strict=False):  # the last is the impulse
+    for name, power in zip(recording.channels, recording.powers, strict=True):
         (contact if name_and_number(name)[0] in CONTACT_CHANNELS else machine).append(power)
-    taken = [known[v.replace("contact_velocity", "friction")] * known[v] for v in velocity_names(recording)]
+    taken = [each.friction * each.velocity for each in recording.contacts]
     found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
@@ -298,7 +300,8 @@ def _momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
     known = recording.observables
     outer = [known["outer_force"]] if "outer_force" in known else []
-    found = _contradiction(motion, recording, known["momentum"], [*outer, -known["friction"]])
+    taken = [-each.friction for each in recording.contacts]
+    found = _contradiction(motion, recording, known["momentum"], [*outer, *taken])
     return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.evidence import certificate
-from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, integrals, parameter_values
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, Recorded, codes, recorded_run, series_order
@@ -119,7 +119,7 @@ def _ways(velocity: float, kind: str) -> tuple[int, ...]:
 def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:
     """(least load, number of its contact) in some modes of the contacts; 0 where it does not follow from the forces."""
     flow = system.flow(time, y, sides)
-    if sides[0] and not flow.bounds[0] > 0.0:
+    if any(side and not each.clear > 0.0 for side, each in zip(sides, flow.contacts, strict=True)):
         return 0.0, 1
     return min((flow.reaction(i), i + 1) for i in range(len(sides)))
 
@@ -203,8 +203,7 @@ class Observer:
     def known(self) -> dict[str, Expression]:
         """What can be asked for, by name."""
         recording = equations(self.system)
-        names = (*(f"{name}_work" for name in self.system.channels), "impulse")
-        return recording.observables | dict(zip(names, recording.integrals, strict=True))
+        return recording.observables | integrals(recording)
 
     def __call__(
         self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, sides: tuple, drive: tuple
@@ -332,7 +331,7 @@ def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajec
         period=period,
         run_status=STATUSES[recorded.status],
         state_names=system.state_names,
-        integral_names=(*(f"{name}_work" for name in system.channels), "impulse"),
+        integral_names=tuple(integrals(recording)),
         piece_start=origin + (begun[:, 0] * period + begun[:, 1]),
         piece_length=recorded.piece_lengths,
         piece_sides=recorded.piece_sides,

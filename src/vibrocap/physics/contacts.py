@@ -96,7 +96,8 @@ class ContactForce:
 
     tangential: the force at the machine, friction less the push from outside; friction: R itself
     held: R that would hold it; middle, limit: of what it can hold, and how far that reaches; None: it cannot rest
-    normal: its load over the one that its law is given; alone: (what the machine takes where it rests, its load then)
+    normal: its load over the one that its law is given; clear: positive while one force holds as it slides
+    alone: (what the machine takes where it rests, its load then)
     of a contact that is solved by itself once all others are, the load None where it is given
     """
 
@@ -108,6 +109,7 @@ class ContactForce:
     limit: Any
     normal: Any
     alone: tuple[Any, Any] = (None, None)
+    clear: Any = 1.0
 
     @property
     def sliding(self) -> Any:
@@ -177,7 +179,7 @@ class Contacts:
 
     def _alone(self, each: RubbingContact, held: Any, reaction: Sequence[Any] | None) -> ContactForce:
         """What acts at a contact, given what the machine takes where it rests, and (b, n, s) of b N = n + s f."""
-        force, middle, limit, normal, at_rest = each.force, None, None, 1.0, None
+        force, middle, limit, normal, at_rest, clear = each.force, None, None, 1.0, None, 1.0
         if each.sticks:
             middle, limit = each.middle, each.limit
         if self.follows_load:
@@ -203,7 +205,7 @@ class Contacts:
         if each.sticks:
             friction = hold + each.slips * (friction - hold)
             tangential = held + each.slips * (tangential - held)  # exactly `held` at rest
-        return ContactForce(each, tangential, friction, hold, middle, limit, normal, (held, at_rest))
+        return ContactForce(each, tangential, friction, hold, middle, limit, normal, (held, at_rest), clear)
 
     # --- coupled: one elimination, the last contact left is then by itself ------------------------------------------
 

@@ -144,7 +144,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
     observables |= {name: reaction for name, reaction in reactions if reaction is not None}
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
-    if from_outside or len(flow.contacts) > 1:
+    if from_outside:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
@@ -155,10 +155,10 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     return Equations(
         graph=graph,
         state_names=system.state_names,
-        integral_names=(*system.channels, "impulse"),
+        channels=system.channels,
         parameter_paths=paths,
         rates=tuple(expression(rate) for rate in flow.rates),
-        integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
+        powers=tuple(expression(power) for power in flow.powers),
         scales=tuple(expression(scale) for scale in scales),
         contacts=contact_equations(system, flow, expression),
         rows=None if flow.rows is None else decision_rows(flow, expression),
@@ -183,6 +183,12 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
     )
+
+
+def integrals(recording: Equations) -> dict[str, Expression]:
+    """Rates of the quantities that a motion carries along, by name: works, then the impulse of friction by contact."""
+    works = {f"{name}_work": power for name, power in zip(recording.channels, recording.powers, strict=True)}
+    return works | {numbered("impulse", i): each.friction for i, each in enumerate(recording.contacts, 1)}
 
 
 def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
@@ -247,6 +253,7 @@ def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[Cont
             kind = "kinked"  # so that steps end where it passes rest
         found.append(
             ContactEquations(
+                friction=expression(each.friction),
                 velocity=velocity,
                 state=states.index(name),
                 kind=kind,

@@ -182,19 +182,20 @@ def integrands_source(
     """
     own = (*own_integrals, *own_extremes)
     writer = ScalarWriter(own[0].graph if own else equations.graph)
-    contact, friction = equations.contacts[0], writer.name(equations.integrals[-1])
-    values = [writer.name(power) for power in equations.integrals]
-    # The last one is added to the acceleration of the piece, times friction, see `accumulators.look`.
-    ahead = derivative(contact.velocity, -1)
-    for i, rate in enumerate(equations.rates):
-        ahead = ahead + (derivative(contact.velocity, i) * rate if i != contact.state else 0.0)
-    values += [f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
+    values = [writer.name(power) for power in equations.powers]
+    for contact in equations.contacts:
+        friction = writer.name(contact.friction)
+        # The last one is added to the acceleration of the piece, times friction, see `accumulators.look`.
+        ahead = derivative(contact.velocity, -1)
+        for i, rate in enumerate(equations.rates):
+            ahead = ahead + (derivative(contact.velocity, i) * rate if i != contact.state else 0.0)
+        values += [friction, f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
     values += [writer.name(function) for function in own]
     summed = len(values) - len(own_extremes)
     constants = {
         "INTEGRANDS": len(values),
         "SUMMED": summed,
-        "FRICTION": len(equations.integrals) - 1,
+        "FRICTION": len(equations.powers),
         "MIRROR": tuple(equations.symmetry),
     }
     lines = [f"{name} = {value!r}" for name, value in constants.items()]

@@ -5,6 +5,7 @@ from vibrocap.numerics.kernel.codes import MODE_PLACES
 
 def gathered_entries(
     states: int,
+    contacts: int,
     integrals: int,
     own_extremes: int,
     machine_switches: int = 0,
@@ -19,18 +20,18 @@ def gathered_entries(
     """
     return (
         ("INTEGRAL", integrals),
-        ("MAGNITUDE", 1),  # integral of |R|
-        ("PEAK", 1 + own_extremes),  # largest |R|, then own ones
+        ("MAGNITUDE", contacts),  # integral of |R|
+        ("PEAK", contacts + own_extremes),  # largest |R| of each contact, then own ones
         ("LARGEST", states),
         ("LEAST", states),
-        ("STICK_TIME", 1),
-        ("STICK_PHASES", 1),
-        ("PHASE_SIDE", 1),  # of the present phase of the window
-        ("PHASE_LENGTH", 1),
-        ("LETTER_SIDE", 1),  # of the present phase of the last period
-        ("LETTER_LENGTH", 1),
-        ("LETTER_COUNT", 1),
-        ("LETTERS", MODE_PLACES),
+        ("STICK_TIME", contacts),
+        ("STICK_PHASES", contacts),
+        ("PHASE_SIDE", contacts),  # of the present phase of the window
+        ("PHASE_LENGTH", contacts),
+        ("LETTER_SIDE", contacts),  # of the present phase of the last period
+        ("LETTER_LENGTH", contacts),
+        ("LETTER_COUNT", contacts),
+        ("LETTERS", contacts * MODE_PLACES),
         ("ASYMMETRY", 1),
         ("DEFECT", 1),  # evidence, see `observe/evidence.py`
         ("HOLD_SHARE", 1),

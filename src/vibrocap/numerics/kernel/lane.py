@@ -156,17 +156,17 @@ class Gathered:
     """Entries of `floats` over the window of a run, see `gathered_entries.py`."""
 
     integral: list[float]
-    magnitude: float
+    magnitude: list[float]  # [contacts]
     peak: list[float]
     largest: list[float]
     least: list[float]
-    stick_time: float
-    stick_phases: float
-    phase_side: float
-    phase_length: float
-    letter_side: float
-    letter_length: float
-    letter_count: float
+    stick_time: list[float]  # [contacts]
+    stick_phases: list[float]  # [contacts]
+    phase_side: list[float]  # [contacts]
+    phase_length: list[float]  # [contacts]
+    letter_side: list[float]  # [contacts]
+    letter_length: list[float]  # [contacts]
+    letter_count: list[float]  # [contacts]
     letters: list[float]
     asymmetry: float
     defect: float

@@ -44,10 +44,9 @@ def take_piece(floats, ints, trace, place):
     floats[TIME] = trace[place + 1]
     begin_drive(floats, ints, trace, 0, 0)
     floats[STEP] = trace[place + 2]
-    floats[SIDE] = trace[place + 3]
-    for c in range(1, CONTACTS):
+    for c in range(CONTACTS):
         floats[SIDE + c] = trace[place + PIECE_SIZE - CONTACTS + c]
-    ints[STIFF] = 1 if trace[place + 4] != 0.0 else 0
+    ints[STIFF] = 1 if trace[place + 3] != 0.0 else 0
     for i in range(STATES):
         floats[SERIES + i * (ORDER + 1)] = trace[place + PIECE_HEAD + i]
     out = place + PIECE_HEAD + STATES - 1
