@@ -199,23 +199,29 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
 
 def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:
     """(least normal reaction of the ground, what is to be said of it): a constant load does not notice a lift-off."""
-    if "reaction" not in motion.observable_names:
+    contacts = range(1, 1 + motion.piece_sides.shape[1])
+    names = {name: i for i in contacts if (name := numbered("reaction", i)) in motion.observable_names}
+    if not names:
         return None, ()
-    (reaction,) = motion.piece_observables(("reaction",), index, s)
-    if not np.all(np.isfinite(reaction)):
-        return None, ("the normal load is beyond all numbers: nothing is known of it",)
-    pieces, least = _least_of_pieces(motion, reaction.reshape(-1, POINTS))
-    if np.min(least) >= 0.0 or motion.system.machine.follows_load:
-        return float(np.min(least)), ()
-    time, least = motion.piece_start[pieces[np.argmax(least < 0.0)]], float(np.min(least))
-    return least, (
-        f"the true normal load would be negative, first about time {time:.4g}, down to {least:.4g}: the machine would "
-        f'lift off, which a constant load hides; use normal_load = "dynamic"',
-    )
+    found, warnings = [], []
+    for (name, number), reaction in zip(names.items(), motion.piece_observables(tuple(names), index, s), strict=True):
+        where = f" on contact {number}" if len(contacts) > 1 else ""
+        if not np.all(np.isfinite(reaction)):
+            warnings.append(f"the normal load{where} is beyond all numbers: nothing is known of it")
+            continue
+        pieces, least = _least_of_pieces(motion, name, reaction.reshape(-1, POINTS))
+        found.append(float(np.min(least)))
+        if found[-1] < 0.0 and not motion.system.machine.follows_load:
+            time = motion.piece_start[pieces[np.argmax(least < 0.0)]]
+            warnings.append(
+                f"the true normal load{where} would be negative, first about time {time:.4g}, down to {found[-1]:.4g}: "
+                f'the machine would lift off, which a constant load hides; use normal_load = "dynamic"'
+            )
+    return min(found, default=None), tuple(warnings)
 
 
-def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(pieces in which the reaction may be least or below zero, its least value in each).
+def _least_of_pieces(motion: Trajectory, name: str, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(pieces in which a reaction may be least or below zero, its least value in each).
 
     seen: at the points of every piece; between them it is looked at again and again, four times closer each time
     """
@@ -226,7 +232,7 @@ def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> tuple[np.ndarray, 
         width = 4.0**-zoom
         around = np.clip(middle[:, None] + np.linspace(-0.5, 0.5, POINTS) * width, 0.0, 1.0)
         s = around * motion.piece_length[pieces][:, None]
-        (values,) = motion.piece_observables(("reaction",), np.repeat(pieces, POINTS), s.ravel())
+        (values,) = motion.piece_observables((name,), np.repeat(pieces, POINTS), s.ravel())
         values = values.reshape(-1, POINTS)
         least, middle = np.minimum(least, values.min(axis=1)), around[np.arange(len(pieces)), values.argmin(axis=1)]
     return pieces, least

@@ -95,10 +95,12 @@ class ContactForce:
     """What acts at one contact.
 
     tangential: the force at the machine, friction less the push from outside; friction: R itself
-    held: R that would hold it; middle, limit: of what it can hold, and how far that reaches; None: it cannot rest
+    held: R that would hold it in the present modes of all others
+    middle, limit: of what it could hold then, and how far that reaches; None: it cannot rest
+    resting: the same three as they are solved where it does rest
     normal: its load over the one that its law is given; clear: positive while one force holds as it slides
-    alone: (what the machine takes where it rests, its load then)
-    of a contact that is solved by itself once all others are, the load None where it is given
+    alone: (what the machine takes where it rests, its load then) of a contact that is solved by itself once all others
+    are, the load None where it is given
     """
 
     contact: RubbingContact
@@ -107,6 +109,7 @@ class ContactForce:
     held: Any
     middle: Any
     limit: Any
+    resting: tuple[Any, Any, Any]
     normal: Any
     alone: tuple[Any, Any] = (None, None)
     clear: Any = 1.0
@@ -118,8 +121,9 @@ class ContactForce:
 
     @property
     def hold(self) -> Any:
-        """R that would hold it, over the middle of what it can hold; None: it cannot rest."""
-        return None if self.limit is None else self.held - self.middle
+        """R where it rests, over the middle of what it can hold; None: it cannot rest."""
+        held, middle, limit = self.resting
+        return None if limit is None else held - middle
 
     @property
     def losses(self) -> tuple:
@@ -205,32 +209,13 @@ class Contacts:
         if each.sticks:
             friction = hold + each.slips * (friction - hold)
             tangential = held + each.slips * (tangential - held)  # exactly `held` at rest
-        return ContactForce(each, tangential, friction, hold, middle, limit, normal, (held, at_rest), clear)
+        return ContactForce(each, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear)
 
     # --- coupled: one elimination, the last contact left is then by itself ------------------------------------------
 
     def _solved(self) -> tuple[ContactForce, ...]:
-        """All forces: those at the others are alpha - beta f, f that at the contact which is left."""
-        rows, right, by_last = [], [], []
-        for j, each in enumerate(self.others, start=1):
-            slips, rests = each.slips, 1.0 - each.slips
-            raised = self.load_response[j] if self.mean_loads else ()
-            slide_to = each.force * self.mean_loads[j] if raised else each.force
-            row = []
-            for k in range(1, len(self.all)):
-                slide = 1.0 if k == j else 0.0
-                slide = slide + each.force * raised[k] if raised else slide
-                row.append(rests * each.given.response[k] + slips * slide)
-            rows.append(row)
-            right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
-            pressed = slips * (each.force * raised[0]) if raised else 0.0
-            by_last.append(rests * each.given.response[0] + pressed)
-        (alpha, beta), quotients = eliminated(rows, [right, by_last])
-        held: Any = 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
-        if self.others or self.all[0].sticks:
-            own, *others = self.given[0].response
-            held = self.given[0].acceleration - sum(a * r for a, r in zip(others, alpha, strict=True))
-            held = held / (own - sum(a * r for a, r in zip(others, beta, strict=True)))
+        """All forces: all but one contact are eliminated, which is then by itself."""
+        held, alpha, beta, quotients = self._left(0)
         self.quotients = (*quotients, held)
         reaction = None
         if self.mean_loads:
@@ -243,18 +228,60 @@ class Contacts:
         for each, force, j in zip(self.others, forces[1:], range(1, len(self.all)), strict=True):
             normal: Any = 1.0
             if self.mean_loads:
-                normal = self.mean_loads[j] - sum(c * r for c, r in zip(self.load_response[j], forces, strict=True))
-            push, middle, limit = each.push, None, None
+                normal = self._load(j, forces)
+            held, at_rest = self._by_itself(j)
+            push, reach, resting = each.push, (None, None), (None, None)
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-                middle, limit = each.middle * normal, each.limit * normal
-            held = force + each.push_at_rest
-            found.append(ContactForce(each, force, force + push, held, middle, limit, normal))
+                reach, resting = ((each.middle * load, each.limit * load) for load in (at_rest, normal))
+            would, is_held = held + each.push_at_rest, force + each.push_at_rest
+            found.append(ContactForce(each, force, force + push, would, *reach, (is_held, *resting), normal))
         if self.mean_loads and self.others:
             # A contact among others: what is a paradox alone leaves them without one answer.
             more, kinds = self._modes([each.normal for each in found[1:]])
             self.bounds, self.bound_kinds = (*self.bounds, *more), (_AMBIGUOUS, *self.bound_kinds[1:], *kinds)
         return tuple(found)
+
+    def _by_itself(self, at: int) -> tuple[Any, Any]:
+        """(what the machine takes of a contact that would rest, its load then over the one that its law is given)."""
+        held, alpha, beta, _ = self._left(at)
+        if not self.mean_loads:
+            return held, 1.0
+        forces = [a - b * held for a, b in zip(alpha, beta, strict=True)]
+        forces.insert(at, held)
+        return held, self._load(at, forces)
+
+    def _load(self, at: int, forces: Sequence[Any]) -> Any:
+        """The load of a contact under all forces."""
+        return self.mean_loads[at] - sum(c * r for c, r in zip(self.load_response[at], forces, strict=True))
+
+    def _left(self, at: int) -> tuple[Any, list, list, list]:
+        """(what the machine takes of a contact that would rest; alpha, beta; quotients): the forces at all others are
+        alpha - beta f, f that at this one.
+        """
+        rows, right, by_this = [], [], []
+        others = [k for k in range(len(self.all)) if k != at]
+        for j in others:
+            each = self.all[j]
+            slips, rests = each.slips, 1.0 - each.slips
+            raised = self.load_response[j] if self.mean_loads else ()
+            slide_to = each.force * self.mean_loads[j] if raised else each.force
+            row = []
+            for k in others:
+                slide = 1.0 if k == j else 0.0
+                slide = slide + each.force * raised[k] if raised else slide
+                row.append(rests * each.given.response[k] + slips * slide)
+            rows.append(row)
+            right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
+            pressed = slips * (each.force * raised[at]) if raised else 0.0
+            by_this.append(rests * each.given.response[at] + pressed)
+        (alpha, beta), quotients = eliminated(rows, [right, by_this])
+        held: Any = 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
+        if others or self.all[at].sticks:
+            response = self.given[at].response
+            held = self.given[at].acceleration - sum(response[k] * r for k, r in zip(others, alpha, strict=True))
+            held = held / (response[at] - sum(response[k] * r for k, r in zip(others, beta, strict=True)))
+        return held, alpha, beta, quotients
 
     # --- distances: all that rest hold one force -------------------------------------------------------------------
 

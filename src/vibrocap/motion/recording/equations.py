@@ -258,7 +258,7 @@ def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[Cont
                 state=states.index(name),
                 kind=kind,
                 hold=None if each.hold is None else expression(each.hold),
-                limit=None if each.limit is None else expression(each.limit),
+                limit=None if each.limit is None else expression(each.resting[-1]),
                 internal=tuple(internal),
                 after_reversal=tuple(map(expression, flow.after_reversal[i])),
             )
