@@ -62,7 +62,7 @@ def largest_error(system, draw, mode):
         for i in contact.internal:
             state[i] *= 0.01
     roots = [recorded.graph.node("state", i) for i in range(len(state))]
-    roots += [recorded.contacts[0].friction, *([] if recorded.true_load is None else [recorded.true_load])]
+    roots += [recorded.contacts[0].friction, *recorded.true_loads.values()]
     rest = [each for each, side in zip(recorded.contacts, mode, strict=True) if side == 0]
     roots += [value for each in rest for value in (each.hold, each.limit)]
     at = state, parameter_values(system), mode

@@ -90,7 +90,7 @@ def _standard_measures(
         *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(measure for i in each_contact if _has_reaction(system, i) for measure in _reaction(i)),
-        *([_HIDDEN_LIFT_OFF] if _has_reaction(system, 1) else ()),
+        *([_HIDDEN_LIFT_OFF] if any(_has_reaction(system, i) for i in each_contact) else ()),
     ]
     return {measure.name: measure for measure in found}
 

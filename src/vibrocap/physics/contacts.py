@@ -209,7 +209,9 @@ class Contacts:
         if each.sticks:
             friction = hold + each.slips * (friction - hold)
             tangential = held + each.slips * (tangential - held)  # exactly `held` at rest
-        return ContactForce(each, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear)
+        return ContactForce(
+            each, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear
+        )
 
     # --- coupled: one elimination, the last contact left is then by itself ------------------------------------------
 

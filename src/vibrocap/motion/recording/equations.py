@@ -141,8 +141,9 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     }
     for number in range(2, 1 + len(flow.contacts)):
         observables |= _contact_observables(flow, number)
-    reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
-    observables |= {name: reaction for name, reaction in reactions if reaction is not None}
+    forces = {numbered("reaction", i + 1): flow.reaction(i) for i in range(len(flow.contacts))}
+    reactions = {name: reaction for name, reaction in forces.items() if reaction is not None}
+    observables |= reactions
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
     if from_outside:
         observables["outer_force"] = flow.outer_force
@@ -181,7 +182,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         base=len(flow.rates),
         mechanics=told_mechanics(recorded, graph, mechanical, flow, sides),
         corners=corners,
-        true_load=None if flow.loads else expressed.get("reaction"),
+        true_loads={} if system.machine.follows_load else {name: expressed[name] for name in reactions},
     )
 
 

@@ -78,7 +78,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= slow_constants(layout)
-    constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
+    constants |= {"WATCHED": layout.watched, "LIFTED": constants.get("LIFTED", -1)}
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     functions = [
         jet_source(equations, layout, loop),
@@ -101,20 +101,29 @@ def jumps(equations: Equations, layout: Layout) -> bool:
 
 
 def rates_source(equations: Equations) -> str:
-    """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
-    graph, velocities = equations.graph, []
+    """`rates`, `contact_velocity`, `shifts` and, of loads that are watched, `reaction` of one lane."""
+    graph = equations.graph
     found = [stored_source("rates", graph, equations.rates)]
-    if equations.true_load is not None:
-        found.append(returned_source("reaction(floats, t, point, side, lane)", graph, equations.true_load))
-    for i, each in reversed(list(enumerate(equations.contacts))):
-        writer = ScalarWriter(graph)
-        result = writer.name(each.velocity)
-        lines = [*writer.lines, f"return {result}"]
-        velocities += [f"if contact == {i}:", *indented(lines)] if i else lines
-    found.append(function_source("contact_velocity(floats, t, point, contact, lane)", velocities))
+    if equations.true_loads:
+        found.append(
+            _one_of("reaction(floats, t, point, side, which, lane)", "which", tuple(equations.true_loads.values()))
+        )
+    velocities = [each.velocity for each in equations.contacts]
+    found.append(_one_of("contact_velocity(floats, t, point, contact, lane)", "contact", velocities))
     slopes = [(shift, derivative(shift, -1)) for shift in equations.shifts]
     values = [value for shift, slope in slopes for value in (shift, slope, derivative(slope, -1))]
     return "\n".join([*found, stored_source("shifts", graph, values, "lane")])
+
+
+def _one_of(head: str, number: str, values: Sequence[Expression]) -> str:
+    """The source of a function of one lane that returns the value of a number."""
+    lines = []
+    for i, value in reversed(list(enumerate(values))):
+        writer = ScalarWriter(value.graph)
+        result = writer.name(value)
+        own = [*writer.lines, f"return {result}"]
+        lines += [f"if {number} == {i}:", *indented(own)] if i else own
+    return function_source(head, lines)
 
 
 def holding_source(equations: Equations, name: str = "holding", before: Sequence[Expression] = ()) -> str:

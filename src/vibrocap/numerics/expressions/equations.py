@@ -170,7 +170,8 @@ class Equations:
     mechanics: Mechanics | None  # the equations of motion before they are solved, where they are told
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
     corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
-    true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
+    # what the ground would have to give, of loads that are held constant: by the name of the observable
+    true_loads: dict[str, Expression] = dataclasses.field(default_factory=dict)
 
     @property
     def timed(self) -> bool:

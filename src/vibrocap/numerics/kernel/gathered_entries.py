@@ -9,13 +9,13 @@ def gathered_entries(
     integrals: int,
     own_extremes: int,
     machine_switches: int = 0,
-    watched: bool = False,
+    watched: int = 0,
     returns: bool = False,
 ) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
     integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
-    machine_switches: guards of the machine; watched: whether the true load is looked at, of one that is held constant
+    machine_switches: guards of the machine; watched: true loads that are looked at, of those that are held constant
     returns: whether these tell that a motion has settled
     """
     return (
@@ -37,7 +37,7 @@ def gathered_entries(
         ("HOLD_SHARE", 1),
         ("LEAST_VELOCITY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
-        *((("LIFTED", 1),) if watched else ()),  # 1 once the true load has been below zero
+        *((("LIFTED", watched),) if watched else ()),  # 1 once a true load has been below zero
         # returns of the whole run; length of the window of a cycle, 0: of none; time from which on it was settled
         *((("RETURNS", 1), ("CYCLE_TIME", 1), ("SETTLED_TIME", 1)) if returns else ()),
     )

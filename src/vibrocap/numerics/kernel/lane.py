@@ -173,7 +173,7 @@ class Gathered:
     hold_share: float
     least_velocity: float
     occurred: list[float]
-    lifted: float
+    lifted: list[float]  # [loads]
     returns: float
     cycle_time: float
     settled_time: float

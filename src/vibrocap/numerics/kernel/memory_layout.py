@@ -58,9 +58,9 @@ class Layout(Traits):
         return sum(size for _, size in self.gathered)
 
     @property
-    def watched(self) -> bool:
-        """Whether the true load is looked at, of one that is held constant."""
-        return ("LIFTED", 1) in self.gathered
+    def watched(self) -> int:
+        """True loads that are looked at, of those that are held constant."""
+        return dict(self.gathered).get("LIFTED", 0)
 
     @property
     def returns(self) -> bool:
@@ -122,7 +122,7 @@ class Layout(Traits):
 
     @property
     def series_rows(self) -> int:
-        """States; a row of the event search; guards; contacts; the true load where it is watched."""
+        """States; a row of the event search; guards; contacts; true loads that are watched."""
         return self.states + 1 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
 
     @property

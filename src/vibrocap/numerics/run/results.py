@@ -62,8 +62,8 @@ class RunResults:
 
     @property
     def lifted(self) -> np.ndarray:
-        """1 where the true load falls below zero in the window, 0 where it does not; NaN where it is not looked at."""
-        return self.entry("LIFTED") if self.layout.watched else np.full(len(self), np.nan)
+        """1 where a true load falls below zero in the window, 0 where none does; NaN where none is looked at."""
+        return self.entries("LIFTED").max(axis=1) if self.layout.watched else np.full(len(self), np.nan)
 
     def entries(self, name: str) -> np.ndarray:
         """[runs, numbers] of an entry of what was gathered over the window, see `kernel/gathered_entries.py`."""

@@ -41,7 +41,7 @@ def with_integrals(equations: Equations) -> Equations:
         contacts=_changed(equations, longer),
         after_switch=tuple(map(longer, equations.after_switch)),
         base=n + len(powers),
-        true_load=None,  # nothing is measured
+        true_loads={},  # nothing is measured
     )
 
 

@@ -83,8 +83,8 @@ def holding(floats, t, point, side, lane, out):
     raise NotImplementedError
 
 
-def reaction(floats, t, point, side, lane):
-    """The true load of the contact at the state floats[point:point + STATES]; where it is watched."""
+def reaction(floats, t, point, side, which, lane):
+    """One of the true loads that are watched, at the state floats[point:point + STATES]."""
     raise NotImplementedError
 
 
