@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.measures.contact_measures import friction_measures, reaction_measures, sticking_measures
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.recorded.response import MIRROR_SHARE
@@ -21,6 +22,8 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
+
+STANDING_CHANNELS = CONTACT_CHANNELS[:2]  # of every system
 
 
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
@@ -46,7 +49,7 @@ def undefined_measures(system: System) -> frozenset[str]:
         **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
     }
     for i, law in enumerate(system.laws, 1):
-        share, phases, sequence = _sticking(i)
+        share, phases, sequence = sticking_measures(i)
         nothing |= {share.name: law.kind != "set-valued", phases.name: law.kind != "set-valued"}
         nothing[sequence.name] = law.kind == "smooth"
     return frozenset(name for name, undefined in nothing.items() if undefined)
@@ -73,23 +76,23 @@ def _standard_measures(
     each_contact = range(1, 1 + max(len(kind.contact_states) for kind in kinds))
     channels |= dict.fromkeys(numbered("contact_sliding", number) for number in each_contact[1:])
     if system is not None:
-        channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
+        channels = dict.fromkeys(name for name in system.channels if name not in STANDING_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     source = "drive" if system is None or system.controller is None else "controller"  # of the power
     found = [
         *TRAVEL,
         *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
-        *(measure for i in each_contact for measure in _sticking(i)),
+        *(measure for i in each_contact for measure in sticking_measures(i)),
         *RESPONSE,
-        *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
+        *(_work(channel) for channel in (*channels, *STANDING_CHANNELS)),
         _cost_of_transport(source),
-        *(measure for i in each_contact for measure in _friction(i)),
+        *(measure for i in each_contact for measure in friction_measures(i)),
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(measure for state in states for measure in _extremes(state, units[state])),
         *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
-        *(measure for i in each_contact if _has_reaction(system, i) for measure in _reaction(i)),
+        *(measure for i in each_contact if _has_reaction(system, i) for measure in reaction_measures(i)),
         *([_HIDDEN_LIFT_OFF] if any(_has_reaction(system, i) for i in each_contact) else ()),
     ]
     return {measure.name: measure for measure in found}
@@ -109,7 +112,7 @@ def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping
     if number < 2:
         return {}
     works = (_work(numbered(channel, number)) for channel in CONTACT_CHANNELS)
-    found = [*_sticking(number), *_friction(number), *_reaction(number), *works]
+    found = [*sticking_measures(number), *friction_measures(number), *reaction_measures(number), *works]
     for law in contacts:
         for name in (name for name in law.internal if name not in law.switched):
             unit = quantity_unit(name, law.state_units) or "1"
@@ -132,45 +135,6 @@ def _winding(state: str) -> Measure:
 
     meaning = f"turns of {state} per drive period, whole ones over the response of a settled motion"
     return Measure(f"winding_{state}", meaning, Standard(winding))
-
-
-def _of_contact(number: int) -> str:
-    """Which contact, in the meaning of a measure; the first is that of most machines."""
-    return "the contact" if number == 1 else f"contact {number}"
-
-
-@functools.cache  # one and the same, by whichever table it is found
-def _sticking(number: int) -> tuple[Measure, Measure, Measure]:
-    """How a contact sticks."""
-    contact, which = number - 1, _of_contact(number)
-
-    def kind(runs: Gathered) -> str | None:
-        laws = runs.system.laws
-        return laws[contact].kind if contact < len(laws) else None
-
-    def counted(name: str, runs: Gathered) -> np.ndarray:
-        return runs.results.entry(name, contact) if kind(runs) == "set-valued" else runs.nowhere
-
-    def sequences(runs: Gathered) -> np.ndarray:
-        return np.full(len(runs.results), "") if kind(runs) in (None, "smooth") else runs.mode_sequences(contact)
-
-    return (
-        Measure(
-            numbered("stick_fraction", number),
-            f"share of the window in which {which} sticks (NaN: the law cannot stick)",
-            Standard(lambda runs: counted("STICK_TIME", runs) / runs.time, codes.ASK_MODES),
-        ),
-        Measure(
-            numbered("stick_phases", number),
-            f"number of rests of {which} in the window, parts of rests included (NaN: the law cannot stick)",
-            Standard(lambda runs: counted("STICK_PHASES", runs), codes.ASK_MODES),
-        ),
-        Measure(
-            numbered("mode_sequence", number),
-            f"mode sequence of {which} in the last period: F forward, S stuck, B back (empty: the law is smooth)",
-            Standard(sequences, codes.ASK_MODES, text=True),
-        ),
-    )
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:
@@ -254,46 +218,6 @@ def _cost_of_transport(source: str) -> Measure:
 
 
 @functools.cache
-def _friction(number: int) -> tuple[Measure, ...]:
-    """Of the friction at a contact."""
-    contact, which = number - 1, "" if number == 1 else f" at contact {number}"
-
-    def entry(name: str, runs: Gathered) -> np.ndarray:
-        return runs.results.entry(name, contact) if contact < len(runs.system.laws) else runs.nowhere
-
-    def area(of_contact: int, runs: Gathered) -> np.ndarray:
-        place = len(runs.system.channels) + contact * codes.FUNCTIONS_PER_CONTACT + of_contact
-        return runs.results.entry("INTEGRAL", place) / runs.periods if contact < len(runs.system.laws) else runs.nowhere
-
-    return (
-        Measure(
-            numbered("peak_friction", number),
-            f"largest friction force |R|{which} in the window",
-            Standard(lambda runs: entry("PEAK", runs), codes.ASK_PEAK),
-            si_unit="N",
-        ),
-        Measure(
-            numbered("mean_friction", number),
-            f"mean of the friction force |R|{which} over the window",
-            Standard(lambda runs: entry("MAGNITUDE", runs) / runs.time, codes.ASK_MAGNITUDE),
-            si_unit="N",
-        ),
-        Measure(
-            numbered("velocity_loop_area", number),
-            f"area of the loop of friction against velocity{which} per drive period, positive clockwise",
-            Standard(lambda runs: area(2, runs), codes.ASK_INTEGRALS),
-            si_unit="N m/s",
-        ),
-        Measure(
-            numbered("displacement_loop_area", number),
-            f"work against friction{which} per drive period, the area of the loop of friction against displacement",
-            Standard(lambda runs: area(1, runs), codes.ASK_INTEGRALS),
-            si_unit="J",
-        ),
-    )
-
-
-@functools.cache
 def _drive_peaks(effort: str | None, source: str) -> tuple[Measure, ...]:
     """What an actuator has to be able to do; effort: what the drive exerts, see `Units`; None where it is not known.
 
@@ -360,36 +284,6 @@ ACTUATOR_POWER = (
 def _has_reaction(system: System | None, number: int) -> bool:
     """Whether the normal reaction of the ground at a contact is known; of no system: of machines with one contact."""
     return number == 1 if system is None else numbered("reaction", number) in equations(system).observables
-
-
-@functools.cache
-def _reaction(number: int) -> tuple[Measure, ...]:
-    """Of the normal reaction of the ground at a contact."""
-    which = "" if number == 1 else f" at contact {number}"
-
-    def reaction(now):
-        return getattr(now, numbered("reaction", number))
-
-    return (
-        Measure.mean(
-            numbered("mean_reaction", number),
-            f"mean normal reaction of the ground{which} over the window",
-            reaction,
-            si_unit="N",
-        ),
-        Measure.least(
-            numbered("least_reaction", number),
-            f"least normal reaction of the ground{which} in the window; below 0 the machine would have lifted off",
-            reaction,
-            si_unit="N",
-        ),
-        Measure.largest(
-            numbered("largest_reaction", number),
-            f"largest normal reaction of the ground{which} in the window",
-            reaction,
-            si_unit="N",
-        ),
-    )
 
 
 _HIDDEN_LIFT_OFF = Measure(

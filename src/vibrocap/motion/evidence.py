@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -66,7 +66,9 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
     ratio = max((each.share for each in seen if each.share is not None), default=None)
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
-    estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
+    # States that only events change jump at instants that are an error apart.
+    lasting = [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
+    estimate = _estimated_error(recorded, tighter, scales, lasting, ratio_of_tolerances)
     event_velocity, verdicts = recorded.contact_residual, []
 
     def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
@@ -93,7 +95,8 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         ("energy_residual", energy_residual, ("energy", "contact_energy"), works, _energy_contradiction),
         ("momentum_residual", momentum_residual, ("momentum",), (*impulses, outer), _momentum_contradiction),
     ):
-        bound = errors * tolerance * _natural_size(motion, recording, scales, *observables) + _rounding_of_sums(flows)
+        bound = errors * tolerance * _natural_size(motion, recording, scales, *observables)
+        bound += EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))  # half a unit in the last place of sums
         text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
     words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
@@ -270,11 +273,6 @@ def velocity_names(recording: Equations) -> tuple[str, ...]:
     return tuple(numbered("contact_velocity", number) for number in range(1, 1 + len(recording.contacts)))
 
 
-def _rounding_of_sums(flows: Iterable[Any]) -> float:
-    """What rounding may leave of sums over all pieces: half a unit in the last place of each partial sum."""
-    return EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))
-
-
 def _unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:
     """A balance that does not close, and what that probably means."""
     what = field.removesuffix("_residual")
@@ -395,11 +393,6 @@ def _estimated_error(
     if not differences:
         return None
     return float(np.max((np.abs(differences) / scales)[:, kept])) / (1.0 - ratio_of_tolerances)
-
-
-def _lasting(motion: Trajectory) -> list[int]:
-    """The states but those of the law that only its events change: these jump at instants that are an error apart."""
-    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
 
 
 def _at_marks(values: np.ndarray) -> np.ndarray:

@@ -232,12 +232,15 @@ class Contacts:
             if self.mean_loads:
                 normal = self._load(j, forces)
             held, at_rest = self._by_itself(j)
-            push, reach, resting = each.push, (None, None), (None, None)
+            push, would, resting = each.push, held + each.push_at_rest, force + each.push_at_rest
+            reach: Any = (would, None, None), (resting, None, None)
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-                reach, resting = ((each.middle * load, each.limit * load) for load in (at_rest, normal))
-            would, is_held = held + each.push_at_rest, force + each.push_at_rest
-            found.append(ContactForce(each, force, force + push, would, *reach, (is_held, *resting), normal))
+                reach = tuple(
+                    (hold, each.middle * load, each.limit * load)
+                    for hold, load in ((would, at_rest), (resting, normal))
+                )
+            found.append(ContactForce(each, force, force + push, *reach[0], reach[1], normal))
         if self.mean_loads and self.others:
             # A contact among others: what is a paradox alone leaves them without one answer.
             more, kinds = self._modes([each.normal for each in found[1:]])
