@@ -207,23 +207,23 @@ class Towed(Machine):
 
     angle = coordinate("theta", "angle of the pendulum from upright", "rad")
     position = coordinate("X", "place of the block", "m")
-    stretch = coordinate("s", "stretch of the rope", "m")
+    ahead = coordinate("Y", "place of the capsule", "m")
     name: ClassVar = "towed"
     effort: ClassVar = "torque"
 
     def parts(self, q):
         """Block, capsule and bob."""
         block = Mass("block", 1.0, x=q.position)
-        capsule = Mass("capsule", 1.0, on=block, x=q.stretch)
+        capsule = Mass("capsule", 1.0, x=q.ahead)
         bob = Mass("bob", 1.0, on=capsule, x=sin(q.angle), z=cos(q.angle))
-        springs = Spring(2.0, q.angle), Spring(5.0, q.stretch)
+        springs = Spring(2.0, q.angle), Spring(5.0, q.ahead - q.position)
         return block, capsule, bob, springs, Drive(q.angle), Contact(block, load=1.0), Contact(capsule, load=2.0)
 
 
 def test_a_lift_off_is_seen_at_any_contact():
     """Certificates asked the first alone."""
     motion = vc.simulate(vc.System(Towed(), vc.Coulomb(), vc.Harmonic(amplitude=3.0)), periods=2, tolerance=1e-7)
-    assert motion.certificate.least_reaction < -0.5
+    assert (motion.certificate.least_reaction or 0.0) < -0.5
     assert "load on contact 2 would be negative" in motion.certificate.warnings[0]
 
 

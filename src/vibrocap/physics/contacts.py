@@ -233,14 +233,12 @@ class Contacts:
                 normal = self._load(j, forces)
             held, at_rest = self._by_itself(j)
             push, would, resting = each.push, held + each.push_at_rest, force + each.push_at_rest
-            reach: Any = (would, None, None), (resting, None, None)
+            middle, limit, solved = None, None, (resting, None, None)
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-                reach = tuple(
-                    (hold, each.middle * load, each.limit * load)
-                    for hold, load in ((would, at_rest), (resting, normal))
-                )
-            found.append(ContactForce(each, force, force + push, *reach[0], reach[1], normal))
+                middle, limit = each.middle * at_rest, each.limit * at_rest
+                solved = resting, each.middle * normal, each.limit * normal
+            found.append(ContactForce(each, force, force + push, would, middle, limit, solved, normal))
         if self.mean_loads and self.others:
             # A contact among others: what is a paradox alone leaves them without one answer.
             more, kinds = self._modes([each.normal for each in found[1:]])
