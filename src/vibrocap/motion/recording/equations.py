@@ -128,18 +128,14 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()
-    own = len(system.friction.internal)
-    internal_rates = dict(zip(system.friction.internal, flow.rates[len(flow.rates) - own :], strict=True))
     mechanical = y[: len(placed.states)]
     observables = {
-        **_contact_observables(flow, 1),
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
         "momentum": placed.momentum(graph.node("time"), mechanical),
-        **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
-    for number in range(2, 1 + len(flow.contacts)):
+    for number in range(1, 1 + len(flow.contacts)):
         observables |= _contact_observables(flow, number)
     forces = {numbered("reaction", i + 1): flow.reaction(i) for i in range(len(flow.contacts))}
     reactions = {name: reaction for name, reaction in forces.items() if reaction is not None}
@@ -196,6 +192,8 @@ def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
     """What is known of a contact at every instant; what it can hold only where its load may change."""
     each = flow.contacts[number - 1]
     own = {"friction": each.friction, "holding_force": each.held, "contact_velocity": each.contact.velocity}
+    rates = zip(each.contact.law.internal, each.contact.internal_rates, strict=True)
+    own |= {f"{name}_rate": rate for name, rate in rates}
     if flow.bounds and each.contact.sticks:
         own |= {"holding_limit": each.limit, "holding_centre": each.middle}
     return {numbered(name, number): value for name, value in own.items()}
