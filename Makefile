@@ -82,7 +82,7 @@ lock: ## resolve the dependencies anew (needs uv)
 	@$(LOCK) pyproject.toml --fork-strategy fewest --extra docs --constraint requirements.lock \
 		--output-file .ci/site-requirements.txt
 	@printf '%s\n' 'cuda-bindings>=12.9.1,<13' 'nvidia-cuda-nvcc-cu12==12.9.86' | \
-		$(LOCK) - --output-file .ci/gpu-requirements.txt
+		$(LOCK) - --output-file extras/gpu/requirements.txt
 	@printf '%s\n' 'fmpy>=0.3.22' 'gymnasium>=1.0' 'mujoco>=3.3' 'ziglang>=0.13' | \
 		$(LOCK) - --constraint requirements.lock --constraint .ci/site-requirements.txt \
 		--output-file .ci/exchange-requirements.txt

@@ -106,8 +106,8 @@ def locked(text: str) -> dict[str, str]:
 
 
 def test_lock_covers_every_declared_dependency():
-    """But for extras that `make` alone does not need: GPUs, the peers of the benchmarks, and LOCKED_APART."""
-    apart = {"gpu", "peers"}.union(*LOCKED_APART.values())
+    """But for extras that `make` alone does not need: the peers of the benchmarks, and LOCKED_APART."""
+    apart = {"peers"}.union(*LOCKED_APART.values())
     extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in apart}
     named = declared([*PROJECT["dependencies"], *(each for extra in extras.values() for each in extra)])
     assert named <= locked(LOCK).keys()

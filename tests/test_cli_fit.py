@@ -1,8 +1,11 @@
 """The command fit: exit codes, what it refuses and warns of, what it prints and writes."""
 
 import csv
+import html
 import importlib.util
 import json
+import re
+import shlex
 
 import numpy as np
 import pytest
@@ -100,14 +103,25 @@ def test_numbers_of_the_fit_are_those_of_the_law(folder, capsys):
 
 @pytest.mark.slow
 def test_files_of_a_fit(folder, capsys):
-    assert command("wide.csv", "narrow.csv", *STEADY, "--hold-out", "narrow", "--out", "new/fit") == OK
+    further = ("--bootstrap", "20", "--design", "amplitude=1e-3:0.1,frequency=0.2:1", "--out", "new/fit")
+    page = ("--report",) if HAS_PICTURES else ()
+    assert command("wide.csv", "narrow.csv", *STEADY, "--hold-out", "narrow", *further, *page) == OK
     names = {path.name for path in (folder / "new" / "fit").iterdir()}
     assert names >= {"fit.json", "friction.toml", "residuals.csv"}
-    assert ({"fit.png", "residuals.png"} <= names) == HAS_PICTURES
+    assert ({"fit.png", "residuals.png", "report.html"} <= names) == HAS_PICTURES
     text = capsys.readouterr().out
     assert all(f"new/fit/{name}" in text for name in names)
     data = json.loads((folder / "new/fit/fit.json").read_text())
     section = (folder / "new/fit/friction.toml").read_text()
+    if HAS_PICTURES:  # the page shows all of it, and the line on it does all again
+        shown = (folder / "new/fit/report.html").read_text()
+        again = html.unescape(re.search(r"<code>(vibrocap fit .*?)</code>", shown)[1])
+        assert main(shlex.split(again)[1:]) == OK
+        same = json.loads((folder / "new/fit/fit.json").read_text())
+        assert same | {"seconds": 0} == data | {"seconds": 0}
+        for words in ("They are as white noise would be", "in 20 refits of blocks", "The next experiments", section):
+            assert html.escape(words) in shown
+        assert capsys.readouterr().out.partition(" starts, ")[0] == text.partition(" starts, ")[0]
     rate = case_from_text(BENCH + section).system.parameter("friction.decay_rate_s_per_m")
     assert rate == pytest.approx(values(data)["decay_rate"], rel=1e-15)
     with (folder / "new/fit/residuals.csv").open() as file:
@@ -359,6 +373,9 @@ def test_every_complaint_comes_at_once(folder, capsys):
         ((*STEADY, "--terms", "weight"), "--terms: there is no term 'weight'; "),
         (("--law", "rate-and-state-slip", "--spring", "measured", "--terms", "mass"), "--terms: are for fits without"),
         ((*STEADY, "--columns", "force=f2"), "f2"),
+        ((*STEADY, "--design", "amplitude=0.1:1"), "--design should have 0 < LOW < HIGH of both"),
+        ((*STEADY, "--bootstrap", "9"), "--bootstrap: should be a whole number >= 10"),
+        ((*STEADY, "--report"), "--report: should be left out without --out"),
         ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
         ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),
     ],
@@ -428,7 +445,7 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
 @pytest.mark.slow
 def test_laws_are_ranked(folder, capsys):
     arguments = ("--compare", "stribeck,exponential", "--compare", "dahl", "--fixed", f"decay_rate={RATE}")
-    outputs = ("--out", "fits", *(("--plot", "laws.png") if HAS_PICTURES else ()))
+    outputs = ("--out", "fits", *(("--plot", "laws.png", "--report") if HAS_PICTURES else ()))
     assert command("wide.csv", "narrow.csv", *arguments, *outputs) == OK
     text = capsys.readouterr().out
     assert text.index("exponential") < text.index("stribeck")
@@ -439,6 +456,9 @@ def test_laws_are_ranked(folder, capsys):
     assert values(found["laws"][0], "fitted")["decay_rate"] == RATE
     for name in ("stribeck", "exponential", "dahl"):
         assert (folder / "fits" / name / "friction.toml").exists()
+        assert (folder / "fits" / name / "report.html").exists() == HAS_PICTURES
+        if HAS_PICTURES:
+            assert f"{name}/report.html" in (folder / "fits" / "report.html").read_text()
 
 
 @pytest.mark.slow

@@ -218,7 +218,7 @@ WRONG = {
     "--over machine.mass_ratio=1:3:3 --tolerance 1": "--tolerance: should be a number from 1e-14 to 0.01, got 1",
     "--over machine.mass_ratio=1:3:3 --threads 0": "--threads: should be a whole number >= 1, got 0",
     "--over machine.mass_ratio=1:3:3 --workers 0": "--workers: should be a whole number >= 1, got 0",
-    "--over machine.mass_ratio=1:3:3 --device gpu": "--device: should be cpu or cuda, got 'gpu'",
+    "--over machine.mass_ratio=1:3:3 --device gpu": "--device: should be one of: cpu; cuda needs the package vibro",
     "--over machine.mass_ratio=1:3 --design sobl --runs 4": "--design: there is no 'sobl'; did you mean 'sobol'?",
     "--over machine.mass_ratio=1:3 --design sobol": "--runs: is missing",
     "--over machine.mass_ratio=1:3 --design sobol --runs 0": "--runs: should be a whole number from 1",

@@ -1,5 +1,6 @@
 """Measures taken during the run: the same from the stored motion, and the same as the measures written with arrays."""
 
+import dataclasses
 import functools
 import importlib
 import math
@@ -20,8 +21,8 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.linker import link
+from vibrocap.numerics.run import devices, replay
 from vibrocap.numerics.run import ensemble as numerics
-from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.numerics.run.results import RunResults
@@ -426,7 +427,7 @@ def test_the_same_bits_however_it_is_cut(monkeypatch):
     ints = small_ensemble(ratios, threads=1)
     two, backwards = small_ensemble(ratios, threads=2), small_ensemble(ratios[::-1])
     alone = [small_ensemble(ratios[i : i + 1]) for i in (0, 11, 22)]
-    monkeypatch.setattr(BRIDGE, "CHUNK", 5)
+    monkeypatch.setattr(devices, "PROCESSOR", dataclasses.replace(devices.PROCESSOR, chunk=5))
     chunks = small_ensemble(ratios)
     for name, column in ints.items():
         assert len(column) == 23

@@ -72,7 +72,7 @@ def test_the_wheel_holds_the_package_its_types_and_its_examples(distributions):
     assert not [name for name in names if name.startswith("tests") or "__pycache__" in name]
     assert f"\nVersion: {VERSION}\n" in metadata
     extras = re.findall(r"^Provides-Extra: (.+)$", metadata, re.MULTILINE)
-    assert {"plot", "export", "sweep", "fit", "gpu"} <= set(extras)
+    assert {"plot", "export", "sweep", "fit"} <= set(extras)
 
 
 def test_the_source_distribution_makes_the_same_wheel(distributions, tmp_path):

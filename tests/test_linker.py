@@ -53,11 +53,11 @@ def edit(monkeypatch, module, right, wrong):
 
 
 def test_what_is_offered_is_linked():
-    """Every law, alone, one by one, all lanes at once, on a GPU and in a browser."""
+    """Every law, alone, one by one, all lanes at once, on another device and in a browser."""
     linked()
     for law in (vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        for lanes, loop in ((1, None), (8, None), (1, "gpu"), (1, "browser")):
+        for lanes, loop in ((1, None), (8, None), (1, "portable"), (1, "browser")):
             ensemble_source(recorded, 10, lanes, loop=loop)[1].check()
 
 
@@ -205,7 +205,7 @@ def test_modules_import_what_runs():
             every.append(recipes.motion_recipe(layout_with(stiff=stiff, switches=switches)))
             for tangent in (False, True):
                 layout = layout_with(stiff=stiff, switches=switches, tangent=tangent, coefficients=int(tangent))
-                every += [recipes.ensemble_recipe(layout, loop) for loop in ("ensemble", "simd", "gpu")]
+                every += [recipes.ensemble_recipe(layout, loop) for loop in ("ensemble", "simd", "portable")]
     promised = {"codes", "lane", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
     imports, strays = {}, set()
     for module in {module for recipe in every for module in recipe.modules}:

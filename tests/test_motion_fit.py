@@ -227,7 +227,9 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     over = [part for path, ends in WITHIN.items() for part in ("--over", f"{path}={_text(ends)}")]
     files = [str(tmp_path / f"{each.name}.csv") for each in exact]
     command = ["fit", *files, "--machine", str(tmp_path / "block.toml"), *over, "--hold-out", "second", "--starts", "8"]
-    assert main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png")]) == 0
+    assert (
+        main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png"), "--report"]) == 0
+    )
     told = json.loads(capsys.readouterr().out)
     assert told["records"]["second"]["held_out"] is True
     assert told["parameters"][0]["value"] == pytest.approx(TRUTH["machine.mass"], rel=1e-4)
@@ -236,6 +238,8 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     rows = (tmp_path / "out" / "predicted.csv").read_text().splitlines()
     assert rows[0] == "record,held_out,time,measured,predicted,band"
     assert len(rows) == 1 + 401 + 361
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert all(words in page for words in ("held out, rms", "data:image/png;base64,", "[machine]", " --report"))
     assert main([*command, "--law", "coulomb"]) == 2
     assert "--machine: has its own law" in capsys.readouterr().err
 

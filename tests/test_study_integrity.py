@@ -276,7 +276,7 @@ OTHER = {"version": "0.0.9", "sources": "f" * 64, "llvm": "15.0 of another"}
 def elsewhere(monkeypatch):
     """From now on this process is another machine, with another version."""
     true = importlib.import_module("vibrocap.studies.plan.study").code_of
-    monkeypatch.setattr(importlib.import_module("vibrocap.studies.sweep"), "code_of", lambda plan: true(plan) | OTHER)
+    monkeypatch.setattr(importlib.import_module("vibrocap.studies.sweep"), "code_of", lambda *what: true(*what) | OTHER)
 
 
 def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monkeypatch, capsys):

@@ -76,7 +76,7 @@ def test_a_worker_with_something_else_is_refused_or_its_tiles_say_so(tmp_path, c
         (tmp_path / "a" / place).unlink()
     code = workers.code_of
     monkeypatch.setattr(
-        workers, "code_of", lambda plan: {**code(plan), "version": "0.0.9", "sources": "f" * 64, "llvm": "15.0"}
+        workers, "code_of", lambda *what: {**code(*what), "version": "0.0.9", "sources": "f" * 64, "llvm": "15.0"}
     )
     with ThreadPoolExecutor(1) as executor:
         with pytest.raises(

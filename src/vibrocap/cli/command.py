@@ -8,6 +8,7 @@ import contextlib
 import dataclasses
 import functools
 import inspect
+import shlex
 import typing
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -51,6 +52,23 @@ class Request:
     def given(self, *names: str) -> dict[str, Any]:
         """Options by name, those that are None left out."""
         return {name: value for name in names if (value := getattr(self, name)) is not None}
+
+    def again(self) -> str:
+        """The line that gives the same answer, without what is only shown."""
+        name = next(each.name for each in COMMANDS.values() if each.request is type(self))
+        places, words = [], []
+        for field in dataclasses.fields(self):
+            value, option = getattr(self, field.name), self.options()[field.name][1]
+            if value == field.default or field.name in ("json", "plot", "resume"):
+                continue
+            values = list(map(str, value)) if isinstance(value, (list, tuple)) else [str(value)]
+            if option.place:
+                places += values
+            else:
+                words += [
+                    w for each in values for w in ([flag(field.name)] if value is True else [flag(field.name), each])
+                ]
+        return shlex.join(["vibrocap", name, *places, *words])
 
     def plan(self, refused: Complaints) -> None:
         """Complain of options that do not go together, before any work."""

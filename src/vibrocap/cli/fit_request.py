@@ -6,26 +6,36 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from vibrocap.arguments import ArgumentError, Complaints, suggestion
+from vibrocap.arguments import ArgumentError, Complaints, check_whole, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Drawn, WithParts
-from vibrocap.cli.destinations import own_names
+from vibrocap.cli.destinations import needs, own_names
 from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, flag, folder, picture
-from vibrocap.cli.refusal import by_option
+from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.texts import column_names, pairs, range_of, split
 
 if TYPE_CHECKING:
     from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.records.record import Record
 
-OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png")  # what a fit writes into --out
+# what a fit writes into --out
+OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png", "report.html")
 OF_LAW = (  # options that say nothing to --machine
     *("fixed", "free", "pendulum", "terms"),
-    *("least_speed", "loss", "weights", "start", "intervals"),
+    *("least_speed", "loss", "weights", "start", "intervals", "bootstrap", "design"),
 )
+RIG = "amplitude=1e-5:1e-2,frequency=0.2:5"
 BOUNDS = "coulomb_coefficient=1:20"
 TERM_NAMES = "offset, mass, spring, damping, damping_forward, damping_back, drag, gravity, gravity_cosine, delay"
 PENDULUM = "written as mass=0.5,length=0.3"
+
+
+def rig(option: str, text: str) -> dict[str, Any]:
+    """The ranges of amplitude and frequency of --design."""
+    found = {name: (low, high) for name, low, high in (range_of(each, option, RIG) for each in split([text]))}
+    if sorted(found) != ["amplitude", "frequency"] or not all(0 < low < high for low, high in found.values()):
+        raise Refusal(f"{option} should have 0 < LOW < HIGH of both, such as {RIG}, got {text!r}")
+    return found
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,6 +125,17 @@ class FitRequest(WithParts, Drawn):
     pendulum: Annotated[
         list[str] | None, Option("mass=KG,length=M of the pendulum whose weight and length are the units of a case")
     ] = None
+    report: Annotated[
+        bool,
+        Option("write report.html into the folder: curves, parameters, errors, how to run it again", needs="out"),
+    ] = False
+    design: Annotated[
+        str | None,
+        Option(
+            "amplitude=LOW:HIGH,frequency=LOW:HIGH (m or rad, Hz) that the rig can do: the experiments to do next",
+            check=rig,
+        ),
+    ] = None
     plot: Annotated[Path | None, picture("measured and fitted force, loops and intervals")] = None
     json: Json = False
     least_speed: Annotated[float, Option("slowest samples of --steady, in m/s", advanced=True)] = 0.0
@@ -130,6 +151,14 @@ class FitRequest(WithParts, Drawn):
         str | None,
         Option(
             "profile (of the likelihood) or covariance, quicker [default: profile, comparing covariance]", advanced=True
+        ),
+    ] = None
+    bootstrap: Annotated[
+        int | None,
+        Option(
+            "refits of records, or of stretches of them, drawn with replacement",
+            check=lambda name, value: check_whole(name, value, 10),
+            advanced=True,
         ),
     ] = None
     starts: Annotated[int, Option("searches from different starting points", advanced=True)] = 8
@@ -160,6 +189,8 @@ class FitRequest(WithParts, Drawn):
             wrong.append(f"{others[0]}: is for --law; with --machine give what is unknown by --over")
         elif self.machine is None and bool(self.law) == bool(self.compare):
             wrong.append("--law: give one law, or several with --compare, or a case with --machine")
+        if self.compare and (self.bootstrap or self.design):
+            wrong.append(f"{'--bootstrap' if self.bootstrap else '--design'}: is for --law, not for --compare")
         if self.compare and self.steady:
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
         if self.spring and self.terms:
@@ -170,7 +201,7 @@ class FitRequest(WithParts, Drawn):
             wrong.append("DATA: give at least one file with force and motion")
         with wrong.collected():
             if self.out is not None and self.compare:
-                own_names("--out", self.out, "comparison.json", "comparison.png")
+                own_names("--out", self.out, "comparison.json", "comparison.png", "report.html")
             for folder in [self.out / each for each in self.laws] if self.out and self.compare else [self.out]:
                 if folder is not None:
                     own_names("--out", folder, *OF_FIT)
@@ -194,6 +225,8 @@ class FitRequest(WithParts, Drawn):
 
     def plan(self, refused: Complaints) -> None:
         """Everything that is wrong with records, parameters and files."""
+        if self.report:
+            needs("--report", "matplotlib")
         refused += self.plan_and_complaints[1]
 
 

@@ -23,7 +23,7 @@ class Option:
     place: bool = False
     sets: tuple[str, ...] = ()
     offers: Callable[[Any], Offered] | None = None
-    check: Callable[[str, Any], None] | None = None
+    check: Callable[[str, Any], Any] | None = None
     needs: str = ""
     advanced: bool = False
 

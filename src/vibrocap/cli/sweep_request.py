@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vibrocap.studies.plan.study import Study
 
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
-NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "tile_runs")
+NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "tile_runs", "device")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ class SweepRequest(WithParts):
         float | None, Option("drive periods of a run, at most; a whole number [default: the case's]")
     ] = None
     verify: Annotated[bool, Option("compare a stored study with its checksums, and run nothing")] = False
-    device: Annotated[str, Option("cpu, or cuda: an NVIDIA GPU", advanced=True)] = "cpu"
+    device: Annotated[str, Option("cpu, or a device of another package: cuda of vibrocap-gpu", advanced=True)] = "cpu"
     mixed: Annotated[
         bool, Option("--resume a study of another version or processor; new tiles are marked", advanced=True)
     ] = False
@@ -182,7 +182,8 @@ class SweepRequest(WithParts):
 
     def _option_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
-        given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
+        defaults = {each.name: each.default for each in dataclasses.fields(self)}
+        given = {name for name, value in vars(self).items() if value not in (defaults[name], (), [])}
         found, apart = Complaints(), ()
         if self.adaptive:
             apart = tuple(name for name in NOT_ADAPTIVE if name in given)
@@ -197,13 +198,6 @@ class SweepRequest(WithParts):
         if self.design is not None and self.runs is None:
             found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
         found += [each.about(flag(each.field)) for each in self.how.complaints() if each.field not in apart]
-        if self.device == "cuda":
-            from vibrocap.numerics.api import cuda_problem
-
-            if self.adaptive:
-                found.add("--device", "an adaptive map runs on the processor; leave it out")
-            elif problem := cuda_problem():
-                found.add("--device", problem.removeprefix("device: "))
         return found
 
     def _settings(self, case: Case) -> dict[str, Any]:

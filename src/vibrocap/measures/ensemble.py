@@ -11,7 +11,6 @@ import numpy as np
 from vibrocap.arguments import (
     ArgumentError,
     check_choice,
-    check_one_of,
     check_threshold,
     check_whole,
     is_number,
@@ -39,9 +38,6 @@ from vibrocap.physics.system import System
 from vibrocap.progress import reporting
 from vibrocap.quantities.declared import ByName
 
-CHUNK = 32_768  # runs in memory at a time, some 40 MB
-GPU_CHUNK = 2**20  # the same of a GPU, which works on a hundred thousand at once
-DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
 INITIAL = "initial."
 # Index into list(Status) by the number that the kernel gives.
@@ -91,7 +87,7 @@ def ensemble(
         where nothing drives the system in time
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
-    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/sweeps.md)
+    device: "cpu", or a device that another package brings, such as "cuda" (see docs/sweeps.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
@@ -104,8 +100,8 @@ def ensemble(
     what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
-    those of a GPU agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError, naming the
-    field, before any work.
+    those of another device agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError,
+    naming the field, before any work.
     """
     start = initial_state(system, initial)
     asked, needed = resolved(measures, system)
@@ -116,16 +112,8 @@ def ensemble(
     window = usual_window(periods) if window is None else window
     check_whole("window", window, 1, int(periods))
     check_whole("threads", 1 if threads is None else threads, 1, 2**16)
-    check_one_of("device", device, DEVICES)
-    if device == "cuda":
-        from vibrocap.numerics.api import cuda_ensemble_run, cuda_problem
-
-        problem = cuda_problem()
-        if problem is not None:
-            raise ArgumentError("device", problem.removeprefix("device: "))
-        run_all: Callable = cuda_ensemble_run
-    else:
-        run_all = functools.partial(numerics.ensemble_run, threads=threads)
+    runner = numerics.device(device)
+    run_all = functools.partial(runner.run, threads=threads)
     check_threshold("settle", settle)
     check_choice("extrapolate", extrapolate)
     _check_values(system, columns)
@@ -147,7 +135,7 @@ def ensemble(
     done = 0
     with reporting(None if callable(progress) else progress, "Running") as bar:
         tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
-        for chosen in _chunks(system, columns, GPU_CHUNK if device == "cuda" else CHUNK):
+        for chosen in _chunks(system, columns, runner.chunk):
             report = None if tell is None else lambda begun, base=done: tell(base + begun)
             values = {path: column[chosen] for path, column in columns.items()}
             part = _measured(system, values, start, budget, needed, run_all, report)

@@ -1,8 +1,8 @@
 """The public face of the numerics: what the rest of the package calls.
 
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
-- Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a GPU `cuda_ensemble_run`; with a
-  tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
+- Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, with a tangent where the equations
+  carry one; on a `device` of another package its `run`. Run a law under an imposed motion: `driven_runs`.
 - Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
 - One motion that its caller moves on, compiled or in C: `stepper_kernel`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.budget import Budget
-    from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
+    from vibrocap.numerics.run.devices import device
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import ensemble_run
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
@@ -56,8 +56,7 @@ __all__ = [
     "browser_module",
     "code_made_for",
     "codes",
-    "cuda_ensemble_run",
-    "cuda_problem",
+    "device",
     "driven_runs",
     "ensemble_run",
     "integrands_source",

@@ -1,21 +1,18 @@
 """The page of a design: what was asked, what was found, its motion, what limits it, and how to run it again."""
 
-from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
 from vibrocap.design.front import ParetoFront
 from vibrocap.design.optimise import Optimum
-from vibrocap.files import write_text
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.plotting.animation import animate_motion
 from vibrocap.plotting.fronts import draw_front, search_figure
 from vibrocap.plotting.motion import motion_figure
 from vibrocap.quantities.dimensional import computed, in_si
-from vibrocap.report.pieces import number, picture, table, titled
+from vibrocap.report.pieces import facts, listed, number, picture, table, write_page
 
 FILMED = 2  # drive periods of the film
 SHOWN = 3  # and more, of the motion on its orbit
@@ -36,16 +33,16 @@ def write_design_page(found: Optimum, folder: Path, command: str) -> Path:
     shown += f'<p><img alt="film of {FILMED} responses" src="film.gif" width="960"></p>'
     parts = [
         ("The design", _design(found)),
-        ("Its steady motion", _facts(in_si(found.orbit).facts) + shown),
+        ("Its steady motion", facts(in_si(found.orbit).facts) + shown),
         ("What limits it", _limits(found)),
         ("What starts lead to", _motions(found)),
-        ("The search", _facts({k: v for k, v in found.facts.items() if k in ("designs", "under uncertainty")})
-         + _list("Better candidates that do not win", found.rejected)
+        ("The search", facts({k: v for k, v in found.facts.items() if k in ("designs", "under uncertainty")})
+         + listed("Better candidates that do not win", found.rejected)
          + picture(folder / "search.png", "the best design over the evaluations")),
         ("The case", f"<pre>{escape((folder / 'best.toml').read_text(encoding='utf-8'))}</pre>"),
     ]  # fmt: skip
     value = f"{found.measure.replace('_', ' ')} {found.value:.8g}{_unit(found.unit)}"
-    return _page(folder, f"The best design: {value}", parts, command, "best.toml")
+    return write_page(folder, f"The best design: {value}", parts, [command, "vibrocap simulate best.toml"])
 
 
 def write_front_page(found: ParetoFront, folder: Path, command: str) -> Path:
@@ -57,28 +54,11 @@ def write_front_page(found: ParetoFront, folder: Path, command: str) -> Path:
         [str(i), *(escape(x) if isinstance(x, str) else number(x) for x in row.values())] for i, row in enumerate(rows)
     ]
     parts = [
-        ("The front", picture(folder / "front.png", "the Pareto front") + _facts(found.facts)),
+        ("The front", picture(folder / "front.png", "the Pareto front") + facts(found.facts)),
         ("Its designs", table(["", *map(escape, rows[0])], cells)),
     ]
     heading = f"Pareto front of {found.measures[0].replace('_', ' ')} and {found.measures[1].replace('_', ' ')}"
-    return _page(folder, heading, parts, command, "cases/000.toml")
-
-
-def _page(folder: Path, heading: str, parts: Sequence[tuple[str, str]], command: str, case: str) -> Path:
-    style = (files("vibrocap.report") / "page.css").read_text(encoding="utf-8")
-    again = f"<p><code>{escape(command)}</code></p><p><code>vibrocap simulate {escape(case)}</code></p>"
-    keyed = [(f"part-{i}", title, inner) for i, (title, inner) in enumerate((*parts, ("How to run this again", again)))]
-    body = "".join(f"<section>{titled(2, key, title)}{inner}</section>" for key, title, inner in keyed)
-    contents = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in keyed)
-    page = (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        '<meta name="color-scheme" content="light dark"><link rel="icon" href="data:,">'
-        f"<title>{escape(heading)}</title><style>{style}</style></head><body>"
-        f'<nav aria-label="Contents"><details open><summary>Contents</summary><ul>{contents}</ul></details></nav>'
-        f'<main id="main"><h1>{escape(heading)}</h1>{body}</main></body></html>\n'
-    )
-    return write_text(folder / "report.html", page)
+    return write_page(folder, heading, parts, [command, "vibrocap simulate cases/000.toml"])
 
 
 def _unit(unit: str) -> str:
@@ -114,7 +94,7 @@ def _limits(found: Optimum) -> str:
     multipliers = [[number(float(np.real(m))), number(float(np.imag(m))), number(float(size))]
                    for m, size in zip(found.orbit.multipliers, sizes, strict=True)] if found.orbit else []  # fmt: skip
     return (
-        _list("It is limited by", found.limits)
+        listed("It is limited by", found.limits)
         + f"<p>The motion is {escape(reached)}.</p>"
         + table(["real part", "imaginary part", "size of the multiplier"], multipliers, names=0)
     )
@@ -136,13 +116,3 @@ def _motions(found: Optimum) -> str:
     unit = "" if drift == "1" else f" [{escape(drift)}]"
     head = ["motion", "of the starts [%]", f"drift per drive period{unit}", "largest multiplier", ""]
     return f"<p>{escape(found.reached[0].upper() + found.reached[1:])}.</p>" + table(head, rows)
-
-
-def _facts(facts: dict[str, str]) -> str:
-    return table(["", ""], [[escape(name), escape(text)] for name, text in facts.items()])
-
-
-def _list(heading: str, lines: Sequence[str]) -> str:
-    if not lines:
-        return ""
-    return f"<p>{escape(heading)}:</p><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"

@@ -1,11 +1,14 @@
-"""Small pieces of HTML: numbers to read, tables, pictures, links to data."""
+"""Small pieces of HTML (numbers to read, tables, pictures, links to data), and a page of a result made of them."""
 
 import base64
 import math
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
+
+from vibrocap.files import write_text
 
 DIGITS = 4  # that are shown; all of them stand in the title
 FEW = 6  # numbers, shown at once; more are folded away
@@ -94,3 +97,33 @@ def figure(key: str, title: str, path: Path, caption: str, before: str = "", lev
         f"<figcaption>{escape(caption)} Data: {data_link(f'figures/{key}.csv')}.</figcaption>"
         "</figure>"
     )
+
+
+def facts(found: Mapping[str, str]) -> str:
+    """Words by name."""
+    return table(["", ""], [[escape(name), escape(text)] for name, text in found.items()])
+
+
+def listed(heading: str, lines: Sequence[str]) -> str:
+    """Lines below a heading; nothing where there is none."""
+    if not lines:
+        return ""
+    return f"<p>{escape(heading)}:</p><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+
+
+def write_page(folder: Path, heading: str, parts: Iterable[tuple[str, str]], commands: Sequence[str]) -> Path:
+    """Write `report.html` into a folder: parts (title, HTML), and the commands that make all this again."""
+    style = (files("vibrocap.report") / "page.css").read_text(encoding="utf-8")
+    again = "".join(f"<p><code>{escape(each)}</code></p>" for each in commands)
+    keyed = [(f"part-{i}", title, inner) for i, (title, inner) in enumerate((*parts, ("How to run this again", again)))]
+    body = "".join(f"<section>{titled(2, key, title)}{inner}</section>" for key, title, inner in keyed)
+    contents = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in keyed)
+    page = (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<meta name="color-scheme" content="light dark"><link rel="icon" href="data:,">'
+        f"<title>{escape(heading)}</title><style>{style}</style></head><body>"
+        f'<nav aria-label="Contents"><details open><summary>Contents</summary><ul>{contents}</ul></details></nav>'
+        f'<main id="main"><h1>{escape(heading)}</h1>{body}</main></body></html>\n'
+    )
+    return write_text(folder / "report.html", page)

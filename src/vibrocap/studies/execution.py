@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from vibrocap.arguments import Complaint, Complaints, check_whole, require
-from vibrocap.measures.ensemble import DEVICES
+from vibrocap.numerics import api as numerics
 
 MAX_RUNS = 10_000_000
 
@@ -40,6 +40,6 @@ class Execution:
         for name in ("resume", "workers"):
             if getattr(self, name) and self.out is None:
                 found.add(name, "needs a folder for the results, out")
-        if self.device not in DEVICES:
-            found.add("device", f"should be {' or '.join(DEVICES)}, got {self.device!r}")
+        with found.collected():
+            numerics.device(self.device)
         return [each for each in found if isinstance(each, Complaint)]

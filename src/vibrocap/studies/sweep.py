@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import Case, CaseError
-from vibrocap.measures.ensemble import GPU_CHUNK
 from vibrocap.measures.measure import Measure
+from vibrocap.numerics import api as numerics
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
 from vibrocap.quantities.declared import ByName
@@ -96,7 +96,7 @@ def sweep(
     tile_runs: runs that are computed and stored together (about), which is what an interruption loses; by default some
         five seconds of work, 4096 runs at most
     threads: of this process, all cores by default
-    device: "cpu", or "cuda": a GPU (extra `gpu`), whose results agree with the processor's to rounding
+    device: "cpu", or a device that another package brings, whose results agree with the processor's to rounding
     workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`), or an executor of
         `concurrent.futures`, such as `client.get_executor()` of Dask; they need `out`, which this process writes
     progress: True for a bar, or a function that is called now and then with the share done
@@ -166,14 +166,12 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
     Its dataset is made by who needs one: that imports more than a small study computes.
     """
     how.require_packages()
-    study = dataclasses.replace(study, code=code_of(study.plan), device=how.device)
+    study = dataclasses.replace(study, code=code_of(study.plan, how.device), device=how.device)
     if study.plan.count > how.max_runs and not how.yes:
         raise CaseError([f"{size_in_words(study, how.threads)}; say --yes (yes=True) if that is meant"], "the study")
     _check_room(study, how.out, how.yes)
-    tile_runs = how.tile_runs
-    if tile_runs is None and how.device == "cuda":
-        tile_runs = GPU_CHUNK
-    elif tile_runs is None and how.out is not None and not how.workers:
+    tile_runs = how.tile_runs or numerics.device(how.device).tile_runs
+    if tile_runs is None and how.out is not None and not how.workers:
         tile_runs = tile_runs_by_time(study, how.out, how.threads)
     tile = tile_shape(study.plan.shape, tile_runs)
     with reporting(progress, "Sweeping") as report:
@@ -257,7 +255,7 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
     """All tiles that are not stored yet, into a store."""
     with contextlib.ExitStack() as stack:
         if isinstance(how.workers, Executor):  # of another machine, perhaps
-            study = dataclasses.replace(study, code=how.workers.submit(code_of, study.plan).result())
+            study = dataclasses.replace(study, code=how.workers.submit(code_of, study.plan, how.device).result())
         opened = opened_for_writing(out, study, tile, resume=how.resume, mixed=how.mixed)
         stack.callback(opened.lock.release)
         store = opened.store

@@ -1,26 +1,27 @@
 """`vibrocap fit`: a friction law, several laws ranked, or a case (--machine), fitted to measured records."""
 
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.cli.command import Answer, Report, command
 from vibrocap.cli.destinations import own_names
-from vibrocap.cli.fit_request import FitRequest, own_settings
+from vibrocap.cli.fit_request import FitRequest, own_settings, rig
 from vibrocap.cli.terminal import Page, complain
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.dimensional import in_si, view
 from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.design.calibration.motion_fit import MotionFit
-    from vibrocap.identification.result.fit_result import Fit
+    from vibrocap.identification.result.fit_result import Chapter, Fit
     from vibrocap.records.record import Record
 
 # what a case fitted to records writes into --out, and the columns of its table
-FILES = ("motion-fit.json", "fitted.toml", "predicted.csv")
+FILES = ("motion-fit.json", "fitted.toml", "predicted.csv", "predicted.png", "report.html")
 COLUMNS = ("record", "held_out", "time", "measured", "predicted", "band")
 
 
@@ -62,8 +63,27 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
     found = method(records, request.laws[0], **settings)
     if not found.ok:
         return Answer(found, incomplete=f"No fit of {request.laws[0]}: {found.status}.")
-    written = _write(found, request.out, scales) if request.out is not None else []
-    return Answer(found, found.summary(), found, written=tuple(("Written:", path) for path in written))
+    record, more = _further(request, found)
+    written = _write(found, request.out, scales, request, more) if request.out is not None else []
+    text = "\n".join([found.summary(), *("\n" + "\n".join(each.lines()) for each in more)])
+    return Answer(record, text, found, written=tuple(("Written:", path) for path in written))
+
+
+def _further(request: FitRequest, found: "Fit") -> "tuple[Any, list[Chapter]]":
+    """What is asked beside a fit: the record with it, and it in words."""
+    record, more = view(found), []
+    if request.bootstrap is not None:
+        from vibrocap.identification.experiments.bootstrap import bootstrap
+
+        record["bootstrap"] = scattered = bootstrap(found, replicates=request.bootstrap, seed=request.seed)
+        more.append(scattered.chapter)
+    if request.design is not None:
+        from vibrocap.identification.experiments.experiment_design import candidate_motions, experiment_design
+
+        motions = candidate_motions(**rig("--design", request.design), unit=found.units.displacement)
+        record["design"] = design = experiment_design(found, motions)
+        more.append(design.chapter)
+    return record, more
 
 
 def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
@@ -76,10 +96,14 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     written = []
     if out is not None:
         for each in good:
-            written += _write(each, made_folder(out / each.law_name, own=True), scales)
+            written += _write(each, made_folder(out / each.law_name, own=True), scales, request)
         text = json_text(found) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
-        if good and _can_draw():
+        if good and request.report:
+            from vibrocap.report.fit import write_comparison_page
+
+            written += write_comparison_page(found, out, request.again())
+        elif good and _can_draw():
             from vibrocap.plotting.fits import comparison_figure
             from vibrocap.plotting.look.finishing import save
 
@@ -93,11 +117,15 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     )
 
 
-def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:
+def _write(found: "Fit", folder: Path, scales: Any, request: FitRequest, more: "Sequence[Chapter]" = ()) -> list[Path]:
     """The files of a fit in a folder."""
     written = list(found.save(folder, scales))
     written.append(write_residuals(found, folder / "residuals.csv"))
-    if _can_draw():
+    if request.report:
+        from vibrocap.report.fit import write_fit_page
+
+        written += write_fit_page(found, folder, request.again(), more)
+    elif _can_draw():
         from vibrocap.plotting.fits import fit_figure, residual_figure
         from vibrocap.plotting.look.finishing import save
 
@@ -148,6 +176,10 @@ def _machine(request: FitRequest, records: "list[Record]", hidden: list[str], re
         written.append(write_text(folder / FILES[0], json_text(in_si(found)) + "\n"))
         written.append(found.case().save(folder / FILES[1]))
         written.append(write_table(folder / FILES[2], COLUMNS, _rows(found)))
+        if request.report:
+            from vibrocap.report.fit import write_motion_page
+
+            written += write_motion_page(found, folder, request.again())
 
     def text(page: Page) -> None:
         page.say(f"{found.heading}, by {request.machine}", style="bold")

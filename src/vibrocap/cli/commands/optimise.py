@@ -1,7 +1,6 @@
 """`vibrocap optimise`: the best settled, stable design of a case, with its orbit and a case file that runs."""
 
 import dataclasses
-import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +9,7 @@ from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.commands.orbit import bound_rows, bounds_record
 from vibrocap.cli.destinations import needs, writable_folder
-from vibrocap.cli.options import For, Json, Option, Seed, Uncertain, flag, folder, picture
+from vibrocap.cli.options import For, Json, Option, Seed, Uncertain, folder, picture
 from vibrocap.cli.terminal import Page, said
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
@@ -90,14 +89,6 @@ class OptimiseRequest(OfCase, Drawn):
             needs("--against", "pymoo")
             if self.out is not None:
                 writable_folder("--out", self.out, *(f"{CASES}/{i:03d}.toml" for i in range(self.points or 100)))
-
-    def again(self) -> str:
-        """The command that searches again."""
-        words = ["vibrocap", "optimise", str(self.case)]
-        for name in ("over", "subject_to", "uncertain"):
-            words += [word for value in getattr(self, name) or () for word in (flag(name), value)]
-        words += ["--for", self.for_, *(["--against", self.against] if self.against else [])]
-        return shlex.join([*words, "--evaluations", str(self.evaluations), "--seed", str(self.seed), "--out", "design"])
 
 
 @command(

@@ -8,18 +8,19 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.identification.problem.prediction import Prediction
-from vibrocap.identification.result.fit_result import Fit, Problem
+from vibrocap.identification.result.fit_result import Chapter, Fit, Problem, number
 from vibrocap.identification.search.descent import warm_descent
 from vibrocap.identification.search.loss import Minimum
 from vibrocap.progress import Progress, reporting
+from vibrocap.results import Result
 
 FEWEST_RECORDS = 4
 BLOCKS = 20  # stretches that a single record is cut into
 LARGE = 10_000  # samples from which thinned records are fitted
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Bootstrap:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Bootstrap(Result):
     """Parameters of repeated fits to records (or stretches) drawn with replacement.
 
     names [p]; values [replicates, p]; over: "records" or "blocks"; low, high: percentile intervals (95 %) by name;
@@ -32,6 +33,15 @@ class Bootstrap:
     low: Mapping[str, float]
     high: Mapping[str, float]
     failed: int
+
+    in_record = "over values low high failed"
+
+    @property
+    def chapter(self) -> Chapter:
+        """Its intervals, in words."""
+        rows = [(name, f"{number(self.low[name], 4)} to {number(self.high[name], 4)}") for name in self.names]
+        title = f"in {len(self.values)} refits of {self.over}"
+        return Chapter(title, ("95 % of the values",), rows)
 
 
 def bootstrap(

@@ -13,10 +13,11 @@ from vibrocap.identification.experiments.motions import Motion, multisine, ramp,
 from vibrocap.identification.inference.identifiability import LOOSE
 from vibrocap.identification.problem.parameter_roles import role
 from vibrocap.identification.problem.prediction import Prediction, is_nuisance
-from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.result.fit_result import Chapter, Fit
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.results import Result
 
 CRITERIA = ("D", "A")
 STEP = 1e-4  # of a logarithm, for differences
@@ -37,8 +38,8 @@ class RatedMotion:
     determines: tuple[str, ...]
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class ExperimentDesign:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class ExperimentDesign(Result):
     """Which motions to impose.
 
     chosen: the best sequence, each the best addition to those before it; rated: all candidates by themselves, the best
@@ -54,25 +55,44 @@ class ExperimentDesign:
     after: Mapping[str, float]
     sentences: tuple[str, ...]
 
+    in_record = "criterion motions before after sentences"
+
+    @property
+    def motions(self) -> list[dict[str, Any]]:
+        """The chosen motions: name, gain, and the deviations after each of them alone."""
+        return [{"name": m.motion.name, "gain": m.gain, "deviations": dict(m.deviations)} for m in self.chosen]
+
+    @property
+    def chapter(self) -> Chapter:
+        """What to do next, in words."""
+        best = "; ".join(dict.fromkeys(each.motion.name for each in self.chosen))
+        return Chapter("The next experiments", sentences=[f"Most is told by {best}.", *self.sentences])
+
 
 def candidate_motions(
-    *, amplitude: tuple[float, float], frequency: tuple[float, float], speed: float | None = None, samples: int = 600
+    *,
+    amplitude: tuple[float, float],
+    frequency: tuple[float, float],
+    speed: float | None = None,
+    samples: int = 600,
+    unit: str = "m",
 ) -> tuple[Motion, ...]:
     """Motions that a rig can make: sinusoids over a grid of amplitude and frequency, ramps, and two multi-sines.
 
     amplitude m, frequency Hz: (lowest, highest), of which 4 and 3 values are taken on a logarithmic grid; speed m/s:
-    the rig's largest, which leaves out what is faster (by default what the largest sinusoid asks for).
+    the rig's largest, which leaves out what is faster (by default what the largest sinusoid asks for). unit: rad where
+    the contact turns.
     """
     for name, (low, high) in (("amplitude", amplitude), ("frequency", frequency)):
         if not 0 < low < high:
             raise ArgumentError(name, f"should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
     largest = speed or 2 * math.pi * amplitude[1] * frequency[1]
     grid = itertools.product(np.geomspace(*amplitude, 4).tolist(), np.geomspace(*frequency, 3).tolist())
-    found = [sinusoid(a, f, samples=samples) for a, f in grid]
+    found = [sinusoid(a, f, samples=samples, unit=unit) for a, f in grid]
     tops = np.geomspace(0.01 * largest, largest, 3).tolist()
-    found += [ramp(top, 8 * amplitude[1] / top, samples) for top in tops]
+    found += [ramp(top, 8 * amplitude[1] / top, samples, unit) for top in tops]
     tones = np.geomspace(*frequency, 4).tolist()
-    found += [multisine(a, tones, samples) for a in amplitude]
+    found += [multisine(a, tones, samples, unit=unit) for a in amplitude]
     return tuple(each for each in found if np.abs(each.velocity).max() <= largest * (1 + 1e-9))
 
 
@@ -81,7 +101,7 @@ def experiment_design(
     candidates: Sequence[Motion],
     *,
     noise: float | None = None,
-    load: float = 1.0,
+    load: float | None = None,
     parameters: Iterable[str] | None = None,
     criterion: str = "D",
     experiments: int = 3,
@@ -95,6 +115,7 @@ def experiment_design(
 
     law: a law with the parameters as far as they are known, or a fit; the design is as good as these (it is local)
     noise: standard deviation of the force's error, in its unit; a fit knows its own
+    load: normal force; None: the mean of the fit's records, 1 for a law
     parameters: names; None: all numbers above 0 that are not whole exponents or conventions
     Raises ValueError for input that makes no sense, and where no candidate can be driven.
     """
@@ -115,6 +136,9 @@ def experiment_design(
     if not candidates:
         raise ArgumentError("candidates", "there is none")
     names = _names(base, parameters, fitted)
+    if load is None:
+        problem = None if fitted is None else fitted.problem
+        load = 1.0 if problem is None else float(np.mean([np.mean(each.load) for each in problem.prediction.records]))
     known = np.eye(len(names)) / VAGUE**2 + (_known(fitted, names) if fitted is not None else 0.0)
     informations = [(motion, _information(base, names, motion, noise, load)) for motion in candidates]
     told = [(motion, information) for motion, information in informations if information is not None]

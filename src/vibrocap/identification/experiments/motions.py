@@ -25,21 +25,21 @@ class Motion:
         return np.concatenate(([0.0], np.cumsum(steps)))
 
 
-def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int = 600) -> Motion:
+def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int = 600, unit: str = "m") -> Motion:
     """Harmonic displacement about its middle, x = -amplitude cos(2 pi frequency t), from rest."""
     _check(amplitude=amplitude, frequency=frequency, cycles=cycles)
     time = np.linspace(0.0, cycles / frequency, samples)
     omega = 2 * np.pi * frequency
-    name = f"sinusoid of {amplitude:.3g} m at {frequency:.3g} Hz"
+    name = f"sinusoid of {amplitude:.3g} {unit} at {frequency:.3g} Hz"
     return Motion(name, time, amplitude * omega * np.sin(omega * time))
 
 
-def ramp(speed: float, duration: float, samples: int = 600) -> Motion:
+def ramp(speed: float, duration: float, samples: int = 600, unit: str = "m") -> Motion:
     """Velocity that rises to `speed` and falls to rest, then the same backward: a slow one sweeps the steady curve."""
     _check(speed=speed, duration=duration)
     time = np.linspace(0.0, duration, samples)
     velocity = np.interp(time / duration, [0, 0.25, 0.5, 0.75, 1], [0, speed, 0, -speed, 0])
-    return Motion(f"ramps to {speed:.3g} m/s in {duration / 4:.3g} s", time, velocity)
+    return Motion(f"ramps to {speed:.3g} {unit}/s in {duration / 4:.3g} s", time, velocity)
 
 
 def steps(speeds: Sequence[float], distance: float, samples: int = 600) -> Motion:
@@ -56,7 +56,9 @@ def steps(speeds: Sequence[float], distance: float, samples: int = 600) -> Motio
     return Motion(f"steps of velocity {names} m/s", time, np.interp(time, knots, values))
 
 
-def multisine(amplitude: float, frequencies: Sequence[float], samples: int = 1200, seed: int = 0) -> Motion:
+def multisine(
+    amplitude: float, frequencies: Sequence[float], samples: int = 1200, seed: int = 0, unit: str = "m"
+) -> Motion:
     """Sum of sinusoids of velocity with random phases, of equal speed, scaled to a largest displacement; from rest.
 
     It begins and ends with a tenth of its time in which it swells and fades.
@@ -70,7 +72,7 @@ def multisine(amplitude: float, frequencies: Sequence[float], samples: int = 120
     velocity = velocity - np.mean(velocity) * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1) / 0.9
     found = Motion("", time, velocity)
     scale = amplitude / max(0.5 * float(np.ptp(found.displacement)), 1e-300)
-    name = f"multi-sine of {amplitude:.3g} m with {', '.join(f'{f:.3g}' for f in frequencies)} Hz"
+    name = f"multi-sine of {amplitude:.3g} {unit} with {', '.join(f'{f:.3g}' for f in frequencies)} Hz"
     return Motion(name, time, velocity * scale)
 
 

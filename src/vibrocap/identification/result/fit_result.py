@@ -120,6 +120,22 @@ class RecordResult:
         return len(self.time)
 
 
+@dataclasses.dataclass(frozen=True)
+class Chapter:
+    """A part of what a fit tells: rows of cells, of which the head names all but the first; or sentences."""
+
+    title: str
+    head: tuple[str, ...] = ()
+    rows: Sequence[tuple[str, ...]] = ()
+    sentences: Sequence[str] = ()
+
+    def lines(self) -> list[str]:
+        """As text, for a terminal."""
+        if self.rows:
+            return table([(self.title, *self.head), *self.rows])
+        return [f"{self.title}:", *(f"- {sentence}" for sentence in self.sentences)]
+
+
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Fit(Result):
     """A friction law fitted to records.
@@ -208,6 +224,25 @@ class Fit(Result):
         """Names of the law's searched parameters."""
         return tuple(p.name for p in self.parameters if p.verdict != Verdict.HELD)
 
+    @property
+    def chapters(self) -> list[Chapter]:
+        """What it tells, part by part: parameters, records, what is not determined, errors, limits."""
+        head = ("value", "95 % interval", "unit", "")
+        records = [
+            (r.name, f"{len(r.time):,} samples", _percent(r.relative_rmse), "held out" if r.held_out else "fitted")
+            for r in self.records
+        ]
+        left = self.identifiability.sentences if self.identifiability is not None else ()
+        found = (
+            Chapter("parameter", head, [_row(each) for each in self.parameters]),
+            Chapter("of the measurement", head, [_row(each) for each in self.nuisances]),
+            Chapter("record", ("", "relative RMSE", ""), records),
+            Chapter("What these data do not determine", sentences=left),
+            Chapter("The errors", sentences=self.residuals.sentences() if self.residuals is not None else ()),
+            Chapter("Limits that were reached", sentences=[f"{limit}." for limit in self.limits]),
+        )
+        return [each for each in found if each.rows or each.sentences]
+
     def summary(self) -> str:
         """The fit as text, for a terminal."""
         if not self.ok:
@@ -217,22 +252,8 @@ class Fit(Result):
         if not math.isnan(self.held_out_relative_rmse):
             lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
             lines[0] += " (worse than a constant)" if self.held_out_relative_rmse >= 1.0 else ""
-        head = ("value", "95 % interval", "unit", "")
-        lines += ["", *table([("parameter", *head), *map(_row, self.parameters)])]
-        if self.nuisances:
-            lines += ["", *table([("of the measurement", *head), *map(_row, self.nuisances)])]
-        rows = [
-            (r.name, f"{len(r.time):,} samples", _percent(r.relative_rmse), "held out" if r.held_out else "fitted")
-            for r in self.records
-        ]
-        lines += ["", *table([("record", "", "relative RMSE", ""), *rows])]
-        report = self.identifiability
-        if report is not None and report.sentences:
-            lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
-        if self.residuals is not None:
-            lines += ["", "The errors:", *(f"- {sentence}" for sentence in self.residuals.sentences())]
-        if self.limits:
-            lines += ["", "Limits that were reached:", *(f"- {limit}." for limit in self.limits)]
+        for each in self.chapters:
+            lines += ["", *each.lines()]
         if self.options.get("not_shown"):
             names = ", ".join(self.options["not_shown"])
             lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]

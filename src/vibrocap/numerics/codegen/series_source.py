@@ -60,7 +60,6 @@ def jet_source(equations: Equations, layout: Layout, loop: str) -> str:
 def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     order = layout.order
-    # A GPU has functions of its own, and runs the ensemble one by one.
     # All lanes share few registers, so that what is read is read late.
     simd = loop == "simd"
     chosen = "slow" if simd and slow and not equations.several else ""

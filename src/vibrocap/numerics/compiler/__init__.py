@@ -3,7 +3,7 @@
 The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`). From that tree
 LLVM's language is written (`lowering.py`, `code.py`; all lanes at once: `lanes.py`), made machine code by LLVM and
 called (`machine.py`), and kept on disk (`cache.py`); `compiled` does all of that. Nothing else of the package knows
-LLVM. Other targets: GPUs (`gpu.py`), browsers (`webassembly.py`) and C (`c/`).
+LLVM. Other targets: browsers (`webassembly.py`) and C (`c/`).
 """
 
 import functools

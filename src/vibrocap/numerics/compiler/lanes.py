@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibrocap.numerics.compiler.subset import (
-    BOOL,
     INT,
     NOTHING,
     PLACES,
@@ -152,14 +151,6 @@ def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:
     return code.emit(yes.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {yes.text}, {kind} {no.text}")
 
 
-def _take(code: "Code", array: Value, place: Value, amount: Value) -> Value:
-    return code.emit(INT, f"atomicrmw add ptr {code.pointer(array, place)}, i64 {amount.text} monotonic, align 8")
-
-
-def _in_all_threads(code: "Code", condition: Value) -> Value:
-    return code.emit(BOOL, f"call i1 @in_all_threads(i1 {condition.text})")
-
-
 def _bits(code: "Code", chosen: Value) -> Value:
     width = chosen.kind.lanes
     if not width:
@@ -212,8 +203,6 @@ PRIMITIVES: dict[str, Callable[..., Value]] = {
     "whole_add": _whole_add,
     "whole_set": _whole_set,
     "where": _where,
-    "take": _take,
-    "in_all_threads": _in_all_threads,
     "bits": _bits,
     "floor": _of_each("floor"),
     "square_root": _of_each("sqrt"),

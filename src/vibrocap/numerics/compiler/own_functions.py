@@ -2,7 +2,6 @@
 
 from vibrocap.numerics.compiler.subset import defines
 
-# What a kernel of one motion does not define itself (`kernel/loop/gpu_thread.py` does so for a GPU).
 OWN = {
     "sine": "def sine(x):\n    return sine_cosine(x)[0]\n",
     "cosine": "def cosine(x):\n    return sine_cosine(x)[1]\n",

@@ -41,7 +41,7 @@ from typing import Any
 
 PLAIN_VECTORS = "vibrocap.numerics.kernel.arithmetic.plain_vectors"
 ORIGIN = re.compile(r"^# From (.+)$", re.MULTILINE)  # a line of the text above what another file gave
-# Functions of `elementary_polynomials.py` and `gpu.py`, which stand for those of `math` where a target has none.
+# Functions of `elementary_polynomials.py` and `own_functions.py`, for those of `math` where a target has none.
 LIBRARY = {
     "sin": "sine",
     "cos": "cosine",

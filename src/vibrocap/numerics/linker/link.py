@@ -119,9 +119,14 @@ HEAD = re.compile(  # of a module: its docstring and its imports, which tell a r
 @functools.cache
 def kernel_source(name: str) -> str:
     """Source of a kernel module, "arithmetic.roots" for example: its file below its imports, with places."""
-    path = f"{name.replace('.', '/')}.py"
-    text = (KERNEL / path).read_text(encoding="utf-8")
-    return f"# From numerics/kernel/{path}\n{with_places(HEAD.sub('', text, count=1).rstrip())}"
+    path = KERNEL / f"{name.replace('.', '/')}.py"
+    return module_source(path, f"numerics/kernel/{path.relative_to(KERNEL).as_posix()}")
+
+
+def module_source(path: pathlib.Path, origin: str) -> str:
+    """The text of a module in the language of kernels, below its imports, with places; origin: what to call it."""
+    text = path.read_text(encoding="utf-8")
+    return f"# From {origin}\n{with_places(HEAD.sub('', text, count=1).rstrip())}"
 
 
 @functools.cache

@@ -60,8 +60,8 @@ def stepper_recipe(layout: Layout, held_input: bool = False) -> Recipe:
 def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
     """Many motions, of which measures are kept.
 
-    loop: "ensemble", one by one; "simd", all lanes at once; "gpu", one by one on a thread of a GPU;
-        "browser", one by one with the elementary functions of the package, as a browser has its own
+    loop: "ensemble", one by one; "simd", all lanes at once; "portable", one by one with the elementary functions of
+        the package, for targets without these; "browser", the same without what takes evidence
     """
     before = (
         *GATHERING,
@@ -75,10 +75,7 @@ def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, LANE_PRIMITIVES)
-    if loop == "gpu":
-        modules = (*ALONE, *before, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
-        return Recipe("run_thread", modules, ("take", "in_all_threads", "whole_equal"))
-    own = ALONE if loop == "browser" else ALONE[:1]
+    own = ALONE[:1] if loop == "ensemble" else ALONE
     return Recipe("advance_ensemble", (*own, *before, *MOVING, "loop.one_by_one", "loop.run_queue"))
 
 

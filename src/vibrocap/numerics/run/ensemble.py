@@ -59,7 +59,7 @@ def ensemble_source(
     lanes: 1 for one by one, else `registers.lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
     returns: see `Budget`
-    loop: "gpu" for a thread of a GPU, "browser" for a page; else as the lanes say, see `ensemble_recipe`
+    loop: "portable" for another device, "browser" for a page; else as the lanes say, see `ensemble_recipe`
     """
     loop = loop or ("ensemble" if lanes == 1 else "simd")
     integrands = integrands or integrands_source(equations)

@@ -5,9 +5,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.measures.ensemble import CHUNK
 from vibrocap.motion.run_evidence import certified
-from vibrocap.numerics.api import Budget, RunResults, codes
+from vibrocap.numerics.api import Budget, RunResults, codes, device
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
@@ -75,8 +74,9 @@ def settling_runs(
         returns=not map_.equations.timed,
     )
     parts = []
-    for base in range(0, count, CHUNK):
-        chosen = slice(base, min(base + CHUNK, count))
+    chunk = device("cpu").chunk
+    for base in range(0, count, chunk):
+        chosen = slice(base, min(base + chunk, count))
         said = None if progress is None else lambda begun, base=base: progress((base + begun) / count)
         ends = map_.run(budget, states[chosen], parameters[chosen], progress=said)
         response = ends.response_period

@@ -15,6 +15,7 @@ from typing import Any
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.case.sections import kind_paths, kinds_of
 from vibrocap.measures.measure import Measure
+from vibrocap.numerics import api as numerics
 from vibrocap.physics.names import split_path
 from vibrocap.physics.part_files import file_of
 from vibrocap.studies.plan.axes import Grid
@@ -114,7 +115,7 @@ class Study:
     case: the system on which the plan's values are put, where its runs start, and how they are run
     plan: the runs
     measures: names of what is measured, or measures of one's own
-    window, settle, device, extrapolate: how, as `ensemble` takes them; a GPU gives other bits than a processor
+    window, settle, device, extrapolate: how, as `ensemble` takes them; each device has bits of its own
     code: with what the results are made, by name, see `code_version`; as it is here unless given
 
     How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.
@@ -131,7 +132,7 @@ class Study:
 
     def __post_init__(self):
         if not self.code:
-            object.__setattr__(self, "code", code_of(self.plan))
+            object.__setattr__(self, "code", code_of(self.plan, self.device))
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -200,9 +201,10 @@ class Study:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def code_of(plan: Runs) -> dict[str, str]:
+def code_of(plan: Runs, device: str) -> dict[str, str]:
     """With what the results of a plan's runs would be made here."""
-    return code_version(drawn=isinstance(plan, Drawn) and plan.design.kind != "random")
+    drawn = isinstance(plan, Drawn) and plan.design.kind != "random"
+    return {**code_version(drawn), **numerics.device(device).code}
 
 
 def _measure_record(measure: str | Measure) -> Any:

@@ -154,7 +154,7 @@ def computed_tile(
     """In a worker: with what it computes, and the results of one tile."""
     study = study or _given[0]
     study = study.study() if isinstance(study, SentStudy) else study
-    return code_of(study.plan), run_tile(study, tile, index, threads=1)
+    return code_of(study.plan, study.device), run_tile(study, tile, index, threads=1)
 
 
 @contextlib.contextmanager

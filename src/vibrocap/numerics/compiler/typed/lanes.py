@@ -34,8 +34,6 @@ PRIMITIVES: dict[str, tuple[tuple, Kind | str]] = {
     "whole_add": ((INTS, INT, INT, "choices"), NOTHING),
     "whole_set": ((INTS, INT, INT, "choices"), NOTHING),
     "where": (("choices", "numbers", "numbers"), "numbers"),
-    "take": ((INTS, INT, INT), INT),
-    "in_all_threads": ((BOOL,), BOOL),
     "bits": (("choices",), INT),
     "floor": (("numbers",), "numbers"),
     "square_root": (("numbers",), "numbers"),

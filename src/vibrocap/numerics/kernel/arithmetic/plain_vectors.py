@@ -82,18 +82,6 @@ def whole_set(ints, place, value, choices):
     ints[place : place + WIDTH][choices] = value
 
 
-def take(ints, place, amount):
-    """Add an amount to an entry at once, whoever else does, and return what stood there before."""
-    before = ints[place]
-    ints[place] = before + amount
-    return before
-
-
-def in_all_threads(condition):
-    """Whether a condition holds in all threads that go together, each of which waits here for the others."""
-    return condition
-
-
 def bits(choices):
     """As an integer, bit i for lane i."""
     return sum(1 << lane for lane, choice in enumerate(np.atleast_1d(choices)) if choice)

@@ -2,5 +2,5 @@
 from run to run.
 
 Lanes are taken one after another (`one_by_one`) or all at once (`simd_step`); a lane that has ended its run takes the
-next one from the queue (`run_queue`); a GPU's thread does so too (`gpu_thread`).
+next one from the queue (`run_queue`).
 """

@@ -1,4 +1,4 @@
-"""The loop over lanes that takes one after another: of a recorded motion, and of a thread of a GPU."""
+"""The loop over lanes that takes one after another: of a recorded motion, and of targets without lanes."""
 
 from vibrocap.numerics.kernel.codes import BEGINNING, RUNNING, TOO_MANY_STEPS, TRACE_FULL
 from vibrocap.numerics.kernel.interface import has_room, next_series

@@ -1,4 +1,4 @@
-"""Runs an ensemble on an NVIDIA GPU: the same generated source, one thread per run (extra `gpu`).
+"""Runs an ensemble on an NVIDIA GPU: the same kernel text, one thread per run.
 
 A thread carries its lane in local memory, which the compiler interleaves, so that the threads of a warp read side by
 side; a slice of one global array per thread would scatter every access, and its address is no constant. Some 8 kB per
@@ -15,27 +15,26 @@ read the same instructions. Without this a thread that left the loop alone kept 
 Tried on an H100 and of no use: fewer registers for more threads (128, 168), a second wait between a series and its
 step, and events that wait until eight or sixteen threads of a warp have one.
 
-The code is PTX, written by the package's own compiler (`compiler/gpu.py`); the driver makes the GPU's own of it and
-keeps that. It is launched through NVIDIA's own bindings. The results are those of a CPU to rounding: sin, cos and exp
-are polynomials here, and which products are fused differs.
+The code is PTX (`ptx.py`), of which the driver makes the GPU's own and keeps it. The results are those of a CPU to
+rounding: sin, cos and exp are polynomials here, and which products are fused differs.
 """
 
-import contextlib
-import ctypes
 import functools
-import importlib
-import importlib.util
+import hashlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.kernel.loop.gpu_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import module_source
 from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.devices import Device
 from vibrocap.numerics.run.ensemble import (
     drive_tables,
     ensemble_order,
@@ -44,156 +43,69 @@ from vibrocap.numerics.run.ensemble import (
     write_runs,
 )
 from vibrocap.numerics.run.results import RunResults
+from vibrocap_gpu.driver import Gpu, first_gpu, gpu_problem
+from vibrocap_gpu.ptx import ENTRY, ptx
+from vibrocap_gpu.thread import BUSY, NEXT
 
+CHUNK = 2**20  # runs at a time, of which a hundred thousand run at once
 WARP = 32  # threads that the GPU moves together
 RESIDENT = 256  # threads per multiprocessor, one block: ptxas gives each all 255 registers that it may have, of 65,536
 LAUNCH = 0.25  # s, aimed at: short enough for a GPU that also draws a screen
 FIRST_ROUNDS, MOST_ROUNDS = 200, 1_000_000  # steps per launch
 SHARE = 0.5  # of the free memory of the GPU, for the runs and results of one chunk
-ENTRY = "run_all"
 
 
-def cuda_text(
+def device() -> Device:
+    """The first GPU, as the package's entry point names it; ArgumentError where it cannot be used."""
+    problem = gpu_problem()
+    if problem is not None:
+        raise ArgumentError("device", problem)
+    sources = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))))
+    return Device(gpu_ensemble_run, CHUNK, tile_runs=CHUNK, code={"vibrocap-gpu": sources.hexdigest()})
+
+
+def thread_text(
     equations: Equations, order: int, integrands: Integrands | None = None, returns: bool = False
 ) -> tuple[Layout, str]:
     """(layout, text) of the kernel of which a GPU's threads are made, for an ensemble of these equations."""
-    layout, text = ensemble_source(equations, order, 1, integrands, loop="gpu", returns=returns)
+    layout, text = ensemble_source(equations, order, 1, integrands, loop="portable", returns=returns)
     text.check()
-    return layout, f"{text}\nWHOLE_SIZE = {layout.whole_size}\n"
+    thread = module_source(Path(__file__).with_name("thread.py"), "vibrocap_gpu/thread.py")
+    return layout, f"{text}\n\n{thread}\nWHOLE_SIZE = {layout.whole_size}\n"
 
 
 @functools.lru_cache(maxsize=64)
-def cuda_code(
+def gpu_code(
     equations: Equations, order: int, integrands: Integrands | None = None, returns: bool = False
 ) -> tuple[Layout, str]:
     """(layout, PTX) for all GPUs."""
-    from vibrocap.numerics.compiler.gpu import ptx
-
-    layout, text = cuda_text(equations, order, integrands, returns)
+    layout, text = thread_text(equations, order, integrands, returns)
     return layout, ptx(text, layout.real_size, layout.whole_size)
 
 
-class Gpu:
-    """The first GPU, through the driver; whatever it refuses is a RuntimeError with its own words.
-
-    The context is the GPU's primary one, held until Python ends: to take it and give it back costs a third of a second.
-    """
-
-    def __init__(self) -> None:
-        self.driver: Any = importlib.import_module("cuda.bindings.driver")
-        self.ask("cuInit", 0)
-        self.device = self.ask("cuDeviceGet", 0)
-        self.context = self.ask("cuDevicePrimaryCtxRetain", self.device)
-
-    def serve(self) -> None:
-        """Serve the thread that calls this."""
-        self.ask("cuCtxSetCurrent", self.context)
-
-    def ask(self, name: str, *arguments: Any) -> Any:
-        """Call a function of the driver; its result."""
-        code, *found = getattr(self.driver, name)(*arguments)
-        if code != self.driver.CUresult.CUDA_SUCCESS:
-            raise RuntimeError(f"{name}: {getattr(code, 'name', code)}")
-        return found[0] if len(found) == 1 else tuple(found)
-
-    def attribute(self, name: str) -> int:
-        """A property of the GPU."""
-        kind = self.driver.CUdevice_attribute
-        return int(self.ask("cuDeviceGetAttribute", getattr(kind, f"CU_DEVICE_ATTRIBUTE_{name}"), self.device))
-
-    @property
-    def name(self) -> str:
-        """What the GPU is called."""
-        return self.ask("cuDeviceGetName", 256, self.device).split(b"\0")[0].decode()
-
-    @property
-    def free(self) -> int:
-        """Bytes of its memory that are free."""
-        return int(self.ask("cuMemGetInfo")[0])
-
-    @contextlib.contextmanager
-    def function(self, code: str, name: str) -> Iterator[Any]:
-        """A function of a text in PTX, which is unloaded afterwards."""
-        module = self.ask("cuModuleLoadData", code.encode() + b"\0")
-        try:
-            yield self.ask("cuModuleGetFunction", module, name.encode())
-        finally:
-            self.ask("cuModuleUnload", module)
-
-    @contextlib.contextmanager
-    def arrays(self, *sizes: int) -> Iterator[list[int]]:
-        """Addresses of so many bytes each in the GPU's memory, which is given back afterwards."""
-        made: list[Any] = []
-        try:
-            for size in sizes:
-                made.append(self.ask("cuMemAlloc", max(size, 8)))
-            yield [int(address) for address in made]
-        finally:
-            for address in made:
-                self.ask("cuMemFree", address)
-
-    def send(self, address: int, values: np.ndarray) -> None:
-        """Copy an array to the GPU."""
-        self.ask("cuMemcpyHtoD", address, values.ctypes.data, values.nbytes)
-
-    def fetch(self, values: np.ndarray, address: int) -> None:
-        """Copy an array from the GPU, as soon as all that was launched has ended."""
-        self.ask("cuMemcpyDtoH", values.ctypes.data, address, values.nbytes)
-
-    def launch(self, function: Any, blocks: int, threads: int, addresses: list[int], numbers: list[int]) -> None:
-        """Start a function in so many blocks of so many threads."""
-        kinds = (*[ctypes.c_void_p] * len(addresses), *[ctypes.c_int64] * len(numbers))
-        arguments = ((*addresses, *numbers), kinds)
-        self.ask("cuLaunchKernel", function, blocks, 1, 1, threads, 1, 1, 0, 0, arguments, 0)
-
-
-@functools.cache
-def first_gpu() -> Gpu:
-    """The GPU of this process."""
-    return Gpu()
-
-
-def cuda_problem() -> str | None:
-    """Why ensembles cannot run on a GPU here, and what was found; None if they can."""
-    needs = 'device: "cuda" needs an NVIDIA GPU, its driver and the package cuda-bindings; found:'
-    with contextlib.suppress(ModuleNotFoundError):
-        if importlib.util.find_spec("cuda.bindings") is not None:
-            try:
-                first_gpu()
-                return None
-            except Exception as error:  # whatever is missing in a CUDA installation is reported, not raised
-                reason = " ".join(str(error).split()) or type(error).__name__
-            found = f"{needs} cuda-bindings, but: {reason.rstrip('.')}."
-            return f'{found} Install what is missing, or choose device="cpu".'
-    return f'{needs} no cuda-bindings. Install it with pip install "cuda-bindings>=12.8", or choose device="cpu".'
-
-
-def cuda_ensemble_run(
+def gpu_ensemble_run(
     equations: Equations,
     parameters: np.ndarray,
     initial: np.ndarray,
     budget: Budget,
+    threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     order: int | None = None,
     integrands: Integrands | None = None,
 ) -> RunResults:
-    """Run an ensemble to its end on the first GPU; the same contract as `ensemble.ensemble_run`.
+    """Run an ensemble to its end on the first GPU; the same contract as `numerics.run.ensemble.ensemble_run`.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called after each launch with the runs begun
-    integrands: with functions of one's own, see `ensemble.ensemble_source`
-    Raises ValueError, saying what was found, where there is no such GPU or the extra is missing.
+    integrands: with functions of one's own, see `ensemble_source`; threads: of the processor, which has none here
     """
-    problem = cuda_problem()
-    if problem is not None:
-        raise ValueError(problem)
     order = ensemble_order(budget.tolerance) if order is None else order
-    layout, code = cuda_code(equations, order, integrands, budget.returns)
+    layout, code = gpu_code(equations, order, integrands, budget.returns)
     count = len(initial)
     results = np.empty((count, layout.result_size))
     gpu = first_gpu()
     gpu.serve()
-    threads = gpu_threads(gpu)
-    chunk = runs_at_a_time(layout, threads, gpu.free)
+    at_once = gpu_threads(gpu)
+    chunk = runs_at_a_time(layout, at_once, gpu.free)
     with gpu.function(code, ENTRY) as function:
         for first in range(0, count, chunk):
             part = slice(first, min(first + chunk, count))
@@ -201,7 +113,7 @@ def cuda_ensemble_run(
             runs = np.empty((part.stop - first, layout.run_size))
             write_runs(runs, equations, parameters[part], initial[part])
             tables = drive_tables(equations, parameters[part])
-            _run_chunk(gpu, function, threads, layout, runs, tables, budget, report, results[part])
+            _run_chunk(gpu, function, at_once, layout, runs, tables, budget, report, results[part])
     return RunResults(layout, results)
 
 

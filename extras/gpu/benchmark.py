@@ -1,4 +1,4 @@
-"""`python -m benchmarks.gpu [runs]`: a sweep on the GPU beside the same runs on all cores of the processor.
+"""`python extras/gpu/benchmark.py [runs]`: a sweep on the GPU beside the same runs on all cores of the processor.
 
 The capsule of `named_sweeps` over its mass ratio and the amplitude of its drive, 40 drive periods each. Neighbours of a
 grid are alike, so threads that work together have about the same steps; in random order they have not. The error of
@@ -12,11 +12,12 @@ import sys
 import time
 
 import numpy as np
+from vibrocap_gpu.driver import first_gpu, gpu_problem
+from vibrocap_gpu.ensemble import gpu_ensemble_run
 
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run import cuda
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.ensemble import ensemble_run
 
@@ -73,11 +74,11 @@ def compare(law, runs: int) -> None:
     sizes = [size for size in (1_000, 10_000, 100_000, 1_000_000) if size < runs]
     for size in (*sizes, runs):
         random, grid = sweep_of(law, size), sweep_of(law, size, shuffled=False)
-        times = [seconds_of(cuda.cuda_ensemble_run, sweep) for sweep in (random, grid)]
+        times = [seconds_of(gpu_ensemble_run, sweep) for sweep in (random, grid)]
         times.append(seconds_of(ensemble_run, random))
         print(f"  {size:9d}{times[0]:14.3f}{times[1]:12.3f}{times[2]:12.3f}", flush=True)
     few = sweep_of(law, min(SAMPLE, runs))
-    results = cuda.cuda_ensemble_run(*few, budget(TOLERANCE))
+    results = gpu_ensemble_run(*few, budget(TOLERANCE))
     same, exact = (ensemble_run(*few, budget(tolerance)) for tolerance in (TOLERANCE, TIGHT))
     errors = np.abs(results.state - exact.state).max(axis=1)
     apart = np.quantile(np.abs(results.state - same.state).max(axis=1), 0.99)
@@ -88,11 +89,11 @@ def compare(law, runs: int) -> None:
 
 def main() -> None:
     """Both laws, or why not."""
-    problem = cuda.cuda_problem()
+    problem = gpu_problem()
     if problem is not None:
         print(f"Not measured: {problem}")
         return
-    gpu = cuda.first_gpu()
+    gpu = first_gpu()
     major, minor = (gpu.attribute(f"COMPUTE_CAPABILITY_{part}") for part in ("MAJOR", "MINOR"))
     multiprocessors = gpu.attribute("MULTIPROCESSOR_COUNT")
     print(f"{gpu.name}, {multiprocessors} multiprocessors, compute capability {major}.{minor}")

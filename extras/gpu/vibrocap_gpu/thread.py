@@ -1,10 +1,5 @@
-"""One thread of a GPU: it takes run after run from a queue, and goes on where the last launch stopped.
+"""One thread of a GPU: it takes run after run from a queue, and goes on where the last launch stopped."""
 
-The elementary functions are the package's own polynomials: a GPU has no library of functions that a processor has too.
-"""
-
-from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import in_all_threads, take
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.places import RUN, STATUS, WORK
 from vibrocap.numerics.kernel.interface import advance, ends_trial
@@ -49,16 +44,13 @@ def run_thread(
         kept_ints[i * threads + thread] = ints[i]
 
 
-def sine(x):
-    """sin x."""
-    return sine_cosine(x)[0]
+def take(ints, place, amount):
+    """Add an amount to an entry at once, whoever else does, and return what stood there before."""
+    before = ints[place]
+    ints[place] = before + amount
+    return before
 
 
-def cosine(x):
-    """cos x."""
-    return sine_cosine(x)[1]
-
-
-def power(x, y):
-    """x**y for x > 0, to some ulps times y log x."""
-    return exponential(y * logarithm(x))
+def in_all_threads(condition):
+    """Whether a condition holds in all threads that go together, each of which waits here for the others."""
+    return condition
