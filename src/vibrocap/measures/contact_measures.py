@@ -1,6 +1,7 @@
 """The measures of one contact: how it sticks, its friction, and the ground's normal reaction."""
 
 import functools
+from collections.abc import Callable
 
 import numpy as np
 
@@ -10,42 +11,30 @@ from vibrocap.numerics.api import codes
 from vibrocap.physics.names import numbered
 
 
-def _of_contact(number: int) -> str:
-    """Which contact, in the meaning of a measure; the first is that of most machines."""
-    return "the contact" if number == 1 else f"contact {number}"
-
-
 @functools.cache  # one and the same, by whichever table it is found
-def sticking_measures(number: int) -> tuple[Measure, Measure, Measure]:
+def sticking_measures(number: int) -> tuple[Measure, ...]:
     """How a contact sticks."""
-    contact, which = number - 1, _of_contact(number)
+    contact, which = number - 1, "the contact" if number == 1 else f"contact {number}"
 
-    def kind(runs: Gathered) -> str | None:
-        laws = runs.system.laws
-        return laws[contact].kind if contact < len(laws) else None
+    def kind(runs: Gathered) -> str:
+        return runs.system.laws[contact].kind if contact < len(runs.system.laws) else "smooth"
 
-    def counted(name: str, runs: Gathered) -> np.ndarray:
-        return runs.results.entry(name, contact) if kind(runs) == "set-valued" else runs.nowhere
+    def of(name: str, meaning: str, entry: str, share: bool = False) -> Measure:
+        def value(runs: Gathered) -> np.ndarray:
+            found = runs.results.entry(entry, contact) if kind(runs) == "set-valued" else runs.nowhere
+            return found / runs.time if share else found
+
+        meaning = f"{meaning} (NaN: the law cannot stick)"
+        return Measure(numbered(name, number), meaning, Standard(value, codes.ASK_MODES))
 
     def sequences(runs: Gathered) -> np.ndarray:
-        return np.full(len(runs.results), "") if kind(runs) in (None, "smooth") else runs.mode_sequences(contact)
+        return np.full(len(runs.results), "") if kind(runs) == "smooth" else runs.mode_sequences(contact)
 
+    meaning = f"mode sequence of {which} in the last period: F forward, S stuck, B back (empty: the law is smooth)"
     return (
-        Measure(
-            numbered("stick_fraction", number),
-            f"share of the window in which {which} sticks (NaN: the law cannot stick)",
-            Standard(lambda runs: counted("STICK_TIME", runs) / runs.time, codes.ASK_MODES),
-        ),
-        Measure(
-            numbered("stick_phases", number),
-            f"number of rests of {which} in the window, parts of rests included (NaN: the law cannot stick)",
-            Standard(lambda runs: counted("STICK_PHASES", runs), codes.ASK_MODES),
-        ),
-        Measure(
-            numbered("mode_sequence", number),
-            f"mode sequence of {which} in the last period: F forward, S stuck, B back (empty: the law is smooth)",
-            Standard(sequences, codes.ASK_MODES, text=True),
-        ),
+        of("stick_fraction", f"share of the window in which {which} sticks", "STICK_TIME", share=True),
+        of("stick_phases", f"number of rests of {which} in the window, parts of rests included", "STICK_PHASES"),
+        Measure(numbered("mode_sequence", number), meaning, Standard(sequences, codes.ASK_MODES, text=True)),
     )
 
 
@@ -54,37 +43,44 @@ def friction_measures(number: int) -> tuple[Measure, ...]:
     """Of the friction at a contact."""
     contact, which = number - 1, "" if number == 1 else f" at contact {number}"
 
-    def entry(name: str, runs: Gathered) -> np.ndarray:
-        return runs.results.entry(name, contact) if contact < len(runs.system.laws) else runs.nowhere
+    def of(name: str, meaning: str, unit: str, group: int, value: Callable[[Gathered], np.ndarray]) -> Measure:
+        def known(runs: Gathered) -> np.ndarray:
+            return value(runs) if contact < len(runs.system.laws) else runs.nowhere
 
-    def area(of_contact: int, runs: Gathered) -> np.ndarray:
-        place = len(runs.system.channels) + contact * codes.FUNCTIONS_PER_CONTACT + of_contact
-        return runs.results.entry("INTEGRAL", place) / runs.periods if contact < len(runs.system.laws) else runs.nowhere
+        return Measure(numbered(name, number), meaning, Standard(known, group), si_unit=unit)
+
+    def area(function: int) -> Callable[[Gathered], np.ndarray]:
+        first = contact * codes.FUNCTIONS_PER_CONTACT + function
+        return lambda runs: runs.results.entry("INTEGRAL", len(runs.system.channels) + first) / runs.periods
 
     return (
-        Measure(
-            numbered("peak_friction", number),
+        of(
+            "peak_friction",
             f"largest friction force |R|{which} in the window",
-            Standard(lambda runs: entry("PEAK", runs), codes.ASK_PEAK),
-            si_unit="N",
+            "N",
+            codes.ASK_PEAK,
+            lambda runs: runs.results.entry("PEAK", contact),
         ),
-        Measure(
-            numbered("mean_friction", number),
+        of(
+            "mean_friction",
             f"mean of the friction force |R|{which} over the window",
-            Standard(lambda runs: entry("MAGNITUDE", runs) / runs.time, codes.ASK_MAGNITUDE),
-            si_unit="N",
+            "N",
+            codes.ASK_MAGNITUDE,
+            lambda runs: runs.results.entry("MAGNITUDE", contact) / runs.time,
         ),
-        Measure(
-            numbered("velocity_loop_area", number),
+        of(
+            "velocity_loop_area",
             f"area of the loop of friction against velocity{which} per drive period, positive clockwise",
-            Standard(lambda runs: area(2, runs), codes.ASK_INTEGRALS),
-            si_unit="N m/s",
+            "N m/s",
+            codes.ASK_INTEGRALS,
+            area(2),
         ),
-        Measure(
-            numbered("displacement_loop_area", number),
+        of(
+            "displacement_loop_area",
             f"work against friction{which} per drive period, the area of the loop of friction against displacement",
-            Standard(lambda runs: area(1, runs), codes.ASK_INTEGRALS),
-            si_unit="J",
+            "J",
+            codes.ASK_INTEGRALS,
+            area(1),
         ),
     )
 
@@ -92,28 +88,14 @@ def friction_measures(number: int) -> tuple[Measure, ...]:
 @functools.cache
 def reaction_measures(number: int) -> tuple[Measure, ...]:
     """Of the normal reaction of the ground at a contact."""
-    which = "" if number == 1 else f" at contact {number}"
+    which, lifts = "" if number == 1 else f" at contact {number}", "below 0 the machine would have lifted off"
 
-    def reaction(now):
-        return getattr(now, numbered("reaction", number))
+    def of(kind: str, make: Callable[..., Measure], ending: str) -> Measure:
+        name, meaning = numbered("reaction", number), f"{kind} normal reaction of the ground{which} {ending}"
+        return make(f"{kind}_{name}", meaning, lambda now: getattr(now, name), si_unit="N")
 
     return (
-        Measure.mean(
-            numbered("mean_reaction", number),
-            f"mean normal reaction of the ground{which} over the window",
-            reaction,
-            si_unit="N",
-        ),
-        Measure.least(
-            numbered("least_reaction", number),
-            f"least normal reaction of the ground{which} in the window; below 0 the machine would have lifted off",
-            reaction,
-            si_unit="N",
-        ),
-        Measure.largest(
-            numbered("largest_reaction", number),
-            f"largest normal reaction of the ground{which} in the window",
-            reaction,
-            si_unit="N",
-        ),
+        of("mean", Measure.mean, "over the window"),
+        of("least", Measure.least, f"in the window; {lifts}"),
+        of("largest", Measure.largest, "in the window"),
     )

@@ -18,6 +18,7 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.numerics.api import Integrands, integrands_source
 from vibrocap.numerics.expressions.equations import Equations, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.physics.names import numbered
 
 Function = Callable[["Instant"], Any]
 
@@ -128,8 +129,7 @@ class Instant:
         graph = equations.graph
         self._known = {
             "time": graph.node("time"),
-            "side": graph.node("side"),
-            **{f"side_{1 + i}": graph.node("side", i) for i in range(1, len(equations.contacts))},
+            **{numbered("side", i + 1): graph.node("side", i) for i in range(len(equations.contacts))},
             **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
             **equations.observables,
             **{f"{name}_power": power for name, power in zip(equations.channels, equations.powers, strict=True)},

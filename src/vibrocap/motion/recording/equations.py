@@ -121,7 +121,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         drive: Any = system.timed_drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
-    sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
+    sides = tuple(graph.node("side", i) for i in range(len(system.machine.contact_states)))
     flow = recorded.flow(graph.node("time"), y, sides)
     _check_count(system, "rates", flow.rates, "states", system.state_names)
     _check_count(system, "powers", flow.powers, "channels", system.channels)

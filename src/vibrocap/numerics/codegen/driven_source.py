@@ -131,7 +131,7 @@ def thawed(names: Sequence[str]) -> list[str]:
 
 def frozen_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`freeze`: what depends on parameters and side only, once from turn to turn."""
-    writer = ScalarWriter(equations.graph, LEAVES | {"parameter": "floats[PARAMETER + {}]"})
+    writer = ScalarWriter(equations.graph, LEAVES | {"side": "side", "parameter": "floats[PARAMETER + {}]"})
     values = [Expression(equations.graph, index) for index in frozen]
     return function_source("freeze(floats, side)", writer.stores(values, "FROZEN"))
 

@@ -69,8 +69,7 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     watched = [LoadSeries(equations.told(load), writer, order) for load in loads]
     states = layout.states
     code.name("time", code.entry("TIME"))
-    code.name("sliding", code.entry("SIDE"))
-    for i in range(1, layout.contacts):
+    for i in range(layout.contacts):
         code.name(f"sliding_{i}", code.entry(f"SIDE + {i} * LANES"))
     imposed_from = states + 1 + layout.switches
     shifts_from = imposed_from + layout.imposed

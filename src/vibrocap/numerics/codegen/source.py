@@ -105,9 +105,7 @@ def rates_source(equations: Equations) -> str:
     graph = equations.graph
     found = [stored_source("rates", graph, equations.rates)]
     if equations.true_loads:
-        found.append(
-            _one_of("reaction(floats, t, point, side, which, lane)", "which", tuple(equations.true_loads.values()))
-        )
+        found.append(_one_of("reaction(floats, t, point, which, lane)", "which", tuple(equations.true_loads.values())))
     velocities = [each.velocity for each in equations.contacts]
     found.append(_one_of("contact_velocity(floats, t, point, contact, lane)", "contact", velocities))
     slopes = [(shift, derivative(shift, -1)) for shift in equations.shifts]
@@ -159,9 +157,9 @@ def branches_source(equations: Equations) -> str:
         energy = equations.observables["energy"]
         found.append(returned_source("machine_energy(floats, t, point, lane)", graph, energy))
         after = [ScalarWriter(graph).stores(outcome) for outcome in equations.after_switch]
-        found.append(chosen_source("after_switch(floats, t, point, side, lane, which, out)", "which", after))
+        found.append(chosen_source("after_switch(floats, t, point, lane, which, out)", "which", after))
         turned = [ScalarWriter(graph).stores(each.after_reversal) for each in equations.contacts]
-        head = "after_reversal(floats, t, point, side, lane, contact, out)"
+        head = "after_reversal(floats, t, point, lane, contact, out)"
         found.append(chosen_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
     return "\n".join(found)
 
@@ -209,7 +207,7 @@ def integrands_source(
     }
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     body = [*writer.lines, *(f"floats[out + {i}] = {value}" for i, value in enumerate(values))]
-    text = "\n".join([*lines, "", "def integrands(floats, t, point, side, lane, out):", *indented(body), ""])
+    text = "\n".join([*lines, "", "def integrands(floats, t, point, lane, out):", *indented(body), ""])
     return Integrands(text, summed, len(own_extremes))
 
 

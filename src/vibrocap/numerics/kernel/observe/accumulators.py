@@ -71,7 +71,7 @@ def look(floats, ints, lane, s, out):
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
-    integrands(floats, lane.time + s, INSTANT, lane.side, lane, out)
+    integrands(floats, lane.time + s, INSTANT, lane, out)
     for c in range(CONTACTS):
         slope = polynomial_slope(floats, SERIES + STATE_OF[c] * (ORDER + 1) * LANES + lane, LANES, ORDER, s)
         friction = out + FRICTION + c * FUNCTIONS_PER_CONTACT

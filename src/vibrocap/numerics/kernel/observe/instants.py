@@ -71,6 +71,6 @@ def look_at(floats, ints, trace, share, out):
         trace[out + i] = state
         floats[INSTANT + i] = state
     consistent_state(floats, ints, 0, s, INSTANT)
-    observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+    observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
     for i in range(OBSERVABLES):
         trace[out + STATES + i] = floats[SEEN + i]

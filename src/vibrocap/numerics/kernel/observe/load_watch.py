@@ -61,4 +61,4 @@ def reaction_at(floats, ints, lane, w, s):
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
-    return reaction(floats, lane.time + s, INSTANT, lane.side, w, lane)
+    return reaction(floats, lane.time + s, INSTANT, w, lane)

@@ -67,7 +67,7 @@ def look_at(floats, ints, trace, _):
         trace[SHOWN + i] = stepper.work[i]
     stepper.step = stepper.piece_length
     consistent_state(floats, ints, 0, s, WORK)
-    observables(floats, stepper.time + s, WORK, stepper.side, 0, WORK + STATES)
+    observables(floats, stepper.time + s, WORK, 0, WORK + STATES)
     for i in range(OBSERVABLES):
         trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
     show_instant(floats, ints, WORK)
