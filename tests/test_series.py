@@ -304,7 +304,8 @@ def test_jacobian_is_exact(name, side):
     states, y = len(system.state_names), state_of(system, side)
     point, out = kernel["WORK"], kernel["WORK"] + 50
     kernel.floats[point : point + states] = y
-    kernel["jacobian"](kernel.floats, TIME, point, float(side), 0, out)
+    kernel.fill("SIDE", float(side))
+    kernel["jacobian"](kernel.floats, TIME, point, 0, out)
     found = kernel.floats[out : out + states * (states + 1)].reshape(states, states + 1)
     with mp.workdps(50):
         for i in range(states):
@@ -316,7 +317,7 @@ def test_jacobian_is_exact(name, side):
 
                 exact = mp.diff(moved, mp.mpf([*y, TIME][j]))
                 assert abs(found[i, j] - exact) <= 64 * EPSILON * np.abs(found).max(), (i, j)
-    kernel["rates"](kernel.floats, TIME, point, float(side), 0, out)
+    kernel["rates"](kernel.floats, TIME, point, 0, out)
     rates = [float(value) for value in typed_again(system, mp.mpf(TIME), [mp.mpf(v) for v in y], side)[0]]
     assert kernel.floats[out : out + states] == pytest.approx(rates, rel=64 * EPSILON)
 
