@@ -261,6 +261,13 @@ def motion(case, periods):
     return np.array(marks), events
 
 
+def event_name(before: float, after: float) -> str:
+    """The package's word."""
+    if 0.0 not in (before, after):
+        return "reversal"
+    return {0.0: "stick", 1.0: "slip_forward", -1.0: "slip_back"}[after]
+
+
 def random_case(seed):
     """A system whose exponents are between 1.1 and 2.9."""
     draw = random.Random(seed)

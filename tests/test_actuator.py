@@ -15,7 +15,6 @@ from vibrocap.physics.closed_loop.actuator import ActuatedMachine
 ROUNDING = 1e-12
 LAG = 0.7
 LIMITS = {"time_constant": LAG, "limit": 0.8, "command_limit": 1.5}
-NONE_FELT = {"time_constant": LAG, "limit": 9.0, "command_limit": 9.0}  # with the kernels of those that are
 TWO_TONES = vc.Biharmonic(1.8, 1.3, 0.5, 0.7)
 START = {"angle": 0.3}
 
@@ -25,39 +24,7 @@ def capsule(drive=None, law=None, **actuator):
     return vc.System(vc.PendulumCapsule(), law, drive or vc.Harmonic(1.8, 1.3), actuator=vc.Actuator(**actuator))
 
 
-def relaxed(value, command, time):
-    """u after so long a time towards a command that stays."""
-    return command + (value - command) * math.exp(-time / LAG)
-
-
 # --- closed forms -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_response_to_a_harmonic_command_is_that_of_the_first_order():
-    motion = vc.simulate(capsule(vc.Biharmonic(1.8, 1.3), **NONE_FELT), periods=3, initial=START, tolerance=1e-13)
-    turn, t = 1.3 * LAG, motion.time
-    lagging = np.cos(1.3 * t) + turn * np.sin(1.3 * t)
-    expected = 1.8 * (lagging - np.exp(-t / LAG)) / (1.0 + turn**2)
-    assert motion["actuator_output"] == pytest.approx(expected, abs=ROUNDING)
-    assert np.array_equal(motion["drive"], motion["actuator_output"])
-    assert motion["command"] == pytest.approx(1.8 * np.cos(1.3 * t), abs=ROUNDING)
-
-
-@pytest.mark.slow
-def test_response_to_a_square_command_is_that_of_the_first_order():
-    duty, amplitude = 0.35, 1.8
-    system = capsule(vc.Square(amplitude, 1.3, duty=duty), **NONE_FELT)
-    motion = vc.simulate(system, periods=3, initial=START | {"actuator_output": 0.4}, tolerance=1e-13)
-    assert [system.mirrored, capsule(vc.Square(), **LIMITS).mirrored] == [False, True]
-    period, value = system.drive.period, 0.4
-    for number in range(3):
-        for share, length, command in ((0.0, duty, amplitude), (duty, 1.0 - duty, -amplitude)):
-            for part in (0.25, 1.0 - 1e-9, 1.0):
-                time = (number + share + part * length) * period
-                expected = relaxed(value, command, part * length * period)
-                assert motion.at([min(time, motion.end)], "drive")[0] == pytest.approx(expected, abs=ROUNDING)
-            value = relaxed(value, command, length * period)
 
 
 @pytest.mark.slow
@@ -165,56 +132,6 @@ def test_motion_behind_both_limits_is_that_of_an_independent_solver():
 
 
 # --- what is made of motions ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_the_lag_has_a_multiplier_of_its_own_in_an_orbit():
-    found = vc.orbit(capsule(time_constant=LAG), initial=START)
-    period = 2.0 * math.pi / 1.3
-    assert found.symmetric
-    assert min(abs(np.asarray(found.multipliers) - math.exp(-period / LAG))) < 1e-9
-
-
-def after_a_period(system, state):
-    motion = vc.simulate(system, periods=1, initial=state, tolerance=1e-13)
-    return np.array([*motion.state.values()])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("limit", [0.8, 1.03])
-def test_tangents_of_an_orbit_know_the_limits(limit):
-    """Multipliers against differences of motions, at a phase at which the output is within its limits, or at one."""
-    system = capsule(TWO_TONES, time_constant=LAG, limit=limit, command_limit=1.5)
-    found = vc.orbit(system, initial=START)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    start = dict(found.state)
-    names = ["angle", "angle_rate", "velocity", "actuator_output"]
-    if abs(start["velocity"]) < 1e-9:
-        names.remove("velocity")
-    if start["saturated"]:
-        names.remove("actuator_output")
-    places = [system.state_names.index(name) for name in names]
-    step, columns = 1e-5, []
-    for name in names:
-        pair = [after_a_period(system, start | {name: start[name] + sign * step})[places] for sign in (1.0, -1.0)]
-        columns.append((pair[0] - pair[1]) / (2.0 * step))
-    expected = np.linalg.eigvals(np.array(columns).T)
-    for multiplier in expected:
-        assert min(abs(np.append(np.asarray(found.multipliers), 0.0) - multiplier)) < 1e-6
-
-
-@pytest.mark.slow
-def test_a_lane_of_an_ensemble_is_the_motion_alone():
-    system = capsule(vc.Square(1.8, 1.3, duty=0.4), **LIMITS)
-    over = {
-        "actuator.time_constant": np.array([0.05, 0.7, 0.7, 0.3]),
-        "actuator.limit": np.array([0.8, 0.9, 2.5, 1.49]),
-    }
-    found = vc.ensemble(system, over, initial=START, periods=6, window=2, tolerance=1e-10)
-    for run in range(4):
-        one = system.with_parameters({path: float(column[run]) for path, column in over.items()})
-        motion = vc.simulate(one, periods=6, initial=START, tolerance=1e-10)
-        assert found["mean_velocity"][run] == pytest.approx(vc.mean_velocity(motion, periods=2).value, abs=1e-8)
 
 
 def test_every_machine_that_a_force_drives_takes_an_actuator():

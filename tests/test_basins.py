@@ -159,7 +159,7 @@ def test_symmetric_motions_do_not_travel():
     assert [each.motion.symmetric for each in found.attractors] == [True]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
     slow = vc.System(  # of which many runs leave an orbit whose multiplier is -1.004
         vc.PendulumCapsule(mass_ratio=2.684755256915821, stiffness=0.5330267207561138, damping=0.3982379703201067),
@@ -227,7 +227,7 @@ def test_drift_and_direction_of_every_kind_of_start():
     assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
     from vibrocap.plotting.look.finishing import save
     from vibrocap.plotting.steady.basins import PRINT, basin_figure

@@ -2,47 +2,13 @@
 
 import itertools
 
-import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import machines
-from vibrocap.physics.names import numbered
 
 STILL = vc.Constant(force=0.0, duration=10.0)
-
-
-@pytest.mark.slow
-def test_a_slipping_row_moves_as_scipy_says():
-    """All terms count; the belt is so fast that every block slides back all the time."""
-    masses, walls, held, shares = (1.3, 0.7, 1.1), (0.9, 0.0, 1.7), (0.1, 0.3, 0.2), (0.5, -0.8, 1.2)
-    loads, coupling, between = (0.6, 1.4, 0.0), (1.5, 0.8), (0.25, 0.15)
-    lists = {"mass": masses, "stiffness": walls, "damping": held, "actuation": shares, "normal_load": loads}
-    lists |= {"coupling_stiffness": coupling, "coupling_damping": between}
-    given = {numbered(name, i): value for name, values in lists.items() for i, value in enumerate(values, start=1)}
-    row = vc.ThreeBlockRow(**given, belt_speed=30.0)
-    system = vc.System(row, vc.Coulomb(0.3, 0.4), vc.Harmonic(amplitude=0.9, frequency=1.1))
-    start = (0.4, -29.0, 0.1, -30.5, -0.3, -31.0)
-    motion = vc.simulate(system, initial=dict(zip(row.states, start, strict=True)), periods=3, tolerance=1e-12)
-
-    def joined(own, between):
-        a, b = between
-        return np.diag(own) + np.array([[a, -a, 0.0], [-a, a + b, -b], [0.0, -b, b]])
-
-    stiffness, damping = joined(walls, coupling), joined(held, between)
-
-    def rates(t, y):
-        x, v = y[:3], y[3:]
-        force = np.array(shares) * 0.9 * np.cos(1.1 * t) - stiffness @ x - damping @ v + 0.3 * np.array(loads)
-        return [*v, *(force / masses)]
-
-    y0 = [*start[::2], *(v + 30.0 for v in start[1::2])]
-    found = solve_ivp(rates, (0.0, motion.end), y0, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
-    assert motion.certificate.ok
-    assert [motion.state[name] for name in row.states[::2]] == pytest.approx(found[:3], abs=1e-8)
-    assert [motion.state[name] + 30.0 for name in row.states[1::2]] == pytest.approx(found[3:], abs=1e-8)
 
 
 def test_a_row_without_joints_is_as_many_oscillators():

@@ -84,16 +84,6 @@ def test_stable_is_solid_and_twins_are_drawn():
     assert sorted(marks) == [("D", 1.4), ("D", 2.6), ("o", 2.7), ("o", 2.7)]
 
 
-@pytest.mark.slow
-def test_picture_is_written_for_one_and_for_several(tmp_path):
-    one = save(branch_plots.branch_figure(diagram()), tmp_path / "one.png")
-    two = save(branch_plots.branch_figure([diagram(), diagram()], "drift", multipliers=True), tmp_path / "two.svg")
-    assert one.stat().st_size > 10_000
-    text = two.read_text()
-    again = save(branch_plots.branch_figure([diagram(), diagram()], "drift", multipliers=True), tmp_path / "again.svg")
-    assert again.read_text() == text
-
-
 def swept(over=OVER):
     values = np.array([1.2, 2.0])
     response = np.array([[[1, 1]], [[1, 0]]])  # the last has not settled

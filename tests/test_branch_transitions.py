@@ -3,8 +3,6 @@
 A pendulum capsule in SI, over 3.5 to 4.6 Hz: its branch of travelling motions covers a part of that only.
 """
 
-import json
-
 import pytest
 
 import vibrocap as vc
@@ -109,20 +107,6 @@ def test_stable_motions_that_end_at_a_fold_say_so_and_what_follows(folded):
 
 
 @pytest.mark.slow
-def test_the_command_says_it_in_hertz(tmp_path, capsys, folded):
-    path = case_of(LIGHTER).save(tmp_path / "case.toml")
-    over = "drive.frequency_Hz=3.6:3.75"
-    assert main(["branch", str(path), "--over", over, "--json"]) == OK
-    record = json.loads(capsys.readouterr().out)
-    (found,) = record["transitions"]
-    found["parameter"] = found["parameter"]["value"]
-    assert found["parameter"] == pytest.approx(folded.transitions[0].parameter, rel=1e-9)
-    assert found["why"] == "fold"
-    assert main(["branch", str(path), "--over", over]) == OK
-    assert f"is stable up to drive.frequency_Hz = {found['parameter']:.10g} Hz (fold)" in capsys.readouterr().out
-
-
-@pytest.mark.slow
 def test_what_cannot_be_run_beyond_is_named(tmp_path, capsys):
     """Driven harder the capsule lifts off, which ends the branch."""
     light = vc.System(
@@ -150,11 +134,3 @@ def test_the_picture_shows_what_follows(folded):
         assert len(arrows) == 2
         for arrow in arrows:
             assert arrow.xy == (pytest.approx(transition.parameter), pytest.approx(0.0, abs=1e-9))
-
-
-@pytest.mark.slow
-def test_a_diagram_without_such_ends_has_no_transitions():
-    """The defaults: symmetric motions, a pitchfork, travel up to the end of the range."""
-    found = vc.branches(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic()), "drive.amplitude", (1.0, 1.5))
-    assert found.transitions == ()
-    assert "is stable up to" not in str(found)

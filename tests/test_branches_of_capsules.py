@@ -77,6 +77,7 @@ def test_travel_begins_and_ends_where_symmetric_orbits_change_their_stability(di
     assert diagram.unfollowed == ()
 
 
+@pytest.mark.exhaustive
 def test_drift_vanishes_like_a_square_root_at_the_pitchfork(diagram):
     """Brute force: settled drifts near the pitchfork, whose squares must grow linearly from it."""
     law = diagram.system.friction.name
@@ -115,40 +116,6 @@ def test_brute_force_agrees_with_every_stable_part(diagram):
             assert {True, False} == set((seen > 0.0).tolist())  # both twins are reached
 
 
-def test_sweeps_up_and_down_agree_with_every_stable_part(diagram):
-    """Brute force from both sides: runs that go on from value to value, to the threshold of settling (some 1e-5)."""
-    seen = vc.bifurcation_diagram(diagram.system, OVER, BETWEEN, 41, initial=START)
-    told = seen.response_period == 1
-    assert np.mean(told) > 0.9
-    assert np.all(told | (seen.response_period == 0))  # near a pitchfork some have not settled yet
-    directions = set()
-    for k, value in enumerate(seen.values):
-        (known,) = [orbit for branch in diagram.branches for orbit in branch.orbits_at(float(value)) if orbit.stable]
-        ends = [known] if known.symmetric else [known, known.twin()]
-        for d, s in zip(*np.nonzero(told[:, :, k]), strict=True):
-            end = min(ends, key=lambda each: abs(each.drift - seen.drift[d, s, k]))
-            assert seen.drift[d, s, k] == pytest.approx(end.drift, abs=2e-5)
-            marks = [seen.states[d, s, k, 0][i] for i, name in enumerate(seen.state_names) if name != "position"]
-            state = [value for name, value in end.state.items() if name != "position"]
-            assert marks == pytest.approx(state, abs=2e-5)
-            directions.add((seen.directions[d], int(np.sign(round(end.drift, 6)))))
-    assert directions == {(way, sign) for way in ("up", "down") for sign in (-1, 0, 1)}
-
-
-def test_stable_parts_hold_what_starts_beside_them(diagram):
-    """Every third point of each stable part: a start 0.2 % off settles back to its drift (or, close by, its twin's)."""
-    for branch in diagram.branches:
-        chosen = np.flatnonzero(branch.stable & (np.max(np.abs(branch.multipliers), axis=1) < 0.98))[::3]
-        columns = {OVER: branch.parameter[chosen]}
-        for i, name in enumerate(branch.system.state_names):
-            columns[f"initial.{name}"] = branch.states[chosen, i] * 1.002
-        found = vc.ensemble(
-            branch.system, columns, measures=["drift"], periods=5000, settle=1e-8, tolerance=1e-11
-        )  # fmt: skip
-        assert found["settled"].all()
-        assert np.allclose(np.abs(found["drift"]), np.abs(branch.drift[chosen]), rtol=0.0, atol=1e-6)
-
-
 def test_points_are_orbits_with_their_own_multipliers_and_words(diagram):
     for branch in diagram.branches:
         assert np.all(np.diff(branch.arclength) > 0.0)
@@ -161,25 +128,6 @@ def test_points_are_orbits_with_their_own_multipliers_and_words(diagram):
             assert abs(found.drift - branch.drift[i]) < error
             assert np.allclose(found.multipliers, branch.multipliers[i], atol=1e-6)
             assert same_cycle(found.mode_sequence, str(branch.mode_sequence[i]))
-
-
-def test_fold_of_travelling_lugre_capsules():
-    """A hysteresis of 1.5e-5 in the amplitude: twins outlive the symmetric orbits' loss of stability by so much."""
-    found = vc.branches(system_with("lugre", **{OVER: 1.88}), OVER, (1.85, 1.95), initial=START)
-    (fold,) = found.branches[1].kind(SpecialKind.FOLD)
-    assert fold.stability != "kept"
-    assert abs(fold.parameter - 1.909654898) < LOCATED
-    one, other = found.branches[1].orbits_at(fold.parameter - 1e-6)
-    assert {one.stable, other.stable} == {True, False}
-    assert found.branches[1].orbits_at(fold.parameter + 1e-8) == []
-    # brute force from the fold itself: on this side it goes on travelling, beyond it comes to a stop
-    over = {OVER: fold.parameter + np.array([-2e-6, 2e-6])}
-    seen = vc.ensemble(
-        found.system, over, measures=["drift"], initial=fold.state, periods=100_000, settle=1e-9, tolerance=1e-12
-    )  # fmt: skip
-    assert seen["settled"].all()
-    assert abs(seen["drift"][0]) > 1e-4
-    assert abs(seen["drift"][1]) < 1e-6
 
 
 def test_section_goes_from_sticking_to_sliding():
@@ -198,7 +146,7 @@ def test_section_goes_from_sticking_to_sliding():
         assert same_cycle(vc.shoot(system, found.special_points[0].state, half=True).mode_sequence, word)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_period_doubling_over_a_parameter_of_the_law():
     system = system_with("lugre")
     found = vc.branches(system, "friction.bristle_damping", (4.0, 12.0), initial=START)
@@ -214,15 +162,6 @@ def test_period_doubling_over_a_parameter_of_the_law():
     (flip,) = found.branches[1].kind(SpecialKind.FLIP)
     shot = vc.shoot(system.with_parameters({"friction.bristle_damping": flip.parameter}), flip.state)
     assert min(abs(shot.multipliers + 1.0)) < 1e-7
-
-
-def test_branch_over_the_frequency_has_the_orbits_of_each_frequency():
-    found = vc.branch(system_with("exponential"), "drive.frequency", (0.9, 1.3), initial=START)
-    orbit = found.orbits_at(1.1)[0]
-    assert orbit.period == pytest.approx(2.0 * math.pi / 1.1)
-    assert found.mean_velocity[3] == pytest.approx(found.drift[3] * found.parameter[3] / (2.0 * math.pi))
-    seen = vc.orbit(orbit.system, initial=orbit.state)
-    assert abs(abs(seen.drift) - abs(orbit.drift)) < 1e-10
 
 
 def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():

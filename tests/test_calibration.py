@@ -51,7 +51,7 @@ def table(speeds) -> dict:
 def test_exact_table_gives_the_parameters_back(bench, speeds):
     """Without noise: to what runs that settle within 1e-7 leave."""
     exact = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds}
-    found = vc.calibrate(bench, exact, WITHIN, starts=64)
+    found = vc.calibrate(bench, exact, WITHIN, starts=16)
     for path, value in TRUTH.items():
         assert found[path].value == pytest.approx(value, rel=1e-4)
     assert found.case().system.parameter("machine.damping") == found["machine.damping"].value
@@ -61,7 +61,7 @@ def test_exact_table_gives_the_parameters_back(bench, speeds):
 @pytest.mark.slow
 def test_intervals_are_those_of_the_slopes(bench, table):
     """Least squares: covariance (J^T J)^-1 with slopes by runs of our own, Student's quantile for 10 spare values."""
-    found = vc.calibrate(bench, table, WITHIN, starts=64)
+    found = vc.calibrate(bench, table, WITHIN, starts=16)
     centre, columns = {each.path: each.value for each in found.parameters}, []
     for path, value in centre.items():
         ends = []
@@ -87,7 +87,7 @@ def test_intervals_are_those_of_the_slopes(bench, table):
 @pytest.mark.slow
 def test_what_the_table_does_not_tell(bench, table):
     """A spring whose bounds are so near each other that the speeds hardly differ: any value between them agrees."""
-    found = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=64)
+    found = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=16)
     spring = found["machine.stiffness"]
     assert spring.verdict is Verdict.UNDETERMINED
     assert (spring.low, spring.high) == (2.0, 2.0 + 1e-6)
@@ -96,9 +96,9 @@ def test_what_the_table_does_not_tell(bench, table):
 
 @pytest.mark.slow
 def test_rows_that_are_held_out_judge_the_fit(bench, table):
-    found = vc.calibrate(bench, table, WITHIN, held_out=[0, 5, 11], starts=64)
+    found = vc.calibrate(bench, table, WITHIN, held_out=[0, 5, 11], starts=16)
     kept = {name: np.delete(column, [0, 5, 11]) for name, column in table.items()}
-    alone = vc.calibrate(bench, kept, WITHIN, starts=64)
+    alone = vc.calibrate(bench, kept, WITHIN, starts=16)
     assert [each.value for each in found.parameters] == [each.value for each in alone.parameters]
     assert found.held_out_misfit == pytest.approx(np.mean(found.residuals["mean_velocity"][[0, 5, 11]] ** 2), rel=1e-9)
     assert 0.0 < found.held_out_misfit < 6.0  # chi^2 of 3 over 3: 6 with a probability of 4e-4
@@ -108,7 +108,7 @@ def test_rows_that_are_held_out_judge_the_fit(bench, table):
 def test_wrong_column_is_named(bench, table):
     """Speeds read in another unit: no damping and friction within the bounds explain them, the factor does."""
     wrong = table | {name: 1.7 * table[name] for name in ("mean_velocity", "mean_velocity_error")}
-    found = vc.calibrate(bench, wrong, WITHIN, starts=64)
+    found = vc.calibrate(bench, wrong, WITHIN, starts=16)
     assert found.doubt is not None
     assert (found.doubt.column, found.doubt.kind) == ("mean_velocity", "factor")
     assert found.doubt.size == pytest.approx(1.0 / 1.7, rel=0.1)
@@ -117,7 +117,7 @@ def test_wrong_column_is_named(bench, table):
 @pytest.mark.slow
 def test_column_with_the_wrong_sign_is_named(bench, table):
     """An axis that points the other way: no positive factor explains it, and no parameter is determined."""
-    found = vc.calibrate(bench, table | {"mean_velocity": -table["mean_velocity"]}, WITHIN, starts=64)
+    found = vc.calibrate(bench, table | {"mean_velocity": -table["mean_velocity"]}, WITHIN, starts=16)
     assert found.doubt is not None
     assert (found.doubt.column, found.doubt.kind) == ("mean_velocity", "factor")
     assert found.doubt.size == pytest.approx(-1.0, rel=0.05)
@@ -147,7 +147,7 @@ def test_the_command_names_rows_that_have_not_settled_and_the_cure(tmp_path, cap
     assert record["directions"] == []
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_rows_that_have_not_settled_determine_nothing():
     """A damping of 0.001 of which 300 periods show little: nine of 14 rows have not settled, and 0.0037 fits best."""
     system = vc.System(vc.TwoMassCapsule(2.5, 1.0, 0.001), vc.Coulomb(0.02, 0.02), vc.Biharmonic(0.1, 1.0, 0.004, 0.5))
@@ -171,7 +171,7 @@ def test_rows_that_have_not_settled_determine_nothing():
     assert 0.001 in late["machine.damping"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_search_without_errors_does_not_end_in_a_worse_minimum():
     """Seeds 0 to 2 end with a sum of squares of 0.25; the first points of seed 3 lead to one of 11."""
     draw = np.random.default_rng(0)
@@ -201,7 +201,7 @@ def test_parameters_that_share_a_factor(bench):
     over = {"drive.frequency": FREQUENCIES}
     exact = vc.ensemble(bench.with_parameters(truth), over, periods=400, settle=1e-9, tolerance=1e-10)["mean_velocity"]
     table = over | {"mean_velocity": exact}
-    found = vc.calibrate(bench, table, {tied: "factor:0.5:2", "machine.damping": (0.5, 3.0)}, starts=32)
+    found = vc.calibrate(bench, table, {tied: "factor:0.5:2", "machine.damping": (0.5, 3.0)}, starts=16)
     assert found[tied].value == pytest.approx(1.3, rel=1e-3)
     for path, value in truth.items():
         assert found.system.parameter(path) == pytest.approx(value, rel=1e-3)

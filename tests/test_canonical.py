@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.laboratory.break_away import break_away
 from vibrocap.laboratory.contact_sizes import contact_sizes
@@ -93,25 +92,6 @@ def test_coulomb_does_not_creep():
 # --- any units, any law ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_any_units_serve():
-    """Twice the unit of length, a third of that of time: numbers in proportion (LuGre, forces in the unit of load)."""
-    length, time = 2.0, 1.0 / 3.0
-    one = vc.LuGre(100.0, 1.0, 0.1, 0.15, 0.45, 0.1)
-    two = vc.LuGre(100.0 / length, time / length, 0.1 * time / length, 0.15, 0.45, 0.1 * length / time)
-    first, second = contact_sizes(one), contact_sizes(two)
-    assert second.force == pytest.approx(first.force, rel=1e-6)
-    assert second.displacement == pytest.approx(length * first.displacement, rel=0.1)  # of a grid of times
-    mass = time**2 / length
-    pulled, other = break_away(one, [1.0]), break_away(two, [1.0 / time], mass=mass)
-    assert other.force == pytest.approx(pulled.force, rel=1e-8)
-    assert other.displacement == pytest.approx(length * pulled.displacement, rel=1e-4)
-    slow = stick_slip_test(one, 5.0, 0.1, cycles=5)
-    same = stick_slip_test(two, 5.0 / length, 0.1 * length / time, mass=mass, cycles=5)
-    assert slow.sticks
-    assert same.period == pytest.approx(time * slow.period, rel=1e-6)
-
-
 def test_dahl_has_no_maximum_and_no_lag():
     law = Dahl()
     assert np.abs(frictional_lag(law).width).max() <= 1e-9
@@ -158,17 +138,6 @@ def test_the_sheet_is_its_tests(sheet):
     assert [loop.peak_force for loop in sheet.presliding] == [1.0] * 4
     assert sheet.break_away.force == pytest.approx(1.5)
     assert dataclasses.replace(sheet, mass=2.0).mass == 2.0
-
-
-@pytest.mark.slow
-def test_pictures(sheet, tmp_path):
-    path = save(laboratory_plots.sheet_figure(sheet), tmp_path / "sheet.png")
-    assert path.read_bytes()[:4] == b"\x89PNG"
-    card = save(laboratory_plots.law_figure(COULOMB), tmp_path / "card.svg")
-    text = card.read_text(encoding="utf-8")
-    assert text.count("<path") > 20
-    again = save(laboratory_plots.law_figure(COULOMB), tmp_path / "again.svg")
-    assert again.read_text(encoding="utf-8") == text
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import vibrocap as vc
 from planted import planted
 from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
+from thinned import exhaustive_but
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.quantities.dimensional import view
@@ -92,7 +93,7 @@ CREEP_PERIODS = 5
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-11])
+@pytest.mark.parametrize("tolerance", exhaustive_but([1], [1e-6, 1e-8, 1e-11]))
 def test_works_and_impulse_are_as_exact_as_the_motion_on_implicit_steps(tolerance):
     """Friction is asked where the equations have the slopes of the dense output, not at its states.
 
@@ -107,7 +108,7 @@ def test_works_and_impulse_are_as_exact_as_the_motion_on_implicit_steps(toleranc
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+@pytest.mark.parametrize("tolerance", exhaustive_but([0], [1e-6, 1e-9]))
 def test_works_of_implicit_steps_in_an_ensemble(tolerance):
     """The belt holds the block against the spring: its work is the energy stored, but for what the creep takes."""
     found = vc.ensemble(
@@ -364,8 +365,8 @@ def test_creep_far_below_the_natural_speed_is_no_rest():
     assert motion.state["position"] == pytest.approx(start["position"] + carried, abs=1e-5)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("duration", [1e7, 4.73e7])
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("duration", exhaustive_but([1], [1e7, 4.73e7]))
 def test_a_crustal_cycle_closes_whatever_the_idle_drive_lasts(duration):
     start = {"position": -63.4539, "sliding_velocity": 1e-9, "log_age": 6.90776}
     cycle = vc.orbit(crustal(4.5e6, duration), initial=start)
@@ -373,7 +374,7 @@ def test_a_crustal_cycle_closes_whatever_the_idle_drive_lasts(duration):
     assert cycle.period == pytest.approx(1356349683.6, rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_impulse_of_a_long_motion_is_known_to_its_rounding():
     """An impulse of 1e17 balances to a share of 1e-14; a real gap of a share of 1e-9 is still found."""
     start = CRUSTAL_START | {"position": -63.4539, "log_age": 6.90776}

@@ -193,7 +193,7 @@ def test_a_case_and_a_motion_are_cited_as_their_system_and_nothing_as_vibrocap()
     assert f"version {vc.__version__} " in str(vc.cite())
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_orbit_is_cited_as_its_system_and_a_fit_by_its_law_and_the_methods_of_fits():
     orbit = vc.orbit(LUGRE.with_parameters({"friction.bristle_stiffness": 50.0}))
     assert vc.cite(orbit).facts == vc.cite(LUGRE).facts

@@ -11,7 +11,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 import types
 from pathlib import Path
 
@@ -399,7 +398,7 @@ def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["worm-of-two-bodies", "worm-of-three-bodies"])
+@pytest.mark.parametrize("name", exhaustive_but([0], ["worm-of-two-bodies", "worm-of-three-bodies"]))
 def test_netcdf_holds_the_events_of_contacts_that_are_decided_together(name, tmp_path, capsys):
     xarray = pytest.importorskip("xarray")
     out, example = tmp_path / "run.nc", Path(__file__).parents[1] / "examples" / f"{name}.toml"
@@ -427,15 +426,6 @@ def pixels_of(path):
         return np.asarray(picture.convert("RGB"), dtype=int)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", exhaustive_but([1], ["png", "svg", "pdf"]))
-def test_plot_is_written_and_the_same_each_time(kind, case, capsys):
-    paths = [case.parent / f"{number}.{kind}" for number in range(2)]
-    for path in paths:
-        printed_json(capsys, "simulate", case, "--plot", path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-
-
 @pytest.mark.parametrize(
     ("law", "arguments"), slow_but([], exhaustive_but([1], [("exponential", []), ("lugre", ["--periods", "0.3"])]))
 )
@@ -453,7 +443,7 @@ def test_plot_is_not_blank_and_nothing_is_cut_off(law, arguments, case, capsys):
     assert np.all(border == 255)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", ["gif", pytest.param("mp4", marks=pytest.mark.exhaustive)])
 def test_film_shows_stick_and_both_slips(kind, case, capsys):
     if kind == "mp4" and shutil.which("ffmpeg") is None:
@@ -563,28 +553,6 @@ def run(*arguments, **options):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **options)
 
 
-@pytest.mark.slow
-def test_second_call_compiles_nothing_and_loads_little(case, tmp_path):
-    """In a new process, with parameters that have never been run: what makes it answer at once (make bench, cold).
-
-    The compiler's front end is not even imported, and no file of the cache is new.
-    """
-    folder = tmp_path / "kernels"  # of its own: other tests compile meanwhile
-    environment = {**os.environ, "VIBROCAP_CACHE": str(folder)}
-    assert run("simulate", case, env=environment).returncode == OK
-    case.write_text(CASE.replace("[friction]", f"mass_ratio = {2.0 + time.time() % 1.0}\n[friction]"))
-    command = [sys.executable, "-X", "importtime", "-m", "vibrocap", "simulate", str(case), "--json"]
-    kept = {path.name for path in folder.glob("*.kernel")}
-    assert len(kept) == 2  # the machine code, and the note by which the equations lead to it
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, env=environment)
-    assert {path.name for path in folder.glob("*.kernel")} == kept
-    assert list(json.loads(answer.stdout)) == KEYS
-    imported = {line.rpartition("|")[2].strip() for line in answer.stderr.splitlines()}
-    assert "vibrocap.numerics.compiler.machine" in imported
-    assert "vibrocap.numerics.compiler.lowering" not in imported
-    assert not imported & {"matplotlib", "xarray", "zarr", "dask", "pandas", "scipy.optimize", "scipy.stats"}
-
-
 def test_values_of_a_case_are_replaced_by_options(case, lugre, capsys):
     """The run is that of a file that says so; another law has its defaults, and no start that it does not know."""
     text = lugre.read_text().replace('"lugre"', '"lugre"\nbristle_damping = 5.0')
@@ -638,12 +606,6 @@ def test_exit_codes_reach_the_shell(case):
     wrong = run("simulate", case, "--periods", "-1")
     assert (wrong.returncode, wrong.stdout) == (WRONG_INPUT, "")
     assert "--periods: should be a positive number, got -1.0" in wrong.stderr
-
-
-@pytest.mark.slow
-def test_the_exit_code_of_an_incomplete_run_reaches_the_shell(case):
-    case.write_text(CASE + "max_steps = 10\n")
-    assert run("simulate", case).returncode == INCOMPLETE
 
 
 @pytest.mark.slow
@@ -714,7 +676,7 @@ def test_scales_of_which_no_unit_can_be_made_are_refused(size, case, capsys):
     assert 0.0 < abs(record["energy"]["drive"]["value"]) < math.inf
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are any bytes")
 def test_a_name_that_is_not_utf8_stands_in_what_is_written_as_escapes(case):
     strange = case.with_name("c\udcff.toml")

@@ -461,7 +461,7 @@ def test_laws_are_ranked(folder, capsys):
             assert f"{name}/report.html" in (folder / "fits" / "report.html").read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_lugre_is_fitted_to_displacement_alone(folder, capsys):
     """Data in mm without velocity, filtered; the levels are found though the filter blurs reversals."""
     from vibrocap import LuGre, driven_force

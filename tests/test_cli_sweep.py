@@ -3,7 +3,6 @@
 import errno
 import importlib
 import importlib.util
-import os
 import re
 import signal
 import subprocess
@@ -329,25 +328,6 @@ def test_missing_extra_is_named(command_name, case, capsys, monkeypatch):
 
 
 # --- what may come between -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_full_disk_ends_with_a_sentence_and_the_study_goes_on(case, cheap, capsys, monkeypatch):
-    written, real = [], os.write
-
-    def full(handle, data):
-        written.append(len(data))
-        if len(written) > 15:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return real(handle, data)
-
-    arguments = ("sweep", case, "--over", "machine.mass_ratio=1:3:9000", "--out", "map", "--resume")
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "write", full)
-        message = refused(capsys, *arguments, code=INCOMPLETE)
-    assert message.startswith("The study could not be completed: map: cannot be written: No space left on device.")
-    assert "--resume" in message
-    assert command(*arguments) == OK
 
 
 def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):

@@ -345,7 +345,10 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
 
 @pytest.mark.parametrize(
     "law",
-    [pytest.param(vc.Exponential(), id="exponential", marks=pytest.mark.slow), pytest.param(vc.LuGre(), id="lugre")],
+    [
+        pytest.param(vc.Exponential(), id="exponential", marks=pytest.mark.exhaustive),
+        pytest.param(vc.LuGre(), id="lugre"),
+    ],
 )
 @pytest.mark.slow
 def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
@@ -379,7 +382,7 @@ ENTRY = {motion: "advance", ensemble: "advance_ensemble"}
 @pytest.mark.parametrize(
     ("law", "lanes"),
     [
-        pytest.param(vc.Dahl(), 0, id="one motion", marks=pytest.mark.slow),
+        pytest.param(vc.Dahl(), 0, id="one motion", marks=pytest.mark.exhaustive),
         pytest.param(vc.LuGre(), 0, id="one stiff motion", marks=pytest.mark.exhaustive),
         pytest.param(vc.LuGre(), None, id="lanes", marks=pytest.mark.slow),
     ],

@@ -147,7 +147,7 @@ def growth(row, run):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(24))))
+@pytest.mark.parametrize("seed", exhaustive_but([1], list(range(24))))
 def test_the_mirror_image_of_a_row_moves_as_its_mirror_image(seed):
     """Bodies in reverse order, velocities and directions exchanged: of crawlers and worms under four kinds of laws."""
     for kind, laws in (("crawler", ("coulomb", "uneven")), ("worm", ("coulomb", "uneven")), ("worm", ("stribeck",))):
@@ -170,7 +170,7 @@ def velocity_names(bodies):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(24))))
+@pytest.mark.parametrize("seed", exhaustive_but([0], list(range(24))))
 def test_the_numbers_of_the_bodies_of_a_worm_do_not_matter(seed):
     """Nor from joint rest, from which several of them may break loose at one instant."""
     for laws in (("coulomb",), ("coulomb", "uneven", "stribeck")):

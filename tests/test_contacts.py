@@ -31,16 +31,6 @@ def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
         assert again[name] == pytest.approx(found.state[name], abs=1e-11)
 
 
-@pytest.mark.slow
-def test_a_branch_over_a_parameter_of_the_second_law():
-    system = crawler(vc.Coulomb(0.06, 0.09))
-    start = vc.simulate(system, periods=30, initial={"velocity": 0.1}).state
-    found = vc.branch(system, over="friction_2.coulomb_coefficient", between=(0.055, 0.065), initial=start)
-    assert len(found) > 2
-    (orbit,) = found.orbits_at(0.06)
-    assert orbit.drift == pytest.approx(vc.orbit(crawler(), initial=start).drift, abs=1e-10)
-
-
 def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
     """Without a spring, damper and drive between them, two bodies know nothing of each other."""
     machine = vc.TwoBodyCrawler(stiffness=1e-300, damping=0.0, mass_2=2.0, normal_load_2=3.0, actuation=0.0)
@@ -81,17 +71,6 @@ def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     assert abs(settled()) < 1e-9
     assert settled(normal_load=3.0) == pytest.approx(0.050743626572, abs=1e-9)
     assert settled(normal_load_3=3.0) == pytest.approx(-0.050743626572, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_ten_bodies_from_rest():
-    """All contacts may stop or start at one instant; nothing is undecided."""
-    machine = vc.crawler(10)()
-    motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.1), vc.Harmonic(amplitude=1.5, frequency=0.7)), periods=3)
-    assert motion.certificate.ok
-    sides = [f"stick_{number}" for number in range(2, 11)]
-    assert len(motion.state_names) == 2 * 10
-    assert set(motion.event_kinds) & set(sides) or motion.events
 
 
 def test_a_case_with_a_law_for_each_contact(tmp_path):

@@ -409,7 +409,7 @@ def test_motions_from_random_starts_are_finite(system):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", exhaustive_but(range(0, len(CHECKED), 4), CHECKED), ids=lambda part: part.name)
+@pytest.mark.parametrize("part", exhaustive_but(range(0, len(CHECKED), 10), CHECKED), ids=lambda part: part.name)
 def test_every_part_passes_the_whole_check_its_motion_included(part):
     """Balances and estimated error of a motion, over several reversals of the laws; one compilation each, of half a
     minute in all. Canonical tests of a law (tests/test_canonical.py) use the same kernel.

@@ -186,16 +186,6 @@ def test_symmetry_is_that_of_machine_reference_and_command():
     assert not servo(machine=vc.Oscillator(stiffness=0.0, belt_speed=0.1)).mirrored
 
 
-@pytest.mark.slow
-def test_a_branch_over_a_gain_ends_where_the_orbits_of_that_gain_are():
-    system = servo()
-    branch = vc.branch(system, "controller.integral_gain", (3.9, 4.1), orbit=vc.orbit(system, initial=START))
-    own = vc.orbit(system.with_parameters({"controller.integral_gain": 4.1}), initial=START)
-    assert branch.period[-1] == pytest.approx(own.period, rel=1e-9) or branch.period[0] == pytest.approx(
-        own.period, rel=1e-9
-    )
-
-
 CASE = """
 [machine]
 kind = "oscillator"

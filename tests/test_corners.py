@@ -8,7 +8,6 @@ import pytest
 import vibrocap as vc
 from independent_contacts import motion as independent_motion
 from thinned import exhaustive_but, slow_but
-from vibrocap.measures.during_run import measured
 from vibrocap.physics.drives.drive import segment_table
 
 EPSILON = float(np.finfo(float).eps)
@@ -141,33 +140,6 @@ def test_a_motion_that_is_cut_goes_on(drive):
         part = vc.simulate(system, periods=length, start=part, tolerance=1e-11)
     assert part.end == pytest.approx(ints.end)
     assert list(part.state.values()) == pytest.approx(list(ints.state.values()), abs=1e-9)
-
-
-NAMES = ["mean_velocity", "drive_work", "peak_friction", "largest_angle"]
-PATHS = [
-    (vc.Square(amplitude=1.5), "drive.duty", np.linspace(0.2, 0.8, 9)),
-    (vc.Trapezoid(amplitude=1.5), "drive.frequency", np.linspace(0.6, 1.5, 9)),
-    (vc.Phases(), "drive.duration_3", np.linspace(0.0, 2.0, 9)),
-]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("drive", "path", "values"),
-    exhaustive_but([2], [pytest.param(*given, id=given[0].name) for given in PATHS]),
-)
-def test_lanes_with_corners_of_their_own_are_single_runs(drive, path, values):
-    system = system_of(drive=drive)
-    start = {"angle": 1.0}
-    runs = vc.ensemble(system, {path: values}, periods=6, window=3, initial=start, measures=NAMES, tolerance=1e-10)
-    assert not runs["status"].any()
-    for i in (0, 4, 8):
-        motion = vc.simulate(
-            system.with_parameters({path: float(values[i])}), periods=6, initial=start, tolerance=1e-10
-        )
-        found = measured(motion, NAMES, window=3)
-        for name in NAMES:
-            assert runs[name][i] == pytest.approx(found[name], rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize(

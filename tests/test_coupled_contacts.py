@@ -158,21 +158,6 @@ def test_static_friction_above_the_sliding_one_decides_who_rests():
 
 
 @pytest.mark.slow
-def test_a_worm_whose_second_body_does_not_rub_is_the_two_mass_crawler():
-    """With the inner mass as body 2: the same body, the same drive."""
-    drive = vc.ThreePhase(stroke=1.0)
-    both = vc.System(vc.TwoBodyWorm(mass=2.0, normal_load=3.0), [vc.Coulomb(0.2, 0.2), vc.Coulomb(0, 0)], drive)
-    alone = vc.System(vc.TwoMassCrawler(mass_ratio=2.0, normal_load=3.0), vc.Coulomb(0.2, 0.2), drive)
-    ours, theirs = vc.simulate(both, periods=3), vc.simulate(alone, periods=3)
-    for name in ("position", "centre_velocity"):
-        assert ours.state[name] == pytest.approx(theirs.state[name], abs=1e-12)
-    assert theirs.state["position"] > 0.1
-    times = np.linspace(0.1, 0.9, 7) * ours.end
-    for name in ("actuator_force", "actuator_power"):
-        assert ours.at(times, name) == pytest.approx(theirs.at(times, name), abs=1e-12)
-
-
-@pytest.mark.slow
 def test_bodies_at_a_distance_that_stays_are_one_block():
     """Stopped by both contacts after v^2/(2 mu (N_1 + N_2)/M); while they rest they share what is held."""
     machine = vc.TwoBodyWorm(mass_2=1.5, normal_load_2=1.2, actuation=0.0)
@@ -293,84 +278,6 @@ def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
 
 
 # --- everything else works on them ------------------------------------------------------------------------------------
-
-
-CRAWLER = vc.System(
-    vc.TwoBodyCrawler(mass_2=2.4, damping=0.05, normal_load_2=1.2),
-    vc.Coulomb(0.06, 0.09),
-    vc.Biharmonic(amplitude=1.0, frequency=0.4, second_amplitude=0.5, second_phase=0.4),
-)
-BASES = ["crawler", "linkage", "worm"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "system", exhaustive_but([2], [CRAWLER, LINKAGE, worm(vc.Harmonic(amplitude=0.5, frequency=0.9))]), ids=BASES
-)
-def test_orbit_and_multipliers(system):
-    """Against central differences of motions; a stick phase of a contact takes one direction for good."""
-    found = vc.orbit(system, initial=vc.simulate(system, periods=30).state)
-    names = [name for name in system.state_names if name not in (*system.switched, system.machine.cyclic)]
-    start = np.array([found.state[name] for name in names])
-
-    def image(x):
-        initial = found.state | dict(zip(names, x, strict=True))
-        end = vc.simulate(system, periods=1, initial=initial, tolerance=1e-13).state
-        return np.array([end[name] for name in names])
-
-    assert image(start) == pytest.approx(start, abs=1e-11)
-    slopes = np.column_stack([(image(start + d) - image(start - d)) / 2e-6 for d in 1e-6 * np.eye(len(start))])
-    expected = sorted(np.abs(np.linalg.eigvals(slopes)))
-    assert sorted(np.abs(found.multipliers)) == pytest.approx(expected, abs=1e-7)
-    assert abs(found.drift) > 0.01
-    assert expected[-1] < 1.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "system",
-    exhaustive_but([2], [CRAWLER, LINKAGE, worm(vc.Triangle(amplitude=0.5, rise=0.3), [UNEVEN, vc.LuGre()])]),
-    ids=BASES,
-)
-def test_measures_of_an_ensemble_are_those_of_single_motions(system):
-    """All that the table lists of the system, those of its second contact among them."""
-    measures = list(vc.measure_table(system))
-    own = {"bristle_loss_2_work", "largest_bristle_2"}
-    assert own.intersection(measures) == (own if system.laws[1].internal else set())
-    amplitudes, options = system.drive.amplitude * np.linspace(0.9, 1.1, 3), {"periods": 3, "tolerance": 1e-11}
-    found = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=measures, window=3, **options)
-    for i, amplitude in enumerate(amplitudes):
-        motion = vc.simulate(system.with_parameters({"drive.amplitude": float(amplitude)}), **options)
-        assert motion.certificate.ok
-        alone = vc.measured(motion, measures, window=3)
-        for name in measures:
-            word = isinstance(alone[name], str)
-            expected = alone[name] if word else pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
-            assert found[name][i] == expected, name
-
-
-LAWS = [vc.LuGre(), vc.Exponential(), vc.ElastoPlastic(), vc.MaxwellSlip(), vc.SmoothedTanh(), UNEVEN]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but([0], LAWS), ids=lambda law: law.name)
-@pytest.mark.parametrize(
-    "base",
-    [
-        vc.System(vc.ThreeBodyCrawler(mass_2=1.5, actuation_2=-0.5), COULOMB, vc.Harmonic(1.2, 0.9)),
-        LINKAGE,
-        worm(vc.Biharmonic(amplitude=0.4)),
-    ],
-    ids=BASES,
-)
-def test_balances_close_with_every_kind_of_law_and_in_an_environment(base, law):
-    around = vc.Environment(inclination=0.03, linear_drag=0.05, quadratic_drag=0.1, gravity=1.0)
-    motion = vc.simulate(vc.System(base.machine, [law, COULOMB], base.drive, environment=around), periods=3)
-    assert motion.status in (vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.STOP_REACHED)
-    assert motion.end > 0.3 * motion.period
-    assert motion.certificate.ok
-    assert motion.certificate.energy_residual < 100 * motion.tolerance
-    assert motion.certificate.momentum_residual < 100 * motion.tolerance
 
 
 def test_machines_of_more_bodies_are_found_by_name_and_wrong_ones_refused():

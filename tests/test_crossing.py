@@ -64,15 +64,6 @@ def test_no_control_point_at_the_printed_parameters(law):
 
 
 @pytest.mark.slow
-def test_no_boundary_point_at_the_printed_parameters():
-    """The paper's P1 and P2: both laws do not travel, at no mass ratio more than at another."""
-    lm, em = capsule("lugre", 4.0), capsule("exponential", 4.0)
-    found = vc.crossing(lm, "drift", RATIO, PRINTED_RANGE, against=em, initial=START, points=40)
-    assert found.found == ()
-    assert found.equal == (PRINTED_RANGE,)
-
-
-@pytest.mark.slow
 def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
     lm, em = capsule("lugre"), capsule("exponential")
     found = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)
@@ -199,7 +190,7 @@ def test_a_crossing_in_a_narrow_bracket_is_located_as_sharply_as_in_a_wide_one()
         assert crossing_bracket.located(again, *ends).kind is CrossingKind.LOST  # type: ignore[arg-type]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_state_that_one_law_has_is_given_to_that_one():
     lm, em = capsule("lugre"), capsule("exponential")
     start = START | {"bristle": 0.0026}
@@ -306,14 +297,6 @@ def test_command_finds_control_points(case, capsys):
     assert place["kind"] == "crossing"
     assert place["at"] == pytest.approx(SHOT["exponential"], abs=1e-11)
     assert len(record["parameters"]) == len(record["differences"]) == 5
-
-
-@pytest.mark.slow
-def test_command_finds_boundary_points(case, capsys):
-    arguments = ["crossing", case, "--over", f"{RATIO}=5:6", "--against", "friction.law=lugre", "--points", "5"]
-    assert cli.main([*arguments, "--json"]) == 0
-    (place,) = json.loads(capsys.readouterr().out)["found"]
-    assert place["at"] == pytest.approx(5.489362346569, abs=1e-9)
 
 
 def test_command_says_that_there_is_none(case, capsys):

@@ -164,17 +164,6 @@ def test_designs_without_a_twin_of_a_system_that_has_one_keep_their_direction(bi
 
 
 @pytest.mark.slow
-def test_designs_at_a_bound_are_reached(biharmonic):
-    """Over frequency and a friction that should be small, the best design is at a bound: the search evaluates it."""
-    over = {"drive.frequency": (0.5, 3.0), "friction.coulomb_coefficient": (0.02, 0.09)}
-    found = optimise(biharmonic, over, starts=START, evaluations=320, refinement=0, spread_starts=0)
-    shares = found.population.shares
-    assert np.all((shares >= 0.0) & (shares <= 1.0))
-    assert found.design["friction.coulomb_coefficient"] in over["friction.coulomb_coefficient"]
-    assert np.sum(shares[:, 1] == np.round(shares[:, 1])) >= 3
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", exhaustive_but([0], [0, 1]))
 def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
     """From where another design has settled, or from a start of one's own, that lies beyond a nearer stop."""
@@ -185,28 +174,6 @@ def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
     options = {"evaluations": 120, "refinement": 0, "spread_starts": 4, "seed": seed}
     for starts in (None, [{"displacement": 0.19}]):
         assert vc.optimise(system, over, starts=starts, **options).counts["refused"] == 0
-
-
-@pytest.mark.slow
-def test_slopes_where_a_reversal_falls_on_the_switch_of_the_drive():
-    """A kink without a change of the mode sequence: the slopes to both sides are those of one-sided differences."""
-    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.25), vc.OnOff(1.2, 0.0, 1.0, 0.4))
-    over = {"drive.duty": (0.1, 0.9), "drive.frequency": (0.3, 2.0), "machine.damping": (0.05, 1.0)}
-    guess = {"drive.duty": 0.21071708, "drive.frequency": 0.99187412, "machine.damping": 0.24770982}
-    system = system.with_parameters({"drive.offset": -0.20338534})
-    found = vc.optimise(system, over, guesses=[guess], evaluations=40, refinement=100, spread_starts=0)
-    motion = found.orbit.motion()
-    assert min(abs(event.time / motion.end - found.design["drive.duty"]) for event in motion.events) < 1e-8
-    assert found.orbit.gradients().kinks == ("reversal",)
-    best, step = system.with_parameters(found.design), 1e-5
-    for path, pair in found.slopes.items():
-        ends = [
-            vc.shoot(best.with_parameters({path: found.design[path] + sign * step}), found.orbit.state).mean_velocity
-            for sign in (-1.0, 1.0)
-        ]
-        sides = (found.value - ends[0]) / step, (ends[1] - found.value) / step
-        assert pair == pytest.approx(sides, rel=2e-3)
-        assert pair[0] > 0.0 > pair[1]
 
 
 def test_a_machine_that_cannot_travel_has_no_best_design():
@@ -378,7 +345,7 @@ def test_bad_fronts_are_named_before_any_work(biharmonic, asked, said):
         vc.pareto_front(biharmonic, FRONT, **asked)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_shape_of_the_drive_within_its_peak(biharmonic):
     """Equal peaks: shapes with a second harmonic travel, the harmonic drive alone does not break the symmetry."""
     drive = vc.FourierSeries(frequency=0.9, cosine_1=1.0)

@@ -26,10 +26,9 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but
-from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_from_text, case_text, read_case
+from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_from_text, case_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.command import COMMANDS
-from vibrocap.cli.new_case import BENCH
 from vibrocap.cli.overview import BEGIN
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics import catalogue
@@ -330,34 +329,6 @@ def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
     write_pull("pull.csv")
     for command in set(HELP) - set(SLOW_COMMANDS):  # those are run below
         if command.startswith(SLOW) and not command.startswith(("vibrocap reproduce --out", *ELSEWHERE)):
-            run_command(command)
-
-
-# Where an example of the help gives a number, in SI it carries a unit; there is an example in SI beside it.
-WITH_UNIT = ("vibrocap new --from",)
-LACKING = ("vibrocap sweep case.toml --over friction.law",)  # whose bristles have no default in SI
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("quick", [True, False])
-def test_examples_of_the_help_run_in_si(workplace, capsys, quick):
-    """The same commands, of the same cases in SI."""
-    (workplace / "examples").unlink()
-    run_command("vibrocap examples --to examples")
-    run_command("vibrocap new --out case.toml")
-    for path in (workplace / "case.toml", *(workplace / "examples").glob("*.toml")):
-        case = read_case(path)
-        scales = case.system.machine.si_scales
-        needed = {each.name for each in parameter_table(scales) if not isinstance(each.default, float | None)}
-        known = case.system.units or scales(**{name: BENCH[name] for name in needed})
-        path.write_text(case_text(dataclasses.replace(case, scales=known), "SI"), encoding="utf-8")
-        assert read_case(path).system.units is not None
-    write_axis("axis")
-    written = ("vibrocap new", "vibrocap examples", *ELSEWHERE, *WITH_UNIT, *LACKING)
-    made = ("vibrocap plot", "vibrocap sweep map --verify")  # of what other examples wrote
-    for command in HELP:
-        of_case = ".toml" in command or command.startswith(made)
-        if of_case and not command.startswith(written) and command.startswith(SLOW) != quick:
             run_command(command)
 
 

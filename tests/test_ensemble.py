@@ -181,18 +181,6 @@ def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
             assert np.array_equal(row[:upto], single[:upto]), (most, i)
 
 
-def test_a_new_run_finds_nothing_of_the_last():
-    """What a lane counts, and how it was about to go on, begins anew with each run."""
-    kernel, floats, ints, trace = sliding_lanes("lugre")
-    names = (
-        "TO_DECIDE EVENTS ZERO_PROGRESS IMPLICIT_STEPS PATIENCE PERIOD_COUNT RESPONSE SINCE STIFF TAYLOR_STEPS ZEROS"
-    )
-    places = [kernel[name] for name in names.split()]
-    ints[places] = 7
-    kernel["begin_run"](floats, ints, trace, 0, 0)
-    assert not np.any(ints[places])
-
-
 def test_the_same_bits_from_many_small_blocks(monkeypatch):
     """A thread that has used up its block comes back for the next; no run is left out."""
     results = together("exponential", range(40)).numbers

@@ -160,7 +160,7 @@ def test_a_sampled_loop_of_1_khz_has_the_bits_of_the_kernel_and_stops_where_the_
 
 @needs_gcc
 @pytest.mark.slow
-@pytest.mark.parametrize("path", exhaustive_but(range(0, len(EXAMPLES), 3), EXAMPLES), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", exhaustive_but(range(0, len(EXAMPLES), 18), EXAMPLES), ids=lambda path: path.stem)
 def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path):
     case = read_case(path, periods=4)
     export_c(case, tmp_path)
@@ -171,7 +171,7 @@ def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path)
 
 @pytest.mark.slow
 @pytest.mark.skipif(not COMPILERS, reason="neither gcc nor ziglang is installed")
-@pytest.mark.parametrize(("kind", "machine", "law"), exhaustive_but((7, 27), TABLE), ids=str)
+@pytest.mark.parametrize(("kind", "machine", "law"), exhaustive_but((7,), TABLE), ids=str)
 def test_every_law_and_machine_has_the_same_bits_with_every_compiler(kind, machine, law, tmp_path):
     """With Zig at -O0 its checks of undefined behaviour, such as a shift too far, are on: a program stops at one."""
     case = motions_of_a_kind(kind)[machine, law]

@@ -167,7 +167,7 @@ def stand(request):
     return STANDS[request.param]
 
 
-@pytest.mark.parametrize("system", [EM, pytest.param(LM, marks=pytest.mark.slow)], ids=["EM", "LM"])
+@pytest.mark.parametrize("system", [EM, pytest.param(LM, marks=pytest.mark.exhaustive)], ids=["EM", "LM"])
 def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
     """In at most 0.65 of the periods, trials included, to within the threshold of runs of 600 periods.
 
@@ -269,7 +269,7 @@ def test_what_asks_for_the_transient_waits():
         vc.ensemble(EM, over, extrapolate="no", **asked)  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.slow  # its kernel
+@pytest.mark.exhaustive  # its kernel
 def test_a_rotor_waits():
     """Its angle is a point on a circle, whose limit is not that of a straight line."""
     system = read("vibration-motor-travels")

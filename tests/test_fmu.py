@@ -181,19 +181,6 @@ def test_sides_counts_and_status_are_declared(fmi):
     assert fmi == "2.0" or (about.hasEventMode and about.mightReturnEarlyFromDoStep)
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")
-@pytest.mark.parametrize("fmi", VERSIONS)
-def test_a_sampled_loop_of_1_khz_ends_where_the_issue_says(fmi, tmp_path):
-    controller = vc.SampledPositionPID(3.0, 4.0, 6.0, sample_time=1e-3, delay=5e-4)
-    system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), vc.Constant(), controller=controller)
-    case = Case(system, {"position": -1.0}, periods=20, tolerance=1e-12)
-    export_fmu(case, tmp_path / "servo.fmu", fmi=fmi)
-    given = {"output": ["position", "sliding_velocity"], "output_interval": 0.5, "relative_tolerance": 1e-12}
-    rows = fmpy.simulate_fmu(str(tmp_path / "servo.fmu"), stop_time=20.0, record_events=False, **given)
-    assert [*rows[-1]] == pytest.approx([20.0, 0.08388297959518, -0.09435168198276], abs=2e-14)
-
-
 def test_an_fmu_is_the_same_bytes_again(tmp_path):
     for i in range(2):
         export_fmu(README, tmp_path / f"{i}.fmu", input="drive", platforms=("none",))

@@ -146,7 +146,7 @@ CASES = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 1, 4], [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but([0], [*SYSTEMS]))
 def test_slopes_are_those_of_tight_differences(name):
     """Constant and dynamic loads, laws of every kind, moving corners, a slope and an actuator."""
     orbit = vc.orbit(SYSTEMS[name], initial={"angle": 1.0}, tolerance=1e-13)
@@ -155,7 +155,7 @@ def test_slopes_are_those_of_tight_differences(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 5], CASES))
+@pytest.mark.parametrize("name", exhaustive_but([0], CASES))
 def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
     """Impacts, imposed motions, several contacts, a rotor."""
     given = read_case(EXAMPLES / f"{name}.toml")
@@ -217,26 +217,6 @@ def test_a_motion_of_two_periods_has_slopes_over_both():
 # --- what a user sees -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_slopes_in_si_are_slopes_by_what_was_given():
-    """Of a case in SI: the same orbit without units, times the unit of the measure over that of the parameter."""
-    given = read_case(EXAMPLES / "bench-in-si.toml")
-    orbit = vc.orbit(given.system, initial=given.initial)
-    plain = vc.orbit(dataclasses.replace(given.system, units=None), initial=given.initial)
-    si = given.system.si
-    one = orbit.gradients(["drive.frequency_Hz", "machine.damping_N_m_s_per_rad"], ["mean_velocity", "drive_work"])
-    other = plain.gradients(["drive.frequency", "machine.damping"], ["mean_velocity", "drive_work"])
-    hertz = 1.0 / (2.0 * math.pi * si.scales.time_s)
-    found, expected = one["mean_velocity", "drive.frequency_Hz"], other["mean_velocity", "drive.frequency"]
-    assert found.unit == "(m/s)/Hz"
-    assert found.slope == pytest.approx(expected.slope * si.factor_of("m/s") / hertz, rel=1e-12)
-    assert found.elasticity == pytest.approx(expected.elasticity, rel=1e-12)
-    found, expected = one["drive_work", "machine.damping_N_m_s_per_rad"], other["drive_work", "machine.damping"]
-    assert found.unit == "J/(N m s/rad)"
-    damper = given.system.parameter("machine.damping_N_m_s_per_rad") / given.system.parameter("machine.damping")
-    assert found.slope == pytest.approx(expected.slope * si.factor_of("J") / damper, rel=1e-12)
-
-
 def test_the_table_has_a_row_for_each_measure_and_parameter(first):
     found = first.gradients(["drive.amplitude", "drive.frequency"], ["drift", "mean_velocity"])
     rows = [(row["measure"], row["parameter"]) for row in found.table()]
@@ -288,7 +268,7 @@ def test_what_has_no_gradient_is_named_before_any_work(over, measures, said, fir
         first.gradients(over, measures)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_word_has_no_slope():
     dynamic = vc.orbit(SYSTEMS["dynamic load"])
     with pytest.raises(
@@ -334,7 +314,7 @@ def test_an_event_on_a_corner_of_the_drive_is_named():
     assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients(["machine.damping"]).kinks == ()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_segment_that_has_no_length_can_only_become_longer():
     """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""
     pulses = system(drive=vc.Trapezoid(amplitude=1.5, frequency=1.0, rise=0.25, hold=0.0, fall=0.25))
@@ -383,7 +363,7 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", exhaustive_but([0, 2], ["delay", "period", "corner", "start on the orbit"]))
+@pytest.mark.parametrize("fault", exhaustive_but([0], ["delay", "period", "corner", "start on the orbit"]))
 def test_a_planted_fault_is_seen(fault, first, monkeypatch):
     """An event whose delay is left out, an end that does not move, corners that stand still, a start that stays."""
     orbit = first if fault != "corner" else vc.orbit(SYSTEMS["duty"], initial={"angle": 1.0}, tolerance=1e-13)

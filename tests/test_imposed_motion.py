@@ -101,28 +101,6 @@ def test_three_phases(share, friction, stroke, factor, expected):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("factor", "best", "expected"), [(2.0, (1.0, 1.0), 0.288675134595), (4.0, (100 / 103, 4.0), 0.6)]
-)
-def test_the_best_of_three_phases(factor, best, expected):
-    """Over the first and third acceleration up to s w*, with the second at s w*: V/sqrt(mu k L), lower all around."""
-    share, friction, stroke = 0.3, 0.2, 1.0
-
-    def speed(first, third):
-        slow = friction / share
-        drive = vc.ThreePhase(stroke, first * slow, factor * slow, third * slow)
-        velocity = vc.orbit(crawler(share, friction, friction, drive)).mean_velocity
-        return velocity / math.sqrt(share * friction * stroke)
-
-    found = speed(*best)
-    assert found == pytest.approx(expected, abs=1e-12)
-    around = [
-        (best[0] + a, best[1] + b) for a in (-0.01, 0.0, 0.01) for b in (-0.01, 0.0, 0.01) if (a, b) != (0.0, 0.0)
-    ]
-    assert all(speed(*each) < found for each in around if max(each) <= factor)
-
-
-@pytest.mark.slow
 def test_an_even_two_phase_motion_is_one_of_a_continuum():
     """Isotropic and t1 = t2: one multiplier is exactly 1, and every velocity between the phases is kept."""
     system = crawler(0.5, 0.1, 0.1, two_phases(0.4, 0.5, 0.5))

@@ -124,8 +124,8 @@ def test_what_is_answered_twice_is_refused(other):
         (  # as two functions called `spread` once did
             "step.taylor",
             "def last_terms(",
-            "def minimum(a):\n    return a\n\n\ndef last_terms(",
-            r"`minimum` is defined in kernel/arithmetic/roots.py and in kernel/step/taylor.py",
+            "def sign_changes(a):\n    return a\n\n\ndef last_terms(",
+            r"`sign_changes` is defined in kernel/arithmetic/roots.py and in kernel/step/taylor.py",
         ),
         (
             "step.taylor",

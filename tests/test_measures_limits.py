@@ -4,7 +4,6 @@ import dataclasses
 import json
 import math
 
-import numpy as np
 import pytest
 from scipy.special import lambertw
 
@@ -160,16 +159,6 @@ def test_extreme_parameters_neither_overflow_nor_hang():
         for viscous in (1e-12, 1e-3, 2.9, 1e3, 1e12):
             found = vc.frictional_limits(vc.LuGre(stribeck_exponent=exponent, viscous_damping=viscous))
             json.dumps(dataclasses.asdict(found), allow_nan=False)
-
-
-@pytest.mark.parametrize(
-    "law", [vc.LuGre(), vc.LuGre(viscous_damping=0.4), vc.Exponential(), vc.Exponential(0.1, 0.2, 0.0)]
-)
-def test_limits_are_plain_data(law):
-    limits = vc.frictional_limits(law, velocities=np.array([-0.2, 0.1]))
-    assert json.loads(json.dumps(dataclasses.asdict(limits), allow_nan=False))["law"] == law.name
-    assert [point.velocity for point in limits.curve] == [-0.2, 0.1]
-    assert limits.curve[0].friction < 0.0 < limits.curve[1].friction
 
 
 def test_wrong_questions_are_refused():

@@ -1,7 +1,6 @@
 """Travel, settling and the class of a response: closed-form signals, made-up maps, and the paper's motions."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -234,9 +233,3 @@ def test_a_period_eight_response():
     velocities = motion.sections[-16:, 3]
     assert velocities[8:] == pytest.approx(velocities[:8], abs=1e-5)
     assert np.min(np.abs(np.diff(np.sort(velocities[8:])))) > 1e-4  # eight different ones
-
-
-def test_results_are_plain_data(first_set):
-    for result in (vc.settling(first_set["lugre"]), vc.response_class(first_set["lugre"])):
-        json.dumps(dataclasses.asdict(result), allow_nan=False)
-    json.dumps(dataclasses.asdict(vc.mean_velocity(first_set["lugre"])), allow_nan=False)

@@ -240,15 +240,6 @@ def test_a_mechanism_is_stored_sent_and_checked_like_any_machine(name):
     assert report.ok, str(report)
 
 
-@pytest.mark.slow
-def test_a_study_keeps_the_description(tmp_path):
-    case = read_case(EXAMPLES / "plates-creep.toml")
-    vc.sweep(case.system, {"machine.stiffness": [1.0, 2.0]}, periods=4, out=tmp_path / "study", tile_runs=1, workers=2)
-    stored = vc.open_study(tmp_path / "study")
-    assert case_from_text(stored.attrs["case"]).system == case.system
-    assert len({*stored["mean_velocity"].values}) == 2
-
-
 def test_another_kind_takes_its_place():
     path = EXAMPLES / "described-capsule.toml"
     other = read_case(path, {"machine.kind": "pendulum-capsule", "machine.mass_ratio": 2.0})
@@ -425,7 +416,7 @@ def test_fuzzed_mechanisms_are_refused(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_thousand_fuzzed_mechanisms_are_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert 100 <= fuzzed(range(1000, 3000)) <= 600

@@ -1,4 +1,7 @@
-"""Machines of the package and of one's own, described, against Lagrange's equations written for SymPy."""
+"""Machines of the package and of one's own, described, against Lagrange's equations written for SymPy.
+
+Their motions stand in `test_several_contacts.py`, beside those of an independent solver.
+"""
 
 import dataclasses
 import functools
@@ -14,7 +17,7 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from mechanisms import MECHANISMS as OWN
 from mechanisms import Washboard
-from thinned import exhaustive_but, slow_but
+from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, coordinate, cos, parameters, sin
 
@@ -270,10 +273,6 @@ def lagrange(kind):
     return Lagrange(kind())
 
 
-def drive_of(kind):
-    return vc.Harmonic(1.2, 2.0 if kind.name == "own-clutch" else 1.0)
-
-
 @pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
 def test_described_machines_obey_lagrange(kind):
     machine, draw, worst = kind(), random.Random(1), 0.0
@@ -292,119 +291,6 @@ def test_described_machines_obey_lagrange(kind):
             found = machine.loads()
         worst = max(worst, *(abs(a - b) / size for a, b in zip(found, loads, strict=True)))
     assert worst <= ROUNDING
-
-
-class Filippov:
-    """A motion by SciPy, from Lagrange's equations, whose contacts rest and slide by located events.
-
-    A resting contact gives way where its friction passes what it can hold; one that stops rests where it can be held.
-    """
-
-    def __init__(self, kind, drive, law):
-        self.lagrange, self.drive, self.law = lagrange(kind), drive, law
-        self.states, self.count = list(kind.states), len(kind.contact_states)
-        self.at = [self.states.index(name) for name in kind.contact_states]
-        self.order = [self.states.index(name) for name in self.lagrange.names]
-
-    def level(self, v):
-        """Of friction over the load, while sliding."""
-        law = self.law
-        more = (law.static_coefficient - law.coulomb_coefficient) * math.exp(-abs(v) * law.decay_rate)
-        return law.coulomb_coefficient + more
-
-    def forces(self, t, y, sides):
-        """(y', friction at each contact, load on each contact) in a mode: one linear problem for all."""
-        n = self.count
-        (M, S, h, _, bend, loads, by), w = self.lagrange.at(t, y, self.drive.value(t))
-        free, taken = np.linalg.solve(M, h[:, 0]), np.linalg.solve(M, S.T)
-        A, b, C, N = S @ taken, S @ free + bend[:, 0], by @ taken, loads[:, 0] + by @ free
-        rows, right = np.zeros((n, n)), np.zeros(n)
-        for c, side in enumerate(sides):
-            level = side * self.level(y[self.at[c]])
-            rows[c] = A[c] if side == 0 else np.eye(n)[c] + level * C[c]
-            right[c] = b[c] if side == 0 else level * N[c]
-        friction = np.linalg.solve(rows, right)
-        a, rates = free - taken @ friction, np.zeros(len(y))
-        rates[self.order] = w
-        for name, each in zip(self.lagrange.kind_rates, a, strict=True):
-            rates[self.states.index(name)] = each
-        rates[self.at] = np.where(np.array(sides) == 0, 0.0, b - A @ friction)
-        return rates, friction, N - C @ friction
-
-    def room(self, t, y, sides, c):
-        """What a resting contact can hold, less what it holds."""
-        _, friction, load = self.forces(t, y, sides)
-        return self.law.static_coefficient * load[c] - abs(friction[c])
-
-    def settled(self, t, y, sides):
-        """The mode that lasts, of contacts that rest and may give way."""
-        for _ in range(2 * self.count):
-            excess = [self.room(t, y, sides, c) if side == 0 else 1.0 for c, side in enumerate(sides)]
-            if min(excess) >= -1e-12:
-                break
-            c = int(np.argmin(excess))
-            sides = tuple(int(np.sign(self.forces(t, y, sides)[1][c])) if i == c else s for i, s in enumerate(sides))
-        return sides
-
-    def run(self, y, end):
-        """(state at the end, event times)."""
-        t, times, y = 0.0, [], np.array(y)
-        sides = self.settled(0.0, y, tuple(int(np.sign(y[i])) for i in self.at))
-        while t < end:
-            guards = []
-            for c, side in enumerate(sides):
-
-                def guard(t, y, c=c, side=side, sides=sides):
-                    return side * y[self.at[c]] if side else self.room(t, y, sides, c)
-
-                guard.terminal, guard.direction = True, -1
-                guards.append(guard)
-            found = solve_ivp(
-                lambda t, y, sides=sides: self.forces(t, y, sides)[0],
-                *((t, end), y, "DOP853"),
-                rtol=1e-12,
-                atol=1e-13,
-                events=guards,
-                max_step=0.05,
-                first_step=1e-4,
-            )
-            t, y = found.t[-1], found.y[:, -1].copy()
-            if found.status != 1:
-                break
-            times.append(t)
-            for c, event in enumerate(found.t_events):
-                if len(event):
-                    new = 0 if sides[c] else int(np.sign(self.forces(t, y, sides)[1][c]))
-                    y[self.at[c]] = 0.0 if sides[c] else y[self.at[c]]
-                    sides = tuple(new if i == c else s for i, s in enumerate(sides))
-            sides = self.settled(t, y, sides)
-        return y, times
-
-
-STARTS = {"two-pendulum-capsule": {"angle": 0.6, "angle_2": -0.4}, "double-pendulum-capsule": {"angle": 0.3}}
-PERIODS = 4
-
-
-SOLVED = [kind for kind in MECHANISMS if not kind.switched]
-CLOSED = ["two-pendulum-capsule", "clutch", "stacked-plates", "drill-string", "elastic-skin"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", exhaustive_but(range(0, len(SOLVED), 3), SOLVED), ids=lambda kind: kind.name)
-def test_their_motions_are_those_of_an_independent_solver(kind):
-    amplitude = {"rod-robot": 0.5, "own-feeder": 0.5, "bristle-robot": 1.8}.get(kind.name, 1.2)
-    drive = vc.Harmonic(amplitude, 3.0 if kind.name == "bristle-robot" else drive_of(kind).frequency)
-    law = vc.Exponential() if kind.name == "clutch" else LAW
-    start = STARTS.get(kind.name, {})
-    motion = vc.simulate(vc.System(kind(), law, drive), periods=PERIODS, initial=start, tolerance=1e-12)
-    assert motion.certificate.ok, motion.certificate.failures
-    y = [start.get(name, 0.0) for name in kind.states]
-    end, times = Filippov(kind, drive, law).run(y, PERIODS * drive.period)
-    found = np.array([motion[name][-1] for name in kind.states])
-    assert np.max(np.abs(found - end)) <= 1e-10
-    own = [time for time in motion.event_times if 1e-9 < time < PERIODS * drive.period - 1e-9]
-    assert len(times) >= 2
-    assert max(min(abs(time - each) for each in own) for time in times) <= 1e-9
 
 
 def test_what_depends_on_time_is_not_its_mirror_image_half_a_period_later():
@@ -445,20 +331,6 @@ def test_a_part_on_a_feeder_obeys_its_equations():
 def test_they_keep_the_contract_of_machines(kind):
     report = vc.check_part(kind, motion=False)
     assert report.ok, str(report)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 2], CLOSED))
-def test_they_close_in_orbits_and_run_in_lanes(name):
-    kind = next(kind for kind in MECHANISMS if kind.name == name)
-    system = vc.System(kind(), LAW, drive_of(kind))
-    found = vc.orbit(system, initial=vc.simulate(system, periods=40).state)
-    assert found.residual <= 1e-12
-    amplitudes = [1.1, 1.2]
-    lanes = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=["drive_work"], periods=5)["drive_work"]
-    for amplitude, work in zip(amplitudes, lanes, strict=True):
-        alone = vc.simulate(system.with_parameters({"drive.amplitude": amplitude}), periods=5)
-        assert work == pytest.approx(vc.energy_balance(alone).drive / 5, rel=1e-7, abs=1e-9)
 
 
 @parameters

@@ -223,7 +223,7 @@ def test_the_exact_row_of_the_documented_table():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("step", "how", "position", "travel"), exhaustive_but([0, 1, 2], TABLE))
+@pytest.mark.parametrize(("step", "how", "position", "travel"), exhaustive_but([0], TABLE))
 def test_the_documented_table_is_what_mujoco_does(step, how, position, travel):
     pytest.importorskip("mujoco", reason=needs_mujoco)
     from vibrocap.exchange.mujoco_motion import mujoco_ending

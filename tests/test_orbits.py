@@ -120,7 +120,7 @@ def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 3, 6], range(10)))
+@pytest.mark.parametrize("seed", exhaustive_but([3], range(10)))
 @pytest.mark.parametrize("law", LAWS)
 def test_multipliers_are_those_of_differences(law, seed):
     system, start = random_system(law, seed)

@@ -174,17 +174,6 @@ def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
     assert (values["low"]["unit"], values["high"]["unit"]) == ("N", "N")
 
 
-@pytest.mark.slow
-def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
-    own = ["--parts", "mylaws.py"]
-    assert main([*SWEEP, "--export", "map.csv", *own]) == OK
-    assert (folder / "map.csv").read_text().count("long-tail,") == 2
-    assert main(["friction", "anisotropic-long-tail", *own]) == OK
-    assert "drops like 1/(1 + |v|/v_s)" in capsys.readouterr().out
-    assert main(["friction", "long-tail", "--tests", "--json", "--parts", "mylaws.py"]) == OK
-    assert json.loads(capsys.readouterr().out)["break_away"]["force"][0] == pytest.approx(0.45, rel=1e-2)
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -433,16 +422,3 @@ def test_the_fingerprint_of_a_part_changes_with_its_functions_and_with_nothing_e
     assert part_fingerprint(defined(1.0, 2.0)) == part_fingerprint(defined(1.0, 2.0))
     prints = {part_fingerprint(defined(*given)) for given in ((1.0, 2.0), (1.5, 2.0), (1.0, 3.0))}
     assert len(prints) == 3
-
-
-@pytest.mark.slow
-def test_two_workers_give_the_bytes_of_one_process(folder):
-    own = ["--parts", "mylaws.py", "--out"]
-    assert main([*SWEEP, *own, "one"]) == OK
-    assert main([*SWEEP, *own, "two", "--workers", "2"]) == OK
-    files = sorted(
-        path.relative_to("one") for path in Path("one").rglob("*") if path.is_file() and "lock" not in path.name
-    )
-    assert files
-    for path in files:
-        assert (Path("two") / path).read_bytes() == (Path("one") / path).read_bytes(), path

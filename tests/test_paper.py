@@ -245,7 +245,7 @@ def test_soft_spring_gives_the_printed_shape_but_not_all_points(runs):
     assert points.equal == {"lugre": (), "exponential": (), "both": ()}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_no_spring_gives_the_four_printed_points(runs):
     for stiffness in RANGE_OF_SOFT:
         points = steady_points(runs, stiffness)
@@ -432,7 +432,7 @@ def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
     assert any(row[1] == "EM: lift off" and row[3] == "end_time" for row in rows)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_map_of_steady_travel_is_that_of_single_runs():
     ratios, springs = np.array([0.2, 2.5]), np.array([2.0, 4.0])
     for load in (1.0, "dynamic"):

@@ -10,9 +10,7 @@ import vibrocap as vc
 import vibrocap.motion.recording.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.kernel.arithmetic import roots
-from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
-from vibrocap.numerics.linker import link
+from vibrocap.numerics.kernel.codes import DONE, RUNNING
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
@@ -122,15 +120,6 @@ def test_a_lane_among_others_is_the_same_run_alone(law):
         assert np.array_equal(states[:, lane], alone.floats[alone["STATE"] :][: alone.layout.states])
 
 
-def test_a_lane_that_fails_does_not_touch_the_others():
-    systems = [system_with(LAWS["exponential"]), system_with(LAWS["exponential"], 1.0)]
-    starts = [start_of(system) for system in systems]
-    statuses, traces = run_lanes(kernel_of(systems[0], lanes=2), systems, starts, event_limits=(1000, 1))
-    assert statuses == [DONE, TOO_MANY_EVENTS]
-    _, (single,) = run_lanes(kernel_of(systems[0]), systems[:1], starts[:1])
-    assert np.array_equal(traces[0], single)
-
-
 # --- the cache -------------------------------------------------------------------------------------------------------
 
 
@@ -167,18 +156,6 @@ def test_an_edited_law_is_another_kernel(monkeypatch):
     finally:
         monkeypatch.undo()
         forget_recordings()
-
-
-def test_an_edited_loop_is_another_kernel(monkeypatch):
-    """A constant changed in a module that the loop imports reaches the linked text too."""
-    before = hashed(linked_text(vc.Exponential()))
-    body = link.kernel_source("arithmetic.roots")
-    edited = body.replace("NARROWEST = 2.0**-36", "NARROWEST = 2.0**-30")
-    assert edited != body
-    original = link.kernel_source
-    monkeypatch.setattr(link, "kernel_source", lambda name: edited if name == "arithmetic.roots" else original(name))
-    assert hashed(linked_text(vc.Exponential())) != before
-    assert roots.NARROWEST == 2.0**-36
 
 
 def test_parameters_do_not_ask_for_another_kernel():

@@ -1,23 +1,15 @@
 """plot and figure: one way to a picture of any result, into axes that are given, without a trace in the session."""
 
-import itertools
-import shutil
-import subprocess
-from pathlib import Path
-
 import matplotlib
 import matplotlib.font_manager
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
-from matplotlib.text import Text
 
 import vibrocap as vc
-from vibrocap.case.case import read_case
 from vibrocap.motion.status import Status
-from vibrocap.plotting.animation import ARROW, Scene, animate_motion
+from vibrocap.plotting.animation import ARROW, Scene
 from vibrocap.plotting.histories import hides_lift_off
 from vibrocap.plotting.look.labels import filled, parts_title, symbol_text
 from vibrocap.plotting.look.trace import Trace
@@ -34,8 +26,6 @@ PANELS = [
     *(("basins", what) for what in (None, "attractor")),
     *(("law", what) for what in (None, "presliding")),
 ]
-SHEETS = ("motion", "orbit", "branch", "fit", "map", "line", "basins", "law")
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -97,41 +87,6 @@ def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path
     again = vc.figure(results[kind], tmp_path / "again.png")
     assert again is not figure
     assert (tmp_path / "again.png").read_bytes() == (tmp_path / "sheet.png").read_bytes()
-
-
-def misplaced(fig):
-    """Words of a figure outside of it, and pairs of words, or of words and a legend, one over the other."""
-    fig.draw_without_rendering()
-    legends = fig.findobj(Legend)
-    left_out = {id(text) for legend in legends for text in legend.get_texts()}
-    for axis in (axis for ax in fig.axes for axis in (ax.xaxis, ax.yaxis)):
-        low, high = sorted(axis.get_view_interval())
-        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):  # those beyond the ends are not drawn
-            shown = low - 1e-9 * (high - low) <= tick.get_loc() <= high + 1e-9 * (high - low)
-            left_out |= set() if shown else {id(tick.label1), id(tick.label2)}
-    words = [text for text in fig.findobj(Text) if text.get_visible() and text.get_text().strip()]
-    boxes = [(text.get_text(), text.get_window_extent()) for text in words if id(text) not in left_out]
-    boxes += [("legend", legend.get_window_extent()) for legend in legends]
-    page = fig.bbox.padded(1.0)
-    found = [text for text, box in boxes if not (page.contains(*box.min) and page.contains(*box.max))]
-    drawn = [(text, box.shrunk(0.98, 0.9)) for text, box in boxes if box.width > 0.0]
-    return found + [(one, two) for (one, a), (two, b) in itertools.combinations(drawn, 2) if a.overlaps(b)]
-
-
-@pytest.mark.parametrize("width", [3.4, 7.0])
-@pytest.mark.parametrize("kind", ["motion in SI", *(pytest.param(kind, marks=pytest.mark.slow) for kind in SHEETS)])
-def test_no_words_of_a_printed_sheet_are_cut_or_overlap(results, kind, width):
-    result = read_case(EXAMPLES / "bench-in-si.toml").simulate() if kind == "motion in SI" else results[kind]
-    assert misplaced(vc.figure(result, width=width)) == []
-
-
-def test_words_outside_or_one_over_the_other_are_noticed():
-    """Planted: a label beyond the edge, and one upon another."""
-    fig = Figure(figsize=(3.0, 2.0))
-    fig.text(0.9, 0.5, "beyond the edge")
-    fig.text(0.1, 0.5, "one")
-    fig.text(0.12, 0.5, "two")
-    assert misplaced(fig) == ["beyond the edge", ("one", "two")]
 
 
 @pytest.mark.slow
@@ -275,21 +230,6 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
-@pytest.mark.slow
-def test_the_sheet_of_one_block_shows_its_plane_once():
-    block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
-    titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
-    assert titles == ["Place over the whole run", "Block", "Block", "Contact", "Block", "Friction"]
-    row = vc.figure(vc.simulate(vc.System(vc.TwoBlockRow(), vc.Coulomb(), vc.Constant(duration=3.0)), periods=2))
-    shown = {ax.get_title(loc="left"): ax for ax in row.axes}
-    assert [*shown] == [
-        "Place of body 1 over the whole run", "Positions", "Bodies", "Contacts", "Modes", "Body 2", "Body 1",
-        "Friction",
-    ]  # fmt: skip
-    assert shown["Body 2"].get_xlabel() == "position $x_2$"
-    assert shown["Body 2"].get_ylabel() == "sliding velocity $v_2$"
-
-
 def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     """Not the rest: from the start until a quarter after all states are within 1e-3 of their ranges of the end."""
     servo = vc.PositionPID(proportional_gain=20.0, derivative_gain=6.0, limit=5.0)
@@ -312,7 +252,7 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     assert {line.get_label() for line in panels["Friction"].lines} == {"stuck", "accelerating", "decelerating"}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_impacts_are_marked_under_the_velocity():
     system = vc.System(vc.OscillatorWithStops(restitution=0.7), vc.Coulomb(0.3, 0.4), vc.Harmonic())
     motion = vc.simulate(system, periods=8)
@@ -372,7 +312,7 @@ def uphill():
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_film_shows_a_slope_as_one(uphill):
     scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
     scene.show(2)
@@ -428,14 +368,6 @@ def test_film_of_a_case_in_si_is_in_seconds():
     scene = Scene(computed(motion), np.array([0.5, 0.75]) * computed(motion).end)
     scene.show(1)
     assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {0.75 * motion.end:.2f} s"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs ffmpeg")
-def test_film_has_720_lines(results, tmp_path):
-    animate_motion(results["motion"], tmp_path / "film.mp4", periods=0.1)
-    asked = ["ffprobe", "-v", "error", "-show_entries", "stream=width,height", "-of", "csv=p=0", tmp_path / "film.mp4"]
-    assert subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip() == "1280,720"
 
 
 @pytest.mark.slow

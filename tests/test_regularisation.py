@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
 from vibrocap.motion.status import Status
@@ -15,9 +16,6 @@ from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.smoothed import smoothed
-from vibrocap.plotting.laboratory import draw_errors, draw_steps, regularisation_figure
-from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.finishing import save
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
@@ -125,23 +123,6 @@ def test_a_width_counts_only_if_narrower_ones_are_as_good(made_up):
     assert found.width <= 5e-4
 
 
-@pytest.mark.slow
-def test_picture_shows_every_error_above_the_noise(made_up, tmp_path):
-    made_up(lambda width: -width if width > 1e-6 else 1e-13)
-    report = regularisation_error(SYSTEM)
-    _, axes = plots.figure(1, 2)
-    draw_errors(axes[0, 0], [report], [width_for(SYSTEM, error=0.01)])
-    draw_steps(axes[0, 1], [report])
-    known = report.widths > 1e-6
-    for line in axes[0, 0].get_lines()[:2]:
-        np.testing.assert_allclose(line.get_xdata(), report.widths[known])
-        np.testing.assert_allclose(line.get_ydata(), report.widths[known] / 5.0)
-    assert axes[0, 0].get_lines()[2].get_xdata()[0] == pytest.approx(0.05, rel=0.02)
-    np.testing.assert_array_equal(axes[0, 1].get_lines()[0].get_ydata(), 100)
-    assert axes[0, 1].get_lines()[1].get_ydata()[0] == 50
-    assert save(regularisation_figure(report), tmp_path / "error.png").stat().st_size > 10_000
-
-
 # --- the meter -------------------------------------------------------------------------------------------------------
 
 
@@ -193,7 +174,7 @@ def test_travel_of_the_reference_motion():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shape", ["tanh", "arctan"])
+@pytest.mark.parametrize("shape", exhaustive_but([1], ["tanh", "arctan"]))
 def test_smoothed_runs_are_those_of_an_independent_solver(shape):
     report = regularisation_error(SYSTEM, "displacement", [1e-2, 1e-4], shape=shape, initial=START, periods=10)
 

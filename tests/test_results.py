@@ -41,17 +41,6 @@ def test_results_come_through_pickle_and_deepcopy_equal(results, kind):
         assert hash(again) == hash(result)
 
 
-def test_motion_is_the_same_motion_after_pickling(results):
-    motion = results["motion"]
-    again = pickle.loads(pickle.dumps(motion))
-    times = np.linspace(0.0, motion.end, 50)
-    for name in motion.names:
-        np.testing.assert_array_equal(again.at(times, name), motion.at(times, name))
-    assert again.certificate == motion.certificate
-    size = len(pickle.dumps(vc.simulate(SYSTEM, periods=3, initial={"angle": 1.0})))
-    assert size < 1.5 * motion.coefficients.nbytes  # nothing is carried twice
-
-
 def test_branch_gives_the_same_orbit_after_pickling(results):
     branch = results["branch"]
     again = pickle.loads(pickle.dumps(branch))
@@ -69,12 +58,6 @@ def test_motion_goes_to_another_process_and_back(results, tmp_path):
     motion, friction = pickle.loads((tmp_path / "motion").read_bytes())
     assert motion == results["motion"]
     np.testing.assert_array_equal(friction, results["motion"]["friction"])
-
-
-def test_joblib_keeps_a_motion(results, tmp_path):
-    joblib = pytest.importorskip("joblib")
-    joblib.dump(results["motion"], tmp_path / "motion.joblib")
-    assert joblib.load(tmp_path / "motion.joblib") == results["motion"]
 
 
 def test_results_that_differ_are_not_equal(results):

@@ -310,11 +310,6 @@ def test_wrong_values_are_refused_by_name(field, value, said):
     assert said in str(caught.value)
 
 
-def test_static_below_coulomb_level_is_refused():
-    with pytest.raises(ValueError, match="static_coefficient"):
-        bench(friction={**LUGRE, "static_coefficient": 0.1})
-
-
 def test_units_as_they_stand_in_keys():
     assert [suffix(unit) for unit in ("kg", "N m/rad", "N s/m", "1/s", "m/s^2", "Hz")] == [
         "_kg", "_N_m_per_rad", "_N_s_per_m", "_per_s", "_m_per_s2", "_Hz",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.case.case import case_from_text, case_text
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.measures.ensemble import ensemble
@@ -105,11 +106,14 @@ def test_what_cannot_be_scheduled_is_refused():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("drive", "rows"),
-    [
-        (vc.Harmonic(amplitude=1.8), [(6.3, 1.0), (2.0, 0.0), (1.75, -0.7), (3.0, 0.0)]),
-        (vc.Biharmonic(amplitude=1.5, second_amplitude=0.4), [(0.4, -1.0), (4.0, 0.5), (1.0, 0.0)]),
-        (vc.Square(amplitude=1.5, duty=0.3), [(3.0, 1.0), (1.0, 0.0), (2.0, -0.5), (2.0, 0.0)]),
-    ],
+    exhaustive_but(
+        [2],
+        [
+            (vc.Harmonic(amplitude=1.8), [(6.3, 1.0), (2.0, 0.0), (1.75, -0.7), (3.0, 0.0)]),
+            (vc.Biharmonic(amplitude=1.5, second_amplitude=0.4), [(0.4, -1.0), (4.0, 0.5), (1.0, 0.0)]),
+            (vc.Square(amplitude=1.5, duty=0.3), [(3.0, 1.0), (1.0, 0.0), (2.0, -0.5), (2.0, 0.0)]),
+        ],
+    ),
     ids=["harmonic", "biharmonic", "square"],
 )
 def test_a_motion_over_the_schedule_is_that_of_its_phases_one_after_another(drive, rows):
@@ -135,15 +139,3 @@ def test_a_motion_over_the_schedule_is_that_of_its_phases_one_after_another(driv
         final_states=True,
     )
     assert run["final.position"][0] == pytest.approx(expected[-1]["position"], abs=1e-8)
-
-
-@pytest.mark.slow
-def test_from_rest_the_factor_minus_one_gives_the_mirror_image_to_the_last_bit():
-    ends = [
-        vc.simulate(
-            system_of(vc.scheduled(vc.Biharmonic)(second_amplitude=0.5, factor_1=factor)), periods=1, tolerance=1e-9
-        ).state
-        for factor in (1.0, -1.0)
-    ]
-    assert ends[0] == {name: -value for name, value in ends[1].items()}
-    assert abs(ends[0]["position"]) > 0.1

@@ -66,7 +66,7 @@ def test_the_idle_drive_is_nothing_to_a_cycle(duration):
     assert found["response_period"].tolist() == [1, 1]
 
 
-@pytest.mark.slow  # its kernel
+@pytest.mark.exhaustive  # its kernel
 def test_the_energy_of_a_whole_turn_comes_back():
     works = [name for name in vc.measure_table(BELT) if name.endswith("_work")]
     speeds = {"machine.belt_speed": np.linspace(0.3, 1.4, 12)}
@@ -91,7 +91,7 @@ def test_what_did_not_settle_is_said_by_name():
     assert (still["period"][0], still["response_period"].tolist()) == (0.0, [1, 0])
 
 
-@pytest.mark.slow  # its kernel
+@pytest.mark.exhaustive  # its kernel
 def test_half_the_time_of_an_idle_drive_makes_no_cycle_asymmetric():
     """A hunting cycle is its own mirror image, over half its own period: of that the measure says nothing."""
     loop = vc.System(
@@ -140,7 +140,7 @@ def regularised_cycle(speed):
     return float(np.diff(found.t_events[0])[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_what_comes_to_rest_nowhere_returns_where_it_is_largest_or_has_turned():
     """A law without rest, a law of bristles, and a rotor: periods of independent solvers and of `orbit`."""
     smooth = vc.System(vc.Oscillator(damping=0.1), vc.SmoothedTanh(), vc.Constant(duration=6.0))

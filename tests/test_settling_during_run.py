@@ -245,7 +245,7 @@ def test_close_to_a_flip_nothing_is_settled_that_still_has_far_to_go(extrapolate
 @pytest.mark.parametrize("extrapolate", exhaustive_but([0], [True, False]))
 @pytest.mark.parametrize(
     ("kind", "count", "periods", "least"),
-    [("flip", 300, 3000, 60), ("fold", 100, 3000, 90), ("pitchfork", 30, 30000, 5)],
+    exhaustive_but([0], [("flip", 300, 3000, 60), ("fold", 100, 3000, 90), ("pitchfork", 30, 30000, 5)]),
 )
 def test_close_to_a_bifurcation_a_verdict_knows_the_slow_modes(kind, count, periods, least, extrapolate):
     """Of a flip, a fold, and a pitchfork, where transients take ten thousand periods and more."""

@@ -7,6 +7,7 @@ import pytest
 
 import vibrocap as vc
 from independent_contacts import motion as independent_motion
+from mechanisms import MECHANISMS
 from renumbered import counterpart, renumbered
 from thinned import exhaustive_but, slow_but
 from vibrocap.measures.recorded.energy import EnergyBalance
@@ -89,6 +90,23 @@ SYSTEMS = {
     "imposed mass": (vc.TwoMassCrawler(mass_ratio=1.5), DROPPING, DWELLING, {}, {}),
     "imposed angle": (vc.PendulumCrawler(mass_ratio=1.5), BRISTLES, vc.Biharmonic(1.0, 0.9, 0.3), {}, {}),
 }
+DESCRIBED = (vc.TwoPendulumCapsule, vc.DoublePendulumCapsule, vc.DrillString, vc.Clutch, vc.BristleRobot, *MECHANISMS)
+AMPLITUDES = {"rod-robot": 0.5, "own-feeder": 0.5, "bristle-robot": 1.8}
+FREQUENCIES = {"own-clutch": 2.0, "bristle-robot": 3.0}
+STARTS = {"two-pendulum-capsule": {"angle": 0.6, "angle_2": -0.4}, "double-pendulum-capsule": {"angle": 0.3}}
+SYSTEMS |= {
+    kind.name: (
+        kind(),
+        vc.Exponential() if kind.name == "clutch" else vc.Exponential(0.05, 0.12),
+        vc.Harmonic(AMPLITUDES.get(kind.name, 1.2), FREQUENCIES.get(kind.name, 1.0)),
+        STARTS.get(kind.name, {}),
+        {},
+    )
+    for kind in DESCRIBED
+    if not kind.switched
+}
+KEPT = ["three blocks", "blocks on a slope", "worm on a slope", "linkage that drops", "capsule under its load"]
+KEPT += ["block on a belt", "cubic-pendulum", "belt-row"]
 
 
 def changes(events, end):
@@ -97,7 +115,7 @@ def changes(events, end):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but(range(0, len(SYSTEMS), 3), [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but(map([*SYSTEMS].index, KEPT), [*SYSTEMS]))
 def test_against_an_independent_solver(name):
     """Its end to ten tolerances times what a shift of the start grows to, the same events at the same instants."""
     machine, law, drive, start, given = SYSTEMS[name]

@@ -1,8 +1,10 @@
 """Laws with any power of the speed that change within a small speed, against an independent solver.
 
-Yardstick: `sharp_powers.py`, whose motions are stored. A contact that leaves rest has v = c t^2, and |v|^alpha has a
-Taylor series there for few alpha, whose terms are few and far between; what is lost in the first of steps grows by all
-that friction falls later.
+`sharp_powers.json` holds motions of 203 systems, by the method of `independent_powers.py` with a local error of 1e-15
+and steps no longer than a quarter of the root of the law's own speed: the states at the start of each drive period and
+at the end, the events, and what a shift of any state grows to. A contact that leaves rest has v = c t^2, and |v|^alpha
+has a Taylor series there for few alpha, whose terms are few and far between; what is lost in the first of steps grows
+by all that friction falls later.
 """
 
 import dataclasses
@@ -14,10 +16,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from independent_powers import Case, Contact, event_name, random_case
 from independent_powers import motion as independent_motion
-from independent_powers import random_case
 from renumbered import renumbered
-from sharp_powers import event_name
 from thinned import exhaustive_but, slow_but
 from vibrocap.measures.work_balance import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
@@ -91,6 +92,19 @@ def test_examples(number, tolerance):
     assert is_honest(row, *error_and_estimate(row, tolerance))
 
 
+@pytest.mark.slow
+def test_the_table_holds_what_the_solver_computes():
+    """Of the widest law; a narrower one asks for shorter steps than that solver takes."""
+    rows = [row for row in TABLE["systems"] if (row["law"], row["machine"]) == ("stribeck", "oscillator")]
+    row = max((row for row in rows if row["exponent"] % 1.0), key=lambda row: row["stribeck"])
+    law = Contact(*(row[name] for name in ("coulomb", "static", "stribeck", "exponent")), width=0.0, load=1.0)
+    numbers = {"mass": 1.0, "stiffness": 1.0, "damping": row["damping"], "belt_speed": row["belt"]}
+    drive = (row["amplitude"], row["frequency"], 0.0, 0.0)
+    marks, events = independent_motion(Case("oscillator", numbers, (law,), drive, row["marks"][0]), TABLE["periods"])
+    assert np.abs(marks - row["marks"]).max() <= 5.0 * KNOWN
+    assert [event_name(before, after) for _, before, after in events] == [kind for _, kind in row["events"]]
+
+
 def is_quick(row: dict) -> bool:
     """Few forms of equations, so that few kernels are compiled: the others run before a release."""
     rough_power = row["exponent"] != round(row["exponent"])
@@ -100,7 +114,7 @@ def is_quick(row: dict) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fifth", range(5))
+@pytest.mark.parametrize("fifth", exhaustive_but([0], range(5)))
 def test_thirty_motions(fifth):
     rows = [row for row in TABLE["systems"] if is_quick(row)][:30]
     assert len(rows) == 30

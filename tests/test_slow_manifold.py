@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
@@ -66,7 +66,7 @@ def tight_end(name):
     return end, max(1.0, np.max(np.abs(shifted - end)) / 1e-7)
 
 
-@pytest.mark.parametrize(("name", "tolerances"), slow_but([0], TOLERANCES))
+@pytest.mark.parametrize(("name", "tolerances"), slow_but([0], exhaustive_but([0, 2], TOLERANCES)))
 def test_ends_are_those_of_a_tight_motion(name, tolerances):
     """Within half a tolerance times what a shift of the start grows to, at any tolerance; it was 0.05 at most."""
     system, given = SYSTEMS[name]

@@ -94,7 +94,7 @@ def implicit(monkeypatch):
     return made
 
 
-@pytest.mark.parametrize("seed", exhaustive_but([1, 12, 23, 37], range(40)))
+@pytest.mark.parametrize("seed", exhaustive_but([12], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_where_implicit_steps_do(seed, implicit):
     """Ends within tolerances, the same events; their times within ten tolerances, or where implicit steps have them."""
@@ -113,7 +113,7 @@ def test_random_systems_end_where_implicit_steps_do(seed, implicit):
         assert len(found.piece_start) <= 1.01 * len(other.piece_start)
 
 
-@pytest.mark.parametrize("seed", exhaustive_but([12, 37], range(40)))
+@pytest.mark.parametrize("seed", exhaustive_but([37], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_in_lanes_as_alone(seed):
     """Within tolerances of motions at 1e-12, at two amplitudes; so do the same runs among others that are not stiff."""
@@ -160,7 +160,7 @@ def test_random_rows_end_where_implicit_steps_do(seed, implicit):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("stiffness", "damping", "ratio"), [(1e4, 30.0, 0.5), (2e5, 300.0, 0.1)])
+@pytest.mark.parametrize(("stiffness", "damping", "ratio"), exhaustive_but([0], [(1e4, 30.0, 0.5), (2e5, 300.0, 0.1)]))
 def test_another_package_ends_there_too(stiffness, damping, ratio):
     """SciPy's Radau with equations typed apart, started anew at each reversal; its own error is 1e-9 or less."""
     machine = vc.PendulumCapsule(mass_ratio=ratio, stiffness=1.5, damping=0.4)
@@ -215,7 +215,9 @@ def test_cvode_ends_there_too():
     assert turns == len(found.event_times)
 
 
-@pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 100.0), pytest.param(1e5, 300.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("stiffness", "damping"), [(1e4, 100.0), pytest.param(1e5, 300.0, marks=pytest.mark.exhaustive)]
+)
 def test_stiffness_costs_few_steps(stiffness, damping):
     """The steps of a soft motion or three times as many, as accuracy asks for; tighter tolerances never take fewer.
 
@@ -250,7 +252,7 @@ def test_a_contact_that_rests_to_rounding_beside_a_fast_one_stays_decided():
         # 1,160 where slides wait for creep
         (vc.PendulumCapsule(mass_ratio=1.576), 113819.0, 1196.6, 2.0375, 0.8592, 700),
         # 947 where a step that misses the law is cut six times
-        pytest.param(vc.Oscillator(), 53138.1, 2773.1, 1.5094, 0.9775, 500, marks=pytest.mark.slow),
+        pytest.param(vc.Oscillator(), 53138.1, 2773.1, 1.5094, 0.9775, 500, marks=pytest.mark.exhaustive),
     ],
 )
 def test_loose_tolerances_cost_no_more(machine, stiffness, damping, amplitude, frequency, most):

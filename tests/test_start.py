@@ -239,11 +239,11 @@ def random_system(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seeds",
-    exhaustive_but([8], [range(i, 120, 12) for i in range(12)]),  # kept: every law and drive, most machines
+    exhaustive_but([8], [range(i, 120, 24) for i in range(24)]),
     ids=lambda seeds: f"from {seeds[0]}",
 )
 def test_a_hundred_systems_are_continued_at_events_of_every_kind(seeds):
     systems = [system for system in map(random_system, seeds) if system is not None]
-    assert len(systems) >= 7
+    assert len(systems) >= 3
     for system in systems:
         assert_split_anywhere(system, 3.9, number=8)

@@ -51,7 +51,7 @@ def test_an_impact_counts_once_at_any_tolerance(tolerance):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", exhaustive_but(range(7), range(100)))
+@pytest.mark.parametrize("number", exhaustive_but(range(2), range(100)))
 def test_events_of_random_capsules_are_those_in_closed_form(number):
     """At every tolerance, over twelve periods, alone and (impacts) in an ensemble; times as good as the tolerance."""
     draw = np.random.default_rng(1000 + number)
@@ -107,7 +107,7 @@ def test_orbit_of_the_vibro_impact_capsule():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("frequency", [0.90, 0.87, 0.85])
+@pytest.mark.parametrize("frequency", exhaustive_but([1], [0.90, 0.87, 0.85]))
 def test_drift_of_the_vibro_impact_capsule(frequency):
     assert vc.orbit(capsule(frequency), initial=ORBIT).drift == pytest.approx(DRIFTS[frequency], abs=1e-10)
 
@@ -133,28 +133,6 @@ def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
     struck = (motion.event_kinds == "impact").sum()
     options = {"measures": ["impacts"], "initial": inside, "periods": 2, "window": 2, "tolerance": 1e-11}
     assert vc.ensemble(capsule(), {"machine.gap": [0.02]}, **options)["impacts"] == struck / 2.0
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "machine", exhaustive_but([1], [{}, {"back_gap": 0.02, "actuation": "internal"}, {"back_gap": 0.3}])
-)
-@pytest.mark.parametrize("law", [vc.Coulomb(1.0, 1.2), vc.LuGre()])
-def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
-    """Over a few periods, before neighbouring motions part."""
-    measures = ["drift", "drive_work", "damper_work", "contact_sliding_work", "mean_friction", "stick_fraction"]
-    frequencies = np.linspace(0.8, 1.2, 5)
-    system = vc.System(vc.VibroImpactCapsule(**machine), law, vc.Harmonic(amplitude=1.6, frequency=0.95))
-    options = {"initial": ORBIT, "periods": 3, "tolerance": 1e-11}
-    found = vc.ensemble(system, {"drive.frequency": frequencies}, measures=measures, window=3, **options)
-    for i, frequency in enumerate(frequencies):
-        motion = vc.simulate(system.with_parameters({"drive.frequency": float(frequency)}), **options)
-        assert motion.certificate.ok
-        assert (motion.event_kinds == "impact").sum() >= 2
-        alone = vc.measured(motion, measures, window=3)
-        for name in measures:
-            assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
 
 
 @pytest.mark.slow
@@ -186,38 +164,12 @@ def test_linear_capsule_without_friction_vibrates_in_closed_form():
     assert np.abs(motion["momentum"]).max() < 1e-12
 
 
-@pytest.mark.slow
-def test_linear_capsule_with_much_friction_is_an_oscillator():
-    """The capsule holds, from outside and from inside alike: z'' = h cos(omega t) - rho z - nu z'."""
-    ends = []
-    for actuation in ("internal", "external"):
-        machine = vc.TwoMassCapsule(normal_load=100.0, actuation=actuation)
-        motion = vc.simulate(vc.System(machine, vc.Coulomb(), vc.Harmonic(amplitude=0.7, frequency=1.1)), periods=3)
-        assert motion.state["velocity"] == 0.0
-        ends.append(motion.state)
-    assert ends[0] == pytest.approx(ends[1], rel=1e-14)  # formulas of their own round apart
-    oscillator = vc.Oscillator(damping=0.1, normal_load=1.0)
-    free = vc.simulate(
-        vc.System(oscillator, vc.Coulomb(0.0, 0.0), vc.Harmonic(amplitude=0.7, frequency=1.1)), periods=3
-    )
-    assert ends[0]["displacement"] == pytest.approx(free.state["position"], abs=1e-8)
-
-
 def test_starts_of_basins_lie_between_the_stops():
     system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
     with pytest.raises(ValueError, match=r"plane: displacement should lie between the stops, -inf to 0.3, got"):
         vc.basins(system, {"displacement": (-1.0, 0.6), "displacement_rate": (-2.0, 2.0)}, 4)
     with pytest.raises(ValueError, match=r"ranges: displacement should lie between the stops"):
         vc.attractors(system, ranges={"displacement": (-1.0, 0.6)})
-
-
-@pytest.mark.slow
-def test_basins_of_a_capsule_with_a_stop_are_those_of_its_starts():
-    system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
-    found = vc.basins(system, ("displacement", "displacement_rate"), 4)
-    assert found.x[0] < -1.0
-    assert found.x[-1] < 0.3
-    assert np.allclose(found.drift, -0.46153865, atol=1e-7)
 
 
 def test_a_case_that_starts_beyond_a_stop_is_refused_in_its_own_units(tmp_path, capsys):
@@ -285,64 +237,6 @@ def test_elastic_bouncing_keeps_all_energy():
     motion = vc.simulate(bouncing(1.0), periods=1.0, tolerance=1e-11)
     assert (motion.event_kinds == "impact").sum() == 5
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but([0], [vc.Coulomb(0.3, 0.4), vc.LuGre()]))
-@pytest.mark.parametrize("machine", exhaustive_but([0], list(IMPACTS.values())))
-def test_impacts_of_an_ensemble_are_those_of_single_motions(machine, law):
-    """The work of impacts among all others, which must add up; the capsule is struck at rest and while it moves."""
-    measures = ["drift", "drive_work", "impact_work", "damper_work", "contact_sliding_work", "largest_velocity"]
-    frequencies = np.linspace(0.8, 1.2, 4)
-    system = vc.System(vc.RigidStopCapsule(**machine), law, vc.Harmonic(amplitude=1.6, frequency=0.95))
-    options = {"periods": 6, "tolerance": 1e-11}
-    found = vc.ensemble(system, {"drive.frequency": frequencies}, measures=measures, window=4, **options)
-    assert (found["status"] == 0).all()
-    for i, frequency in enumerate(frequencies):
-        motion = vc.simulate(system.with_parameters({"drive.frequency": float(frequency)}), **options)
-        assert motion.certificate.ok
-        assert (motion.event_kinds == "impact").sum() > 5
-        alone = vc.measured(motion, measures, window=4)
-        balance = vc.energy_balance(motion, periods=4).per_period
-        assert balance.impact == pytest.approx(alone["impact_work"], rel=1e-9, abs=1e-9)
-        assert balance.impact < -1e-3
-        for name in measures:
-            assert found[name][i] == pytest.approx(alone[name], rel=1e-7, abs=1e-8)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("machine", "law", "frequency"),
-    [
-        (IMPACTS["external"], vc.Coulomb(0.3, 0.4), 0.95),
-        pytest.param({"gap": 0.3, "restitution": 0.3}, vc.Exponential(), 1.1, marks=pytest.mark.exhaustive),
-        pytest.param({"gap": 0.1, "restitution": 0.3}, vc.LuGre(), 0.95, marks=pytest.mark.exhaustive),
-    ],
-)
-def test_multipliers_through_impacts_are_those_of_differences(machine, law, frequency):
-    """In the last case through rebounds without end: two directions are lost for good."""
-    system = vc.System(vc.RigidStopCapsule(**machine), law, vc.Harmonic(amplitude=1.6, frequency=frequency))
-    orbit = vc.orbit(system)
-    names = [name for name in system.state_names if name not in ("position", "touching")]
-    if orbit.state["touching"]:
-        names = [name for name in names if not name.startswith("displacement")]
-    step, columns = 1e-6, []
-    for moved in names:
-        ends = [
-            vc.simulate(
-                system,
-                periods=orbit.response_period,
-                initial=orbit.state | {moved: orbit.state[moved] + change},
-                tolerance=1e-13,
-            ).state
-            for change in (step, -step)
-        ]
-        columns.append([(ends[0][name] - ends[1][name]) / (2.0 * step) for name in names])
-    expected = np.linalg.eigvals(np.array(columns).T)
-    found = orbit.multipliers[np.argsort(-np.abs(orbit.multipliers))][: len(names)]
-    for value in expected:
-        assert np.abs(found - value).min() < 1e-7
-    assert np.abs(found).max() > 0.01
 
 
 def test_a_start_beyond_a_rigid_stop_is_refused():

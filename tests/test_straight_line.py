@@ -5,39 +5,12 @@ import itertools
 import pytest
 
 from vibrocap.numerics.codegen.straight_line import (
-    ADDING,
     CALLING,
-    DIVIDING,
-    MULTIPLYING,
     ZERO,
     Code,
     Formula,
-    literal,
     total,
 )
-
-X, Y, LATE = Formula("x"), Formula("y"), Formula("late", CALLING)
-
-
-def test_a_formula_is_known_when_the_last_of_what_it_needs_is_and_the_operation_is_done():
-    code = Code()
-    assert X.known == 0
-    assert code.function("sin", LATE).known == 2 * CALLING
-    assert (-LATE).known == CALLING
-    assert (literal(1.0) / LATE).known == CALLING + DIVIDING
-    assert (X * LATE).known == CALLING + MULTIPLYING
-    assert (X + LATE).known == CALLING + ADDING
-    assert code.entry("3").known == 0
-    assert code.name("kept", X * LATE).known == CALLING + MULTIPLYING
-
-
-def test_one_product_of_a_sum_is_free():
-    """It is one operation with the sum; of two products the left one, as LLVM joins them."""
-    assert (X + Y * LATE).known == CALLING + ADDING
-    assert (Y * LATE - X).known == CALLING + ADDING
-    assert (Y * LATE + X * X).known == CALLING + ADDING
-    assert (X * X + Y * LATE).known == CALLING + MULTIPLYING + ADDING
-
 
 # Known one after another: a first, d last.
 KNOWN = {name: Formula(name, place * CALLING) for place, name in enumerate("xabcd")}
@@ -45,23 +18,6 @@ KNOWN = {name: Formula(name, place * CALLING) for place, name in enumerate("xabc
 
 def formula(text: str) -> Formula:
     return eval(text, dict(KNOWN))
-
-
-@pytest.mark.parametrize(
-    ("terms", "text"),
-    [
-        ([], "0.0"),
-        ([(1, "a")], "a"),
-        ([(-1, "a")], "-a"),
-        ([(1, "d"), (1, "b"), (1, "a"), (1, "c")], "a + b + c + d"),
-        ([(1, "d"), (-1, "a"), (1, "c")], "c - a + d"),
-        ([(-1, "d"), (-1, "a")], "-(a + d)"),
-        ([(1, "a * x"), (1, "d * x"), (1, "c * x")], "c * x + a * x + d * x"),
-        ([(1, "a * x"), (-1, "d * x")], "a * x - d * x"),
-    ],
-)
-def test_a_sum_adds_what_is_known_first(terms, text):
-    assert total([(sign, formula(size)) for sign, size in terms]).text == text
 
 
 def test_a_sum_is_the_same_number_whatever_the_order_and_the_signs():

@@ -190,14 +190,6 @@ def test_a_tile_without_a_mark_is_not_there_even_if_some_of_its_chunks_are(whole
     assert (found.status[0] != -1).all()
 
 
-def test_stores_of_the_same_tiles_do_not_lend_each_other_chunks(tmp_path, whole):
-    """Another study's chunks are as whole as one's own."""
-    stored(tmp_path / "other", periods=33)
-    for name in ("results.zarr/mean_velocity/c.0.1", "done/0.1"):
-        shutil.copy(tmp_path / "other" / name, whole / name)
-    assert list(verify_study(whole).damaged) == [(0, 1)]
-
-
 def test_a_tile_of_another_study_is_damage_though_it_is_whole_with_its_mark(tmp_path, whole):
     """All of its files: only the identity in their checksums says that they are of another study."""
     stored(tmp_path / "other", over=OVER | {"machine.mass_ratio": "1:4:6"})

@@ -354,21 +354,6 @@ def test_axes_in_si_need_scales():
         vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4, tolerance=1e-8, settle=0)
 
 
-@pytest.mark.slow
-def test_axes_in_si_over_several_laws():
-    """Each law gets the same number in SI, and keeps the parameters of the case that it has."""
-    over = {"friction.law": ["hyperbolic-stribeck", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}
-    system = case_from_text(CASE).system
-    found = vc.sweep(system, over, periods=4, window=2, tolerance=1e-8, settle=0)
-    assert found["friction.stribeck_velocity_m_per_s"].attrs["units"] == "m/s"
-    values = [0.1 / system.si.factor("velocity"), 0.2 / system.si.factor("velocity")]
-    levels = system.friction.coulomb_coefficient, system.friction.static_coefficient
-    plain = vc.System(system.machine, vc.Stribeck(*levels), system.drive)
-    alone = vc.sweep(plain, {"friction.stribeck_velocity": values}, periods=4, window=2, tolerance=1e-8, settle=0)
-    same = found["mean_velocity"].sel({"friction.law": "stribeck"}).values
-    assert np.array_equal(same, alone["mean_velocity"].values * system.si.factor("velocity"))
-
-
 def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
     import xarray
 

@@ -4,7 +4,6 @@ Their numbers are those without units, times the unit. The units of the machine 
 0.2 kg, 0.25 m, and sqrt(l/g).
 """
 
-import dataclasses
 import json
 import math
 import pickle
@@ -18,11 +17,9 @@ from test_units import CASE, PRESSED
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.cli.motion_tables import in_words
 from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
-NEWTON = 0.2 * 9.80665
 BENCH = PRESSED.replace("frequency_Hz = 1.1", "frequency_Hz = 1.0").replace(
     "decay_rate", "coulomb_coefficient = 0.05\nstatic_coefficient = 0.15\ndecay_rate"
 )
@@ -33,15 +30,6 @@ def place(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("si.toml").write_text(BENCH, encoding="utf-8")
     return tmp_path
-
-
-def answer(capsys, *words, code=0):
-    assert cli.main([*words, "--json"]) == code
-    return json.loads(capsys.readouterr().out)
-
-
-def plain_system(text=BENCH):
-    return dataclasses.replace(case_from_text(text).system, units=None)
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
@@ -61,31 +49,6 @@ def test_tables_of_commands_say_their_units(place, capsys, command):
     assert cli.main(command.split()) == 0
     printed = capsys.readouterr().out
     assert all(said in printed for said in TABLES[command])
-
-
-def test_limits_of_bristles_in_si(place, capsys):
-    law = """law = "lugre"
-bristle_stiffness_N_per_m = 800.0
-bristle_damping_N_s_per_m = 3.0
-viscous_damping_N_s_per_m = 0.5
-stribeck_velocity_m_per_s = 0.15
-"""
-    text = BENCH[: BENCH.index("law =")] + law + "\n" + BENCH[BENCH.index("[drive]") :]
-    Path("lugre.toml").write_text(text, encoding="utf-8")
-    found = answer(capsys, "friction", "lugre.toml")
-    levels = vc.LuGre()
-    load = 0.7 * 9.80665
-    assert found["deflection_limit"]["value"] == pytest.approx(load * levels.static_coefficient / 800.0, rel=1e-13)
-    v = found["boundary_velocity"]["value"]  # sigma1 v = N times the level at v
-    drop = levels.static_coefficient - levels.coulomb_coefficient
-    level = levels.coulomb_coefficient + drop * math.exp(-((v / 0.15) ** levels.stribeck_exponent))
-    assert 3.0 * v == pytest.approx(load * level, rel=1e-9)
-    v = found["offset"]["lower"]["value"]
-    slope = 2.0 * load * drop / 0.15 * (v / 0.15) * math.exp(-((v / 0.15) ** 2))  # the exponent is 2
-    assert slope == pytest.approx(0.5, rel=1e-9)
-    assert found["offset"]["reason"].endswith("(these numbers are dimensionless)")
-    lower = found["offset"]["printed_lower"]
-    assert lower["value"] == lower["dimensionless"] * (METRE / SECOND)
 
 
 # --- steady motions ---------------------------------------------------------------------------------------------------
@@ -110,31 +73,6 @@ def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
 
 
 # --- over a parameter -------------------------------------------------------------------------------------------------
-@pytest.mark.slow
-def test_special_points_of_a_branch_are_in_si():
-    system, torque = case_from_text(CASE).system, 0.2 * 9.80665 * 0.25  # harmonic: symmetry can break
-    between = (torque, 2.2 * torque)
-    shown = vc.branches(system, "drive.amplitude_N_m", between, depth=1, initial={"angle": 1.0}, points=400)
-    found = shown.dimensionless
-    assert (shown.over, found.over) == ("drive.amplitude_N_m", "drive.amplitude")
-    assert found.between == pytest.approx((1.0, 2.2), rel=1e-15)
-    special = [each for branch in found.branches for each in branch.special_points]
-    after = [each for branch in shown.branches for each in branch.special_points]
-    assert special
-    assert [each.parameter for each in after] == pytest.approx([each.parameter * torque for each in special], rel=1e-14)
-    assert [each.error for each in after] == pytest.approx([each.error * torque for each in special], rel=1e-14)
-    drifts = [(a.drift, b.drift) for a, b in zip(special, after, strict=True) if a.drift is not None]
-    assert all(b == pytest.approx((a or 0.0) * METRE, rel=1e-14, abs=0) for a, b in drifts)
-    assert "drive.amplitude_N_m = " in str(shown) or not found.joins
-
-
-def test_crossings_with_another_machine_take_paths_in_si(place):
-    from vibrocap.cli.commands.crossing import _other
-
-    system = case_from_text(BENCH).system
-    assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
-
-
 def test_the_plane_of_basins_is_given_in_si():
     from vibrocap.cli.commands.basins import _axis
 
@@ -231,28 +169,6 @@ def test_basins_remember_the_keys_of_their_plane():
             assert axes.get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
     bare = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
     assert vc.plot(bare).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
-
-
-@pytest.mark.slow
-def test_headings_say_what_is_in_si():
-    """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
-    system = case_from_text(BENCH).system
-    words = vc.sweep(
-        system,
-        {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]},
-        measures=["mode_sequence"],
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
-    )
-    texts = " ".join(text.get_text() for text in vc.figure(words).texts).replace("\n", " ")
-    assert "in SI" in texts
-    assert "dimensionless" not in texts
-    level = dataclasses.replace(system, environment=vc.Environment())
-    heading = vc.figure(vc.branch(level, "drive.frequency_Hz", (0.99, 1.01)))._suptitle.get_text()
-    assert "0.2\N{NO-BREAK SPACE}kg" in heading
-    assert "Environment" not in heading
-    assert in_words("environment", level).startswith("environment: inclination 0 rad, ")
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():

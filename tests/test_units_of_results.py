@@ -184,32 +184,6 @@ def test_a_measure_of_ones_own_is_in_the_unit_that_it_declares(motions):
     assert taken["largest_bare"] == same["largest_bare"]
 
 
-def test_the_friction_loop_and_its_curve_are_in_si(motions):
-    found, plain = (vc.friction_loop(each) for each in motions)
-    assert found.peak_force == pytest.approx(plain.peak_force * NEWTON, **CLOSE)
-    assert found.displacement_area == pytest.approx(plain.displacement_area * NEWTON * METRE, **CLOSE)
-    assert found.peak.velocity == pytest.approx(plain.peak.velocity * SPEED, **CLOSE)
-    curve, same = (vc.friction_curve(each) for each in motions)
-    for name, scale in {"time": SECOND, "velocity": SPEED, "displacement": METRE, "friction": NEWTON}.items():
-        assert getattr(curve, name) == pytest.approx(getattr(same, name) * scale, **CLOSE)
-
-
-def test_contact_modes_take_and_give_si():
-    (found,) = vc.contact_modes(bench(), {"velocity": 0.1, "angle": 0.3})
-    (plain,) = vc.contact_modes(bench().dimensionless, {"velocity": 0.1 / SPEED, "angle": 0.3})
-    assert found.loads[0] == pytest.approx(plain.loads[0] * NEWTON, **CLOSE)
-    assert found.accelerations[0] == pytest.approx(plain.accelerations[0] * METRE / SECOND**2, **CLOSE)
-
-
-def test_many_motions_are_measured_in_si():
-    found = vc.ensemble(bench(), {"drive.frequency_Hz": np.array([0.9, 1.0])}, initial={"position": 0.1}, periods=12)
-    hertz = 1 / (2 * math.pi * SECOND)
-    over = {"drive.frequency": np.array([0.9, 1.0]) / hertz}
-    plain = vc.ensemble(bench().dimensionless, over, initial={"position": 0.1 / METRE}, periods=12)
-    assert found["mean_velocity"] == pytest.approx(plain["mean_velocity"] * SPEED, rel=1e-9)
-    assert np.array_equal(found["status"], plain["status"])
-
-
 def test_to_know_one_unit_no_other_measure_is_made(monkeypatch):
     """Of the measures of one system only: those of every machine are for lists and for names that it does not have."""
 
@@ -242,73 +216,6 @@ def test_orbits_are_in_si_and_say_their_units(orbits):
     assert again.drift == pytest.approx(found.drift, rel=1e-12)
 
 
-def test_classes_of_motions_are_in_si(orbits):
-    found = vc.classify(bench())
-    assert found.drift == pytest.approx(orbits[0].drift, rel=1e-9)
-    assert found.orbit.period == pytest.approx(1.0, rel=1e-14)
-
-
-@pytest.mark.slow
-def test_branches_are_in_si_and_so_is_what_is_asked_of_them(orbits):
-    found = vc.branch(bench(), "drive.frequency_Hz", (0.98, 1.02), points=20)
-    plain, hertz = found.dimensionless, 1 / (2 * math.pi * SECOND)
-    assert (found.over, plain.over) == ("drive.frequency_Hz", "drive.frequency")
-    assert found.between == pytest.approx((0.98, 1.02), rel=1e-14)
-    assert found.parameter == pytest.approx(plain.parameter * hertz, **CLOSE)
-    assert found.mean_velocity == pytest.approx(plain.mean_velocity * SPEED, **CLOSE)
-    assert found.period * found.parameter == pytest.approx(np.ones(len(found)), rel=1e-13)
-    (orbit,) = found.orbits_at(1.0)
-    assert orbit.drift == pytest.approx(orbits[0].drift, rel=1e-9)
-    value = 0.5 * (found.drift[0] + found.drift[1])
-    (crossing,) = found.crossings("drift", value)
-    assert found.parameter[0] < crossing.at < found.parameter[1]
-    assert crossing.orbit.drift == pytest.approx(value, rel=1e-8)
-    table = found.to_pandas()
-    assert np.array_equal(table["drive.frequency_Hz"], found.parameter)
-    assert np.array_equal(table["velocity"], found.states[:, 3])
-    dataset = found.to_xarray()
-    assert dataset["mean_velocity"].attrs["units"] == "m/s"
-    assert dataset["drive.frequency_Hz"].attrs["units"] == "Hz"
-    assert plain.to_xarray()["mean_velocity"].attrs["units"] == "1"
-    assert f"begins at {found.parameter[0]:.10g} Hz" in str(found)
-    assert [point.error for point in found.special_points] == pytest.approx(
-        [point.error * hertz for point in plain.special_points], **CLOSE
-    )
-    other = vc.branch(bench(), "drive.frequency_rad_per_s", (6.2, 6.4), points=5)
-    assert (other.over, other.unit_of("parameter")) == ("drive.frequency_rad_per_s", "rad/s")
-
-
-@pytest.mark.slow
-def test_basins_and_attractors_are_in_si(orbits):
-    found = vc.basins(bench(), {"angle_deg": (-20.0, 20.0), "velocity": (-1.0, 1.0)}, 2)
-    assert found.axes == ("angle", "velocity")
-    assert found.x == pytest.approx(np.radians([-10.0, 10.0]), rel=1e-14)
-    assert found.y == pytest.approx([-0.5, 0.5], rel=1e-14)
-    assert found.drift == pytest.approx(np.full((2, 2), orbits[0].drift), rel=1e-9)
-    dataset = vc.to_xarray(found)
-    assert dataset["initial.velocity"].attrs["units"] == "m/s"
-    assert dataset["drift"].attrs["units"] == "m"
-    known = vc.attractors(bench(), 4, {"velocity": (-1.0, 1.0)})
-    assert known.ranges["velocity"] == pytest.approx((-1.0, 1.0), rel=1e-14)
-    assert np.abs(known.starts[:, 3]).max() <= 1.0
-    assert known.attractors[0].motion.drift == pytest.approx(orbits[0].drift, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_bifurcation_diagrams_exponents_and_smoothing_are_in_si(orbits):
-    found = vc.bifurcation_diagram(bench(), "drive.frequency_Hz", (0.99, 1.01), 3, starts=1, kept=16)
-    assert found.values == pytest.approx([0.99, 1.0, 1.01], rel=1e-14)
-    assert found.drift[0, 0, 1] == pytest.approx(orbits[0].drift, rel=1e-5)
-    assert found.states[0, 0, 1, 0, 3] == pytest.approx(orbits[0].state["velocity"], rel=1e-5)
-    grows, same = (vc.lyapunov_exponent(each, periods=30) for each in (bench(), bench().dimensionless))
-    assert grows.value == pytest.approx(same.value / SECOND, **CLOSE)
-    smoothed = vc.regularisation_error(bench(), widths=[0.1, 0.01], periods=3)
-    plain = vc.regularisation_error(bench().dimensionless, widths=[0.1 / SPEED, 0.01 / SPEED], periods=3)
-    assert smoothed.widths == pytest.approx([0.1, 0.01], rel=1e-14)
-    assert smoothed.errors == pytest.approx(plain.errors * METRE, rel=1e-6)
-    assert re.search(r"displacement is -?[\d.]+ m exactly.* m/s, in", smoothed.text)
-
-
 def test_equilibria_are_in_si():
     """A block on a belt, whose parameters are the same numbers in SI: with other scales they are not."""
     system = vc.System(vc.Oscillator(stiffness=4.0, damping=0.4, belt_speed=0.5), vc.Coulomb(0.3), vc.Constant())
@@ -331,26 +238,6 @@ def test_what_holds_quantities_of_several_units_is_shown_and_refuses_one_unit(or
     for result, name in ((orbits[0], "state"), (found, "starts")):
         with pytest.raises(ArgumentError, match="holds several, each with its own unit"):
             result.unit_of(name)
-
-
-@pytest.mark.slow
-def test_a_measure_that_is_not_named_has_its_unit_too():
-    """The displacement, by default: what a call leaves out says what its numbers are as well."""
-    found = vc.width_for(bench(), error=0.05)
-    assert found.run.unit_of("value") == "m"
-    assert found.run.value == pytest.approx(found.regularisation.exact.value, rel=0.06)
-
-
-def test_robustness_is_in_si():
-    hertz = 1 / (2 * math.pi * SECOND)
-    found = vc.robustness(bench(), {"drive.frequency_Hz": (0.95, 1.05)}, samples=8)
-    plain = vc.robustness(bench().dimensionless, {"drive.frequency": (0.95 / hertz, 1.05 / hertz)}, samples=8)
-    assert found.values == pytest.approx(plain.values * SPEED, rel=1e-9)
-    frequencies = found.parameters["drive.frequency_Hz"]
-    assert frequencies == pytest.approx(plain.parameters["drive.frequency"] * hertz, rel=1e-12)
-    assert found.unit == "m/s"
-    assert re.search(r"mean of the worst tenth [-\d.]+ m/s", repr(found))
-    assert pickle.loads(pickle.dumps(found)) == found
 
 
 def test_no_record_has_members_of_those_in_si():

@@ -76,6 +76,7 @@ def test_without_going_on_the_saddle_would_be_returned(monkeypatch):
     assert not found.stable
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_the_way_on_which_a_state_lies_comes_first(law):
     """Close by, the way of a start off the saddle is that of a simulation."""
@@ -134,16 +135,6 @@ def test_command_does_not_present_an_unstable_orbit_as_what_happens(tmp_path, ca
     assert abs(record["drift"]) == pytest.approx(DRIFTS["lugre"], abs=1e-10)
     drifts = sorted(each["drift"] for each in record["unstable_orbit"]["gives_way_to"])
     assert drifts == pytest.approx([-DRIFTS["lugre"], DRIFTS["lugre"]], abs=1e-10)
-
-
-def test_command_says_what_an_unstable_orbit_gives_way_to(tmp_path, capsys):
-    case = written_case(tmp_path / "case.toml", "exponential", START)
-    assert cli.main(["orbit", case, "--half"]) == 0
-    text = capsys.readouterr().out
-    assert "stable        no" in text
-    assert "no motion stays on this orbit: pushes grow 2.567 times per response" in text
-    assert "gives way to  drift -0.164347746681" in text
-    assert "gives way to  drift 0.164347746681" in text
 
 
 def test_command_says_that_nothing_settled(tmp_path, capsys):

@@ -90,14 +90,6 @@ def test_a_thrown_block_stops_where_the_closed_form_says(side):
     assert lost == pytest.approx(-0.5 * speed**2, rel=1e-11)
 
 
-@pytest.mark.slow
-def test_nothing_is_added_with_coefficients_of_zero():
-    for kind in (vc.Coulomb, vc.LuGre):
-        systems = [vc.System(vc.PendulumCapsule(), law, vc.Harmonic()) for law in (kind(), vc.viscous(kind)())]
-        one, other = (vc.simulate(each, periods=10, initial={"angle": 0.4}, tolerance=1e-11) for each in systems)
-        assert one.state == pytest.approx(other.state, abs=1e-9)
-
-
 def test_what_does_not_fit_is_refused_and_names_and_pickles_lead_back():
     for law, words in (
         (vc.SmoothedTanh, "which is smooth"),

@@ -299,7 +299,7 @@ def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("machine", "law"), exhaustive_but([12, 23], PAIRS))  # both machines, the others in a browser
+@pytest.mark.parametrize(("machine", "law"), exhaustive_but([12], PAIRS))  # both machines, the others in a browser
 def test_motions_of_all_laws_are_those_of_plain_python(law, machine, tmp_path, monkeypatch):
     system = system_of(machine, laws()[law]())
     plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
@@ -321,11 +321,14 @@ def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch
 @pytest.mark.parametrize("law", exhaustive_but([0], ["coulomb", "lugre"]))
 @pytest.mark.parametrize(
     "machine",
-    [
-        vc.VibroImpactCapsule(back_gap=0.1),
-        vc.RigidStopCapsule(gap=1.2, restitution=0.3),
-        vc.PendulumCapsuleWithStops(limit_angle=1.1, restitution=0.6),
-    ],
+    exhaustive_but(
+        [2],
+        [
+            vc.VibroImpactCapsule(back_gap=0.1),
+            vc.RigidStopCapsule(gap=1.2, restitution=0.3),
+            vc.PendulumCapsuleWithStops(limit_angle=1.1, restitution=0.6),
+        ],
+    ),
     ids=lambda machine: machine.name,
 )
 def test_motions_with_stops_are_those_of_plain_python(machine, law, tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """What motions become that nothing drives in time: attractors, basins, exponents and diagrams of blocks on belts."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -59,46 +58,11 @@ def share_inside_the_unstable_cycle():
 
 
 @pytest.mark.slow
-def test_a_plane_of_cells_has_the_share_within_its_error():
-    """At 14 resolutions of the plane: errors as of cells cut at places by chance, and no worse for finer planes."""
-    exact = share_inside_the_unstable_cycle()
-    assert exact == pytest.approx(0.307126137782, abs=1e-10)
-    off = []
-    for cells in [*range(20, 56, 3), (30, 47), (64, 64)]:
-        found = vc.basins(BLOCK, RANGES, cells)
-        sliding = next(each for each in found.attractors if each.motion.kind == "steady sliding")
-        off.append((sliding.share - exact) / sliding.error)
-    assert sliding.error < 7e-4
-    assert np.abs(off).max() < 3.0
-    assert 0.4 < np.std(off) < 1.5
-
-
-@pytest.mark.slow
-def test_the_length_of_an_idle_drive_does_not_matter():
-    short, long = (
-        vc.attractors(dataclasses.replace(BLOCK, drive=vc.Constant(duration=duration)), 60, RANGES)
-        for duration in (0.7, 6.316306358)
-    )
-    kinds = [[found.attractors[label].motion.kind for label in found.label] for found in (short, long)]
-    assert kinds[0] == kinds[1]
-    cycles = [next(each.motion.orbit for each in found.attractors if each.motion.orbit) for found in (short, long)]
-    assert cycles[0].period == pytest.approx(cycles[1].period, rel=1e-12)
-
-
-@pytest.mark.slow
 def test_a_set_of_rest_is_one_attractor():
     still = BLOCK.with_parameters({"machine.belt_speed": 0.0})
     found = vc.attractors(still, 50)
     assert [each.motion.kind for each in found.attractors] == ["rest"]
     assert np.all(found.label == 0)
-
-
-@pytest.mark.slow
-def test_a_cycle_that_runs_reach_slowly_is_one_attractor():
-    """At 0.05 what is left of a disturbance shrinks by 0.81 in a turn of 128: some runs end beside its path."""
-    found = vc.attractors(two_blocks(0.05), 40)
-    assert len(found.attractors) == 1
-    assert found.attractors[0].motion.orbit.returns == 8
 
 
 @pytest.mark.slow
@@ -143,7 +107,7 @@ def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
     assert one.value == pytest.approx(other.value, abs=3.0 * math.hypot(one.error, other.error))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_error_of_an_exponent_holds_what_it_claims():
     """Starts by chance lead to chaos or to a cycle: exponents scatter by their errors about that of long motions.
 
@@ -169,7 +133,7 @@ def test_the_error_of_an_exponent_holds_what_it_claims():
 # --- diagrams --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_diagram_records_the_returns_of_cycles():
     speeds = (0.15, 0.2, 0.3)
     found = vc.bifurcation_diagram(

@@ -36,7 +36,7 @@ def test_a_contact_with_bristles_keeps_its_velocity_at_a_corner():
         assert rest.state[name] == pytest.approx(motion.state[name], abs=GROWN * 1e-10 * 2.0 / 1.5)
 
 
-@pytest.mark.slow  # its kernels
+@pytest.mark.exhaustive  # its kernels
 def test_orbits_and_ensembles_of_worms_with_corners():
     """The example's drift, as in its fifth period, travel at other strokes, and derivatives through corners."""
 

@@ -38,55 +38,42 @@ def polynomial_slope(floats, row, stride, degree, s):
     return result
 
 
-def polynomial_bend(floats, row, stride, degree, s):
-    """Second derivative at s."""
-    result = degree * (degree - 1) * floats[row + degree * stride]
-    for k in range(degree - 1, 1, -1):
-        result = result * s + k * (k - 1) * floats[row + k * stride]
-    return result
+def value_and_rate(floats, row, stride, degree, s, of_slope):
+    """(value, slope) at s; of_slope: (slope, second derivative)."""
+    value, rate = 0.0, 0.0
+    if of_slope:
+        for k in range(degree, 0, -1):
+            rate = rate * s + value
+            value = value * s + k * floats[row + k * stride]
+    else:
+        for k in range(degree, -1, -1):
+            rate = rate * s + value
+            value = value * s + floats[row + k * stride]
+    return value, rate
 
 
-def polished_root(a, start, degree, low, high):
-    """Root between low (value > 0) and high (value <= 0): Newton's method, kept inside the bracket by halving."""
-    x = 0.5 * (low + high)
+def bracketed_root(floats, row, stride, degree, of_slope, level, sign, low, high, s, within):
+    """Where a polynomial passes a level: Newton's method from s, kept between low and high by halving.
+
+    of_slope: where its slope does; sign: positive where it is above the level at low, negative where below
+    within: the error allowed, beside the rounding of the place
+    """
     for _ in range(80):
-        y = a[start + degree]
-        d = 0.0
-        for i in range(degree - 1, -1, -1):
-            d = d * x + y
-            y = y * x + a[start + i]
-        if y > 0.0:
-            low = x
+        value, rate = value_and_rate(floats, row, stride, degree, s, of_slope)
+        value -= level
+        if sign * value > 0.0:
+            low = s
         else:
-            high = x
-        following = x - y / d if d != 0.0 else low
-        if abs(following - x) <= 2.0 * EPSILON * x:
+            high = s
+        following = s - value / rate if rate != 0.0 else low
+        if abs(following - s) <= within + 2.0 * EPSILON * s:
             return min(max(following, low), high)
         if not (low < following < high):
             following = 0.5 * (low + high)
             if following in (low, high):
                 return high
-        x = following
-    return x
-
-
-def minimum(a, start, degree, low, high):
-    """Place of the minimum between low (falling) and high (rising), where the slope changes sign once."""
-    x = 0.5 * (low + high)
-    for _ in range(80):
-        d = polynomial_slope(a, start, 1, degree, x)
-        if d < 0.0:
-            low = x
-        else:
-            high = x
-        second = polynomial_bend(a, start, 1, degree, x)
-        following = x - d / second if second != 0.0 else low
-        if not (low < following < high):
-            following = 0.5 * (low + high)
-        if abs(following - x) <= EPSILON * abs(x):
-            return following
-        x = following
-    return x
+        s = following
+    return s
 
 
 def sign_changes(b, start, degree):
@@ -167,12 +154,14 @@ def first_root(floats, row, degree, sign, zeros, h):
     while True:
         changes = sign_changes(floats, now, n)
         if changes == 1 and floats[now] > 0.0:
-            return h * polished_root(floats, a, n, low, low + width), touch
+            root = bracketed_root(floats, a, 1, n, False, 0.0, 1.0, low, low + width, low + 0.5 * width, 0.0)
+            return h * root, touch
         if changes >= 2 and (turns(floats, now, n) == 1 or width < NARROWEST):
-            place = minimum(floats, a, n, low, low + width)
+            place = bracketed_root(floats, a, 1, n, True, 0.0, -1.0, low, low + width, low + 0.5 * width, 0.0)
             least = polynomial_value(floats, a, 1, n, place)
             if least < -noise:
-                return h * polished_root(floats, a, n, low, place), touch
+                root = bracketed_root(floats, a, 1, n, False, 0.0, 1.0, low, place, 0.5 * (low + place), 0.0)
+                return h * root, touch
             if least <= noise and touch < 0.0:
                 touch = h * place
             changes = 0

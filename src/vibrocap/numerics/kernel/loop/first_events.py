@@ -134,7 +134,7 @@ def least_of_guard(floats, c, push, h):
 def root_simd(floats, first, last, wanted):
     """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
 
-    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
+    first, last: its values at both ends. As `roots.bracketed_root`, Newton's method kept inside the bracket by halving,
     from the root of the parabola with the same ends and the same slope at the start.
     """
     slope = load(floats, WORK + LANES)

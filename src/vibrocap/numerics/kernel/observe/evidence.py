@@ -13,6 +13,7 @@ Asked are the pieces on which a contact may lose half of its speed or the force 
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
+from vibrocap.numerics.kernel.arithmetic.roots import value_and_rate
 from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES, WORK
@@ -73,7 +74,7 @@ def extreme(floats, lane, c, h):
     row, degree = VELOCITY_OF[c] + lane, ORDER
     if STICKS[c] == 1 and lane.side[c] == 0.0:
         row, degree = HOLD_OF[c] + lane, ORDER - 1
-    end, slope = value_and_slope(floats, row, h, degree)
+    end, slope = value_and_rate(floats, row, LANES, degree, h, False)
     if STICKS[c] + KINKS[c] == 0 and floats[row] * end < 0.0:
         return sign_change(floats, row, LANES, degree, 0.0, h, False)
     if floats[row + LANES] * slope >= 0.0:
@@ -81,19 +82,10 @@ def extreme(floats, lane, c, h):
     return turning_point(floats, row, LANES, degree, 0.0, h)
 
 
-def value_and_slope(floats, row, s, degree):
-    """Of a series at time s."""
-    value, slope = floats[row + degree * LANES], 0.0
-    for k in range(degree - 1, -1, -1):
-        slope = slope * s + value
-        value = value * s + floats[row + k * LANES]
-    return value, slope
-
-
 def ask(floats, ints, lane, s, h):
     """Ask the equations at time s of the piece."""
     for i in range(BASE):
-        value, slope = value_and_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, s, ORDER)
+        value, slope = value_and_rate(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, ORDER, s, False)
         floats[ASKED_STATE + i] = value
         floats[SLOPE + i] = slope
     evidence(floats, lane.time + s, ASKED_STATE, lane, FOUND)

@@ -10,7 +10,7 @@ which have to stand still and begin anew at each return.
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, bracketed_root, value_and_rate
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
 from vibrocap.numerics.kernel.generated.places import RETURN_MARKS, SERIES
@@ -23,7 +23,6 @@ from vibrocap.numerics.kernel.step.taylor import series_value
 MOST_RETURNS = (MARK_COUNT - 8) // 4  # of a cycle: so many marks tell
 OFTEN = 8  # passages of the place without a return to rest, from which on they are the returns
 BEFORE = 1e-6  # of a step: a place that is passed so shortly before its end is passed at its end, by an event
-MOST_TRIES = 60  # halvings among them
 
 
 def begin_returns(floats, ints, lane):
@@ -56,8 +55,9 @@ def place_passed(floats, ints, lane, h):
     if lane.taylor_steps + lane.implicit_steps == lane.passed_at:
         return -1.0
     row = SERIES + PLACE * (ORDER + 1) * LANES + lane
-    target, way = 0.0, 1.0
-    if PLACE_TURN > 0.0:
+    turns = PLACE_TURN > 0.0
+    target, way = 0.0, -1.0
+    if turns:
         start, end = floats[row], series_value(floats, row, h)
         way = 1.0 if end > start else -1.0
         tiny = SLIGHT * (abs(start) + PLACE_TURN)
@@ -65,38 +65,10 @@ def place_passed(floats, ints, lane, h):
     elif not (floats[row + LANES] * h > SLIGHT * lane.scale[PLACE]):
         return -1.0
     high = (1.0 - BEFORE) * h
-    value, _ = before_place(floats, row, target, way, high)
-    if value > 0.0:
+    there, _ = value_and_rate(floats, row, LANES, ORDER, high, not turns)
+    if way * (there - target) < 0.0:
         return -1.0
-    low, passed = 0.0, 0.5 * high
-    for _ in range(MOST_TRIES):
-        value, slope = before_place(floats, row, target, way, passed)
-        if value > 0.0:
-            low = passed
-        else:
-            high = passed
-        following = passed - value / slope if slope != 0.0 else low
-        if not (low < following < high):
-            following = 0.5 * (low + high)
-        done = abs(following - passed) <= EPSILON * h
-        passed = following
-        if done:
-            break
-    return passed
-
-
-def before_place(floats, row, target, way, s):
-    """(above zero until the place is passed: the way that is left to turn, or the rate of the coordinate; its slope)"""
-    value, slope = 0.0, 0.0
-    if PLACE_TURN > 0.0:
-        for k in range(ORDER, -1, -1):
-            slope = slope * s + value
-            value = value * s + floats[row + k * LANES]
-        return way * (target - value), -way * slope
-    for k in range(ORDER, 0, -1):
-        slope = slope * s + value
-        value = value * s + k * floats[row + k * LANES]
-    return value, slope
+    return bracketed_root(floats, row, LANES, ORDER, not turns, target, -way, 0.0, high, 0.5 * high, EPSILON * h)
 
 
 def on_place(floats, ints, lane):

@@ -3,7 +3,7 @@
 A polynomial is given as in `roots.py`.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_bend, polynomial_slope, polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import bracketed_root, value_and_rate
 
 CELLS = 8  # parts of a step that are looked at one by one for a change of slope
 CLOSE = 1e-9  # of a cell: an extreme is missed by the square of that
@@ -23,36 +23,12 @@ def turning_point(floats, row, stride, degree, low, high):
 
 
 def sign_change(floats, row, stride, degree, low, high, of_slope):
-    """Where a polynomial, or its slope, that is monotone between two points changes its sign; -1.0 where it does not.
-
-    Newton's method from the secant, by halving where it leaves the bracket.
-    """
+    """Where a polynomial, or its slope, monotone between two points, changes its sign; -1.0 where it does not."""
     before, _ = value_and_rate(floats, row, stride, degree, low, of_slope)
     after, _ = value_and_rate(floats, row, stride, degree, high, of_slope)
     if of_slope and after == 0.0:
         return high
     if not (before * after < 0.0):
         return -1.0
-    close = CLOSE * (high - low)
-    s = low + (high - low) * (before / (before - after))
-    for _ in range(60):
-        y, rate = value_and_rate(floats, row, stride, degree, s, of_slope)
-        if y * before > 0.0:
-            low = s
-        else:
-            high = s
-        following = s - y / rate if rate != 0.0 else low
-        if not (low <= following <= high):
-            following = 0.5 * (low + high)
-        if abs(following - s) <= close:
-            return following
-        s = following
-    return s
-
-
-def value_and_rate(floats, row, stride, degree, s, of_slope):
-    """(value, slope) at s, or (slope, second derivative)."""
-    slope = polynomial_slope(floats, row, stride, degree, s)
-    if of_slope:
-        return slope, polynomial_bend(floats, row, stride, degree, s)
-    return polynomial_value(floats, row, stride, degree, s), slope
+    secant = low + (high - low) * (before / (before - after))
+    return bracketed_root(floats, row, stride, degree, of_slope, 0.0, before, low, high, secant, CLOSE * (high - low))
