@@ -29,7 +29,7 @@ def begin(floats, ints, trace, out):
     """
     for i in range(STATES):
         floats[INSTANT + i] = floats[STATE + i * LANES]
-    beginning(floats, 0.0, INSTANT, 1.0, 0, SEEN)
+    beginning(floats, 0.0, INSTANT, 0, SEEN)
     for i in range(ROOM + STATES + 1):
         trace[out + i] = floats[SEEN + i]
     for i in range(STATES):
