@@ -1,7 +1,9 @@
-# Every target makes what it needs: a local .venv with the locked dependencies, nothing global.
+# Every target makes what it needs: a local .venv with the locked dependencies, nothing global. What a user needs comes
+# first (`make reproduce`); what developers and the site need joins it where a target asks for it.
 # PYTHON=python3.12 chooses the Python, JOBS=8 the number of test workers.
 BIN := .venv/bin
 READY := .venv/.ready
+DEV_READY := .venv/.dev-ready
 SITE_READY := .venv/.site-ready
 JOBS ?= 2
 
@@ -17,43 +19,43 @@ TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-18s %s\n", $$1, $$2 }'
 
-venv: $(READY) ## the local .venv, with vibrocap and the locked dependencies; the others make it too
+venv: $(READY) ## the local .venv, with vibrocap and what a user of it needs; the others make it too
 
 reproduce: $(READY) ## the paper: figures, claims and one HTML report, in out/
 	@$(BIN)/vibrocap reproduce --out out
 
-test: $(READY) ## the tests, without the slow ones
+test: $(DEV_READY) ## the tests, without the slow ones
 	@$(TESTS)
 
-test-slow: $(READY) ## the slow tests alone
+test-slow: $(DEV_READY) ## the slow tests alone
 	@$(TESTS) -m 'slow and not exhaustive' || [ $$? -eq 5 ] # 5: there is none
 
-test-exhaustive: $(READY) ## the long rest of tables of which the others run a part: before a release
+test-exhaustive: $(DEV_READY) ## the long rest of tables of which the others run a part: before a release
 	@$(TESTS) -m exhaustive
 
-mutants: $(READY) ## 200 faults planted in copies of the source, and which fast tests notice each: a night
+mutants: $(DEV_READY) ## 200 faults planted in copies of the source, and which fast tests notice each: a night
 	@mkdir -p build
 	@$(BIN)/python tests/mutants.py --out build/mutants.json
 
-torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands (docs/trust.md)
+torture: $(DEV_READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands (docs/trust.md)
 	@$(BIN)/python -m torture
 
-lint: $(READY) ## style, format and import contracts
+lint: $(DEV_READY) ## style, format and import contracts
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --check --quiet
 	@$(BIN)/lint-imports --no-cache --no-logo
 
-format: $(READY) ## put the code into the form that lint asks for
+format: $(DEV_READY) ## put the code into the form that lint asks for
 	@$(BIN)/ruff check --fix
 	@$(BIN)/ruff format
 
-type: $(READY) ## the types
+type: $(DEV_READY) ## the types
 	@$(BIN)/pyright
 
-bench: $(READY) ## the speed, side by side with other solvers
+bench: $(DEV_READY) ## the speed, side by side with other solvers
 	@$(BIN)/python -m benchmarks
 
-docs: $(READY) ## run every snippet of the documentation
+docs: $(DEV_READY) ## run every snippet of the documentation
 	@$(BIN)/python -m pytest -q tests/test_docs.py
 
 site: $(SITE_READY) ## the documentation as a site, in build/site/html (its tutorials and gallery are run)
@@ -68,23 +70,27 @@ $(READY): requirements.lock pyproject.toml .ci/environment
 	@PYTHON='$(PYTHON)' sh .ci/environment
 	@touch $@
 
-$(SITE_READY): $(READY) .ci/site-requirements.txt
-	@echo 'Installing what makes the site into .venv ...'
-	@$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile --require-hashes -r .ci/site-requirements.txt
+$(DEV_READY) $(SITE_READY): .venv/.%-ready: .ci/%-requirements.txt $(READY)
+	@sh .ci/environment $<
 	@touch $@
+
+$(SITE_READY): $(DEV_READY)
 
 # names, versions and hashes of what is asked for, for all Pythons and systems
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
 	--no-sources --custom-compile-command 'make lock'
 
 lock: ## resolve the dependencies anew (needs uv)
-	@$(LOCK) pyproject.toml --fork-strategy fewest --extra dev --extra ref --output-file requirements.lock
-	@$(LOCK) pyproject.toml --fork-strategy fewest --extra docs --constraint requirements.lock \
+	@printf '%s\n' 'hatchling>=1.27' 'editables>=0.5' | $(LOCK) pyproject.toml - --fork-strategy fewest \
+		--extra plot --extra sweep --output-file requirements.lock
+	@$(LOCK) pyproject.toml --fork-strategy fewest --extra dev --extra ref --constraint requirements.lock \
+		--output-file .ci/dev-requirements.txt
+	@$(LOCK) pyproject.toml --fork-strategy fewest --extra docs --constraint .ci/dev-requirements.txt \
 		--output-file .ci/site-requirements.txt
 	@printf '%s\n' 'cuda-bindings>=12.9.1,<13' 'nvidia-cuda-nvcc-cu12==12.9.86' | \
 		$(LOCK) - --output-file extras/gpu/requirements.txt
 	@printf '%s\n' 'fmpy>=0.3.22' 'gymnasium>=1.0' 'mujoco>=3.3' 'ziglang>=0.13' | \
-		$(LOCK) - --constraint requirements.lock --constraint .ci/site-requirements.txt \
+		$(LOCK) - --constraint .ci/dev-requirements.txt --constraint .ci/site-requirements.txt \
 		--output-file .ci/exchange-requirements.txt
 	@printf '%s\n' 'crc32c==2.8' 'xarray==2026.1.0' 'zarr==3.1.3' | $(LOCK) - --no-deps --output-file .ci/lowest-requirements.txt
 	@for version in 0.45 0.50; do echo "llvmlite==$$version.*" | \

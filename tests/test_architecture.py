@@ -19,7 +19,12 @@ ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-LOCKED_APART = {"site": ["docs"], "exchange": ["exchange", "mujoco"]}  # extras by the lock that holds them
+USERS = ["plot", "sweep"]  # extras of requirements.lock; the others, by the lock that holds them
+LOCKED_APART = {
+    "dev": ["dev", "ref", "plot", "export", "sweep", "fit", "excel", "design"],
+    "site": ["docs"],
+    "exchange": ["exchange", "mujoco"],
+}
 LOCKS = [ROOT / "requirements.lock", *sorted((ROOT / ".ci").glob("*.txt"))]
 
 LONGEST_MODULE = 400
@@ -105,12 +110,23 @@ def locked(text: str) -> dict[str, str]:
     return dict(re.findall(r"^([a-z0-9.-]+)==(\S+)", text, re.MULTILINE))
 
 
-def test_lock_covers_every_declared_dependency():
-    """But for extras that `make` alone does not need: the peers of the benchmarks, and LOCKED_APART."""
-    apart = {"peers"}.union(*LOCKED_APART.values())
-    extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in apart}
-    named = declared([*PROJECT["dependencies"], *(each for extra in extras.values() for each in extra)])
-    assert named <= locked(LOCK).keys()
+def test_the_users_lock_has_what_a_user_needs_and_nothing_of_developers():
+    """The build backend stands in it too, so that the package installs from the lock alone."""
+    extras, names = PROJECT["optional-dependencies"], locked(LOCK).keys()
+    users = declared([*PROJECT["dependencies"], *(each for name in USERS for each in extras[name])])
+    backend = {"hatchling", "editables"}
+    assert users | backend <= names
+    others = declared(each for name in extras.keys() - USERS for each in extras[name])
+    assert names & (others - users) == backend
+    assert extras.keys() - {"peers"} == {*USERS}.union(*LOCKED_APART.values())
+
+
+def test_make_reproduce_needs_the_users_packages_alone_and_make_test_the_developers():
+    """The steps of make for a clone without .venv: which locks are installed, in which order."""
+    for target, wanted in {"reproduce": [""], "test": ["", ".ci/dev-requirements.txt"]}.items():
+        asked = ["make", "--dry-run", "--always-make", target]
+        steps = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        assert re.findall(r"sh \.ci/environment *(.*)$", steps, re.MULTILINE) == wanted
 
 
 @pytest.mark.parametrize("name", LOCKED_APART)

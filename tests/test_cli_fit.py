@@ -441,53 +441,5 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
 # --- laws that are driven --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_laws_are_ranked(folder, capsys):
-    arguments = ("--compare", "stribeck,exponential", "--compare", "dahl", "--fixed", f"decay_rate={RATE}")
-    outputs = ("--out", "fits", *(("--plot", "laws.png", "--report") if HAS_PICTURES else ()))
-    assert command("wide.csv", "narrow.csv", *arguments, *outputs) == OK
-    text = capsys.readouterr().out
-    assert text.index("exponential") < text.index("stribeck")
-    assert (folder / "laws.png").exists() == (folder / "fits/comparison.png").exists() == HAS_PICTURES
-    found = json.loads((folder / "fits/comparison.json").read_text())
-    assert {each["law"] for each in found["laws"]} == {"stribeck", "exponential", "dahl"}
-    assert found["laws"][0]["law"] == "exponential"
-    assert values(found["laws"][0], "fitted")["decay_rate"] == RATE
-    for name in ("stribeck", "exponential", "dahl"):
-        assert (folder / "fits" / name / "friction.toml").exists()
-        assert (folder / "fits" / name / "report.html").exists() == HAS_PICTURES
-        if HAS_PICTURES:
-            assert f"{name}/report.html" in (folder / "fits" / "report.html").read_text()
-
-
-@pytest.mark.exhaustive
-def test_lugre_is_fitted_to_displacement_alone(folder, capsys):
-    """Data in mm without velocity, filtered; the levels are found though the filter blurs reversals."""
-    from vibrocap import LuGre, driven_force
-
-    contact = LuGre(
-        bristle_stiffness=2e5,
-        bristle_damping=300.0,
-        viscous_damping=5.0,
-        coulomb_coefficient=4.0,
-        static_coefficient=6.0,
-        stribeck_velocity=0.01,
-    )
-    time = np.linspace(0.0, 8.0, 4001)
-    velocity = 0.03 * np.sin(np.pi * time)
-    force = driven_force(contact, time, velocity).force
-    displacement = 30.0 / np.pi * (1 - np.cos(np.pi * time))
-    header = "time,displacement_mm,force"
-    np.savetxt("x.csv", np.stack([time, displacement, force], axis=1), delimiter=",", header=header, comments="")
-    plot = ("--plot", "fit.png") if HAS_PICTURES else ()
-    assert command("x.csv", "--law", "lugre", "--cutoff", "40", "--starts", "2", "--json", *plot) == OK
-    found = json.loads(capsys.readouterr().out)
-    assert found["relative_rmse"] < 0.01
-    assert values(found)["coulomb_coefficient"] == pytest.approx(4.0, rel=0.02)
-    assert values(found)["static_coefficient"] == pytest.approx(6.0, rel=0.02)
-    assert (folder / "fit.png").exists() == HAS_PICTURES
-
-
 def test_the_help_names_every_term():
     assert ", ".join((*TERMS, DELAY)) == TERM_NAMES

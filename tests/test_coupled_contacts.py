@@ -146,18 +146,6 @@ def test_a_slow_anisotropic_worm_gains_its_whole_stroke():
 
 
 @pytest.mark.slow
-def test_static_friction_above_the_sliding_one_decides_who_rests():
-    """The rod's force grows until one of the bodies gives way: that of the lesser static level, whatever it is then."""
-    front = vc.Coulomb(0.05, 0.14)
-    system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), [vc.Coulomb(0.09, 0.15), front])
-    motion = vc.simulate(system, periods=3)
-    assert 0.15 < 1.2 * 0.14  # of both bodies at rest the first gives way
-    assert 0.09 > 1.2 * 0.05  # though it is the second that slides more easily
-    assert vc.stick_fraction(motion, contact=2, periods=1) == pytest.approx(1.0, abs=1e-12)
-    assert motion.certificate.ok
-
-
-@pytest.mark.slow
 def test_bodies_at_a_distance_that_stays_are_one_block():
     """Stopped by both contacts after v^2/(2 mu (N_1 + N_2)/M); while they rest they share what is held."""
     machine = vc.TwoBodyWorm(mass_2=1.5, normal_load_2=1.2, actuation=0.0)

@@ -313,6 +313,14 @@ HELP = [line for name in dict.fromkeys((*FIRST, *COMMANDS)) for line in COMMANDS
 ELSEWHERE = ("vibrocap list datasets --fetch",)  # they need a network
 
 
+def test_commands_of_the_cheat_sheet_are_those_that_the_help_shows_and_tests_run():
+    sheet = (ROOT / "docs" / "cheat-sheet.md").read_text(encoding="utf-8")
+    shown = re.findall(r"`(vibrocap [^`]+)`", sheet)
+    assert len(shown) > 15
+    assert set(shown) <= {*HELP}
+    assert len(sheet.splitlines()) <= 70  # one page
+
+
 @pytest.mark.slow
 def test_quick_examples_of_the_help_run_word_for_word(workplace, capsys):
     (workplace / "examples").unlink()  # one of them makes this folder

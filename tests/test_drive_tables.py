@@ -125,24 +125,6 @@ def test_a_switch_is_on_for_its_share_from_its_phase_on(duty, phase):
         assert drive.value(share * drive.period) == (-0.4 + 1.7 if on else -0.4)
 
 
-@pytest.mark.slow
-def test_a_switch_is_a_square_wave_shifted_and_sweeps_over_its_phase():
-    """h_0 = -h/2 is a square wave of h/2; a phase is a later start; runs in company cross the end of the period."""
-    machine, law = vc.PendulumCapsule(), vc.Exponential()
-    square = vc.System(machine, law, vc.Square(amplitude=1.5, duty=0.35))
-    switch = vc.System(machine, law, vc.OnOff(amplitude=3.0, offset=-1.5, duty=0.35))
-    begun, period = {"angle": 0.5}, square.drive.period
-    expected = vc.simulate(square, periods=8, initial=begun, tolerance=1e-12)
-    assert vc.simulate(switch, periods=8, initial=begun, tolerance=1e-12).state == pytest.approx(
-        expected.state, abs=1e-10
-    )
-    phases = [0.0, 0.3, 0.65, 0.9]
-    ends = vc.ensemble(switch, {"drive.phase": phases}, measures=("displacement",), periods=6, window=6, initial=begun)
-    for phase, found in zip(phases, ends["displacement"], strict=True):
-        late = vc.simulate(square, periods=6, initial=begun, start=(1.0 - phase) * period, tolerance=1e-10)
-        assert found == pytest.approx(late.state["position"], abs=1e-6)
-
-
 CASE = DEFAULTS.replace('"harmonic"', '"table"\nfile = "current.csv"')
 COLUMNS = "time, force\n# as measured\n0, 0.2\n0.3; 1.5\n\n1.0 -0.4\n1.6,0.9\n2.5,0.2\n"
 

@@ -196,26 +196,6 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
 
 @pytest.mark.slow
 @needs_node
-def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kernel(node):
-    """A block that the drive does not move: its states are zero, and the steps follow the force that holds it."""
-    system = vc.System(vc.Oscillator(), vc.Coulomb(), vc.Harmonic(amplitude=0.1))
-    made = bundle(Contents((system,), (Preset("held", "held", "", vc.Case(system, periods=2.5)),)))
-    found = node(
-        """
-    const made = JSON.parse(fs.readFileSync(process.argv[3])), [form] = opened(made), model = new Model(made);
-    const { parameters, initial, tolerance } = model.request();
-    const motion = recordedRun(form, parameters, initial, 2.5, tolerance, limits);
-    print([motion.pieces.length / form.motion.sizes.piece, [...motion.final]]);
-    """,
-        made,
-    )
-    check = made["presets"][0]["check"]
-    assert found == [check["pieces"], check["state"]] == [check["pieces"], [0.0, 0.0]]
-    assert check["pieces"] > 10
-
-
-@pytest.mark.slow
-@needs_node
 def test_a_machine_with_stops_in_a_page(node):
     """What impacts take is a work, so that the balance closes; a start beyond a stop is refused, by the bound that the
     parameters of the page make, not those of the case."""

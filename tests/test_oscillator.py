@@ -226,29 +226,6 @@ def test_measures_of_a_stored_motion(pulled):
     assert found["response_period"] == 1
 
 
-@pytest.mark.slow
-def test_ensemble_of_den_hartogs_oscillators():
-    """Settled runs, with the amplitude of the closed form; a belt breaks the symmetry of those that have one."""
-    ratio = np.array([0.8, 0.9, 1.5, 2.0])
-    beta = np.array([0.5, 0.5, 0.3, 0.2])
-    v = 1.0 / (1.0 - ratio**2)
-    u = np.sin(np.pi / ratio) / (ratio * (1.0 + np.cos(np.pi / ratio)))
-    system = vc.System(Oscillator(), Coulomb(0.1, 0.1), vc.Loading(0.0, 0.0, 1.0, 1.0))
-    over = {
-        "drive.frequency": ratio,
-        "friction.coulomb_coefficient": beta,
-        "friction.static_coefficient": beta,
-        "machine.belt_speed": np.array([0.0, 0.0, 0.0, 0.01]),
-    }
-    found = vc.ensemble(
-        system, over, measures=["largest_position", "symmetric"], settle=1e-9, periods=2000, tolerance=1e-12
-    )
-    assert found["settled"].all()
-    assert found["largest_position"][:3] == pytest.approx(np.sqrt(v**2 - (beta * u) ** 2)[:3], rel=1e-8)
-    assert found["symmetric"][:3] == pytest.approx(1.0)
-    assert np.isnan(found["symmetric"][3])
-
-
 @pytest.mark.exhaustive
 def test_a_smoothed_contact_shortens_the_cycle_by_several_percent():
     """Leine's block with sgn(v) smoothed over 0.02, 0.01 and 0.001: 10 %, 6 % and 0.8 % off, where the cycle is exact

@@ -1,10 +1,13 @@
 """The paper: every claim has its verdict with a number and a tolerance, and the verdicts stay what they are."""
 
 import csv
+import functools
 import html
 import json
 import math
+import multiprocessing
 import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -479,12 +482,20 @@ def check_page(page, folder):
 
 
 def test_one_figure_is_written_with_its_claims(tmp_path):
-    shares = []
+    shares, helping = [], []
     whole = [tmp_path / "out" / name for name in ("report.html", "claims.json", "claims.csv")]
     (tmp_path / "out").mkdir()
     for path in whole:
         path.write_text("of the whole paper")
-    made = reproduce(tmp_path / "out", "fig03", lambda what, share: shares.append(share))
+    before = {*multiprocessing.active_children()}
+
+    def progress(what, share):
+        shares.append(share)
+        helping.append(len({*multiprocessing.active_children()} - before))
+
+    made = reproduce(tmp_path / "out", "fig03", progress)
+    assert {*helping[:-1]} == {1}  # the process that draws, which ends with the work
+    assert helping[-1] == 0
     assert [path.read_text() for path in whole] == ["of the whole paper"] * 3
     assert made.finished
     assert shares == sorted(shares)
@@ -514,6 +525,20 @@ def test_what_is_done_is_written_when_interrupted(tmp_path):
     assert "did not finish" in page
     assert "data:image/png;base64," in page
     assert json.loads((tmp_path / "claims-fig03.json").read_text(encoding="utf-8")) == []
+
+
+def test_an_interrupt_waits_for_no_other_process(tmp_path, monkeypatch):
+    """The second process is at work on branches, here for an hour: what it would draw is drawn by the first."""
+    monkeypatch.setattr("vibrocap.report.reproduce.steady_travel", functools.partial(time.sleep, 3600.0))
+    monkeypatch.setattr("vibrocap.report.reproduce.chosen_figures", lambda only: ("fig03",))
+
+    def interrupt(what, share):
+        if what.startswith("the half"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path, None, interrupt)
+    assert "data:image/png;base64," in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -169,26 +169,6 @@ def test_an_angle_and_a_velocity_are_sampled_alike():
 # --- its place in the house ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
-def test_sweeps_over_the_sample_time_and_the_period_count_samples_anew():
-    over = {"controller.sample_time": [0.01, 0.02], "drive.duration": [1.0, 2.0]}
-    data = vc.sweep(servo(), over, measures=["largest_position"], initial=START, periods=6, settle=0, tolerance=1e-8)
-    for i, h in enumerate(over["controller.sample_time"]):
-        for j, duration in enumerate(over["drive.duration"]):
-            alone = vc.simulate(servo(sample_time=h, drive=vc.Constant(duration=duration)), periods=6, initial=START)
-            found = float(data["largest_position"][i, j])
-            assert found == pytest.approx(vc.measured(alone, ["largest_position"])["largest_position"], rel=1e-9)
-    with pytest.raises(vc.CaseError, match="sample_time: should be a whole part of the period 1"):
-        vc.sweep(
-            servo(),
-            {"controller.sample_time": [0.01, 0.03]},
-            measures=["largest_position"],
-            periods=6,
-            tolerance=1e-8,
-            settle=0,
-        )
-
-
 def test_a_case_in_si_has_its_times_in_seconds(tmp_path):
     system = servo(sample_time=0.01, delay=0.002, quantum=0.001, limit=2.0)
     path = vc.save_case(system, tmp_path / "servo.toml", initial=START, periods=2)

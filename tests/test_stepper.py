@@ -470,17 +470,6 @@ def test_lift_off_within_a_step_is_told_with_its_time():
     assert many.time.tolist() == [100.0, motion.time]
 
 
-@pytest.mark.slow
-def test_an_own_drive_reads_up_to_the_end_of_its_motion_and_not_beyond():
-    record = vc.simulate(LIGHT, periods=3, tolerance=1e-10)
-    motion = vc.stepper(LIGHT, tolerance=1e-10)
-    motion.step(0.999 * record.end)
-    assert motion.status is None
-    with pytest.raises(vc.MotionEnded) as caught:
-        motion.step(1.0)
-    assert caught.value.time == motion.time == pytest.approx(record.end, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("call", "said"),
     [

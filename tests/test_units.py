@@ -209,35 +209,6 @@ def motions():
     return case.simulate(), dataclasses.replace(case, system=dataclasses.replace(case.system, units=None)).simulate()
 
 
-def test_a_motion_in_si_is_the_motion_without_units(motions):
-    known, plain = motions
-    assert np.array_equal(known.dimensionless.coefficients, plain.coefficients)
-    assert known["position"] == pytest.approx(plain["position"] * 0.25, rel=1e-15)
-    assert known.end == pytest.approx(12 / 1.1, rel=1e-14)
-    assert known.unit_of("velocity") == "m/s"
-    for unit, names in {
-        "J": ("energy", "contact_energy", "drive_work"),
-        "N": ("friction", "holding_force", "holding_limit", "reaction", "outer_force"),
-        "N s": ("momentum", "impulse"),
-        "N m": ("drive",),
-        "W": ("drive_power",),
-    }.items():
-        assert {known.unit_of(name) for name in names} == {unit}
-    t = np.array([0.1, 1.0])
-    drive = 0.9 * np.cos(2 * np.pi * 1.1 * t)
-    assert known.at(t, "drive") == pytest.approx(drive, rel=1e-13)
-    assert plain.unit_of("velocity") == "1"
-
-
-def test_a_start_in_si_is_the_start_without_units(motions):
-    system = motions[0].system
-    found = vc.simulate(system, initial={"velocity_m_per_s": 0.1, "angle_deg": 90.0}, periods=0.01)
-    assert found.initial["velocity"] == motions[0].initial["velocity"] == pytest.approx(0.1, rel=1e-15)
-    assert found.initial["angle"] == pytest.approx(math.pi / 2, rel=1e-15)
-    with pytest.raises(ValueError, match=r"initial.velocity_m: no such state"):
-        vc.simulate(system, initial={"velocity_m": 0.1})
-
-
 @pytest.mark.parametrize("ending", ["csv", "nc"])
 def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
     import xarray
@@ -257,14 +228,6 @@ def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
     assert '\nvelocity = "m/s"\n' in beside(path).read_text(encoding="utf-8")
     rows = np.genfromtxt(path, delimiter=",", names=True)
     assert np.array_equal(rows["drive"], known["drive"])
-
-
-def test_the_summary_has_units(place, capsys):
-    assert cli.main(["simulate", "si.toml"]) == 0
-    out = capsys.readouterr().out
-    for said in ("capsule_mass 0.5 kg", "frequency 1.1 Hz", "pendulum_length 0.25 m", " m/s ", " J ", "in SI"):
-        assert said in out
-    assert "dimensionless" not in out
 
 
 def test_convert_writes_the_other_form_and_back(place, capsys):

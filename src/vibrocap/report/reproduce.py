@@ -4,6 +4,7 @@ import dataclasses
 import json
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 
 from vibrocap.files import made_folder, write_table, write_text
@@ -17,6 +18,7 @@ from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_travel import SteadyTravel, steady_travel
 from vibrocap.report.figures import draw, draw_branches, draw_map, write_branches, write_map
 from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
+from vibrocap.studies.run.workers import processes
 
 __all__ = ["KEYS", "Reproduction", "reproduce"]
 
@@ -57,28 +59,36 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     began, runs = time.perf_counter(), Runs()
     tell = progress or (lambda what, share: None)
     result = Result(only=only)
+    drawn: dict[str, Future[Path]] = {}
     try:
-        for i, key in enumerate(wanted):
-            tell(f"figure {key}", FIGURES_SHARE * i / len(wanted))
-            figure = FIGURES[key](runs)
-            write_data(figure, out / "figures" / f"{key}.csv")
-            result.figures[key] = (figure, draw(figure, out / "figures" / f"{key}.png"))
-            if key in LOADED:
-                result.loaded[key] = loaded_figure(runs, key)
-        if only in (None, "fig09"):
-            tell("the half-period symmetry", FIGURES_SHARE)
-            result.finding = main_finding(runs)
-        for chapter, verdict in verdicts(
-            runs, only, lambda what, share: tell(what, FIGURES_SHARE + (CLAIMS_SHARE - FIGURES_SHARE) * share)
-        ):
-            result.verdicts.setdefault(chapter, []).append(verdict)
-        if only is None:
-            tell("steady travel", CLAIMS_SHARE)
-            result.loaded_motions = loaded_motions(runs)
-            found = steady_travel()
-            result.travel = (found, write_travel(found, out / "figures"))
-        result.finished = True
+        with processes(1) as second:  # which draws, and follows branches, as the first goes on
+            travel = second.submit(steady_travel) if only is None else None
+            for i, key in enumerate(wanted):
+                tell(f"figure {key}", FIGURES_SHARE * i / len(wanted))
+                figure = FIGURES[key](runs)
+                write_data(figure, out / "figures" / f"{key}.csv")
+                result.figures[key] = (figure, out / "figures" / f"{key}.png")
+                drawn[key] = second.submit(draw, *result.figures[key])
+                if key in LOADED:
+                    result.loaded[key] = loaded_figure(runs, key)
+            if only in (None, "fig09"):
+                tell("the half-period symmetry", FIGURES_SHARE)
+                result.finding = main_finding(runs)
+            for chapter, verdict in verdicts(
+                runs, only, lambda what, share: tell(what, FIGURES_SHARE + (CLAIMS_SHARE - FIGURES_SHARE) * share)
+            ):
+                result.verdicts.setdefault(chapter, []).append(verdict)
+            if travel is not None:
+                tell("steady travel", CLAIMS_SHARE)
+                result.loaded_motions = loaded_motions(runs)
+                result.travel = (travel.result(), write_travel(travel.result(), out / "figures"))
+            for picture in drawn.values():
+                picture.result()
+            result.finished = True
     finally:
+        for key, picture in drawn.items():
+            if not picture.done() or picture.cancelled() or picture.exception():  # an interrupt came before it
+                draw(*result.figures[key])
         result.seconds = time.perf_counter() - began
         claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
         write_claims(claims, out / f"claims{name}.json")

@@ -111,7 +111,7 @@ def run_on_workers(
     waiting, done, deaths, study = list(reversed(pending)), 0, 0, sent(store.study)
     while waiting:
         in_work: dict[Future, Index] = {}
-        own = _processes(workers, study) if isinstance(workers, int) else contextlib.nullcontext(workers)
+        own = processes(workers, study) if isinstance(workers, int) else contextlib.nullcontext(workers)
         most = AHEAD * workers if isinstance(workers, int) else IN_FLIGHT
         given = () if isinstance(workers, int) else (study,)
         try:
@@ -158,11 +158,13 @@ def computed_tile(
 
 
 @contextlib.contextmanager
-def _processes(count: int, study: Study | SentStudy) -> Iterator[Executor]:
-    """So many processes; they end at once behind the `with` block, in the middle of a tile if need be."""
+def processes(count: int, *given: Study | SentStudy) -> Iterator[Executor]:
+    """So many processes, with the study of their tiles; they end at once behind the `with` block, busy or not."""
     others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin, (study,))
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin, given)
     try:
+        with _deaf():
+            pool.submit(int)  # they begin with the first task
         yield pool
     finally:
         processes = {*multiprocessing.active_children()} - others
@@ -186,10 +188,10 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(study: Study | SentStudy) -> None:
+def _begin(*given: Study | SentStudy) -> None:
     """In a helping process: what it works on. It ends when the process that began it does, and leaves Ctrl-C to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _given[:] = [study]
+    _given[:] = given
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
