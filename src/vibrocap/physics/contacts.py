@@ -150,47 +150,56 @@ class Contacts:
     """The contacts of a machine at one instant, in the mode that their sides say.
 
     acting: what acts at each; bounds, bound_kinds: what is positive while the way to go on is certain
-    loads: normal load of a contact that answers to its own friction, while it slips and at rest; none of constant loads
-    quotients: of contacts that act on one another: their divisors are among the bounds
+    loads: normal load of a contact by itself, while it slips and at rest, or of all; none of constant loads
+    divisors: by which all is solved; they vanish only where a bound does
     """
 
     def __init__(self, machine: Any, contacts: Sequence[RubbingContact]):
-        self.all, self.others = tuple(contacts), tuple(contacts[1:])
+        self.all = tuple(contacts)
         self.given, self.follows_load = [each.given for each in contacts], machine.follows_load
         self.shared = machine.imposes_distances
-        self.coupled = any(each.response for each in self.given) and not self.shared
+        self.several, self.coupled = len(self.all) > 1, any(each.response for each in self.given) and not self.shared
         self.bounds: tuple = ()
         self.bound_kinds: tuple[int, ...] = ()
         self.loads: tuple = ()
         self.mean_loads: tuple = ()
         self.load_response: tuple[tuple, ...] = ()
-        self.quotients: tuple = ()
+        self.divisors: tuple = ()
         self._sums: tuple = ()
-        if self.coupled and self.follows_load:
-            rows: list[Any] = [each.reaction for each in self.given]
-            self.mean_loads = tuple(own / over for over, own, *_ in rows)
-            self.load_response = tuple(tuple(-(raised / over) for raised in more) for over, _, *more in rows)
-        if self.coupled:
-            self.acting = self._solved()
+        if self.coupled and self.several:
+            if self.follows_load:
+                rows: list[Any] = [each.reaction for each in self.given]
+                self.mean_loads = tuple(own / over for over, own, *_ in rows)
+                self.load_response = tuple(tuple(-(raised / over) for raised in more) for over, _, *more in rows)
+            self.acting = self._coupled()
         else:
-            holding = range(len(self.all)) if self.shared else [each.holding_force for each in self.given]
-            self.acting = tuple(
-                self._alone(each, self._share(held) if self.shared else held, each.given.reaction)
-                for each, held in zip(self.all, holding, strict=True)
-            )
+            self.acting = tuple(self._alone(i, each) for i, each in enumerate(self.all))
 
     # --- each by itself --------------------------------------------------------------------------------------------
 
-    def _alone(self, each: RubbingContact, held: Any, reaction: Sequence[Any] | None) -> ContactForce:
-        """What acts at a contact, given what the machine takes where it rests, and (b, n, s) of b N = n + s f."""
-        force, middle, limit, normal, at_rest, clear = each.force, None, None, 1.0, None, 1.0
+    def _held(self, i: int, each: RubbingContact) -> Any:
+        """What the machine takes where a contact rests."""
+        if self.shared:
+            return self._share(i)
+        if not self.coupled:
+            return each.given.holding_force
+        if not each.sticks:
+            return 0.0  # nothing would hold it, where a command cancels its friction
+        (response,) = self.divisors = each.given.response
+        return each.given.acceleration / response
+
+    def _alone(self, i: int, each: RubbingContact) -> ContactForce:
+        """What acts at a contact that no other one accelerates or loads."""
+        force, middle, limit, normal, at_rest, held = each.force, None, None, 1.0, None, self._held(i, each)
+        clear: Any = 1.0
         if each.sticks:
             middle, limit = each.middle, each.limit
         if self.follows_load:
-            assert reaction is not None
-            inertia, own, slope = reaction
+            assert each.given.reaction is not None
+            inertia, own, slope = each.given.reaction
             clear, moved = inertia - slope * force, own - slope * each.push
             normal, at_rest = self.loads = moved / clear, (own + slope * held) / inertia
+            self.divisors += clear, inertia
             bounds = clear, normal
             if limit is not None:
                 jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
@@ -213,78 +222,55 @@ class Contacts:
             each, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear
         )
 
-    # --- coupled: one elimination, the last contact left is then by itself ------------------------------------------
+    # --- coupled: one linear problem -------------------------------------------------------------------------------
 
-    def _solved(self) -> tuple[ContactForce, ...]:
-        """All forces: all but one contact are eliminated, which is then by itself."""
-        held, alpha, beta, quotients = self._left(0)
-        self.quotients = (*quotients, held)
-        reaction = None
-        if self.mean_loads:
-            row = self.load_response[0]
-            own = self.mean_loads[0] - sum(c * r for c, r in zip(row[1:], alpha, strict=True))
-            reaction = 1.0, own, sum(c * r for c, r in zip(row[1:], beta, strict=True)) - row[0]
-        last = self._alone(self.all[0], held, reaction)
-        forces = last.tangential, *(a - b * last.tangential for a, b in zip(alpha, beta, strict=True))
-        found = [last]
-        for each, force, j in zip(self.others, forces[1:], range(1, len(self.all)), strict=True):
+    def _coupled(self) -> tuple[ContactForce, ...]:
+        """All forces, of contacts that accelerate or load one another."""
+        rows, right = [], []
+        for i, each in enumerate(self.all):
+            slips, rests = each.slips, 1.0 - each.slips
+            slide, slide_to = self._sliding_row(i, each.force)
+            row = zip(each.given.response, slide, strict=True)
+            rows.append([rests * response + slips * own for response, own in row])
+            right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
+        forces, self.divisors = solution(rows, right)
+        found = []
+        for i, (each, force) in enumerate(zip(self.all, forces, strict=True)):
             normal: Any = 1.0
             if self.mean_loads:
-                normal = self._load(j, forces)
-            held, at_rest = self._by_itself(j)
-            push, would, resting = each.push, held + each.push_at_rest, force + each.push_at_rest
-            middle, limit, solved = None, None, (resting, None, None)
+                normal = self.mean_loads[i] - sum(c * r for c, r in zip(self.load_response[i], forces, strict=True))
+            push, middle, limit = each.push, None, None
+            held, at_rest = self._would_hold(i, rows, right)
+            resting: tuple = force + each.push_at_rest, None, None
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
                 middle, limit = each.middle * at_rest, each.limit * at_rest
-                solved = resting, each.middle * normal, each.limit * normal
-            found.append(ContactForce(each, force, force + push, would, middle, limit, solved, normal))
-        if self.mean_loads and self.others:
-            # A contact among others: what is a paradox alone leaves them without one answer.
-            more, kinds = self._modes([each.normal for each in found[1:]])
-            self.bounds, self.bound_kinds = (*self.bounds, *more), (_AMBIGUOUS, *self.bound_kinds[1:], *kinds)
+                resting = resting[0], each.middle * normal, each.limit * normal
+            held = held + each.push_at_rest
+            found.append(ContactForce(each, force, force + push, held, middle, limit, resting, normal))
+        if self.mean_loads:
+            self.loads, modes = tuple(each.normal for each in found), self._modes()
+            self.bounds = *modes, *self.loads
+            self.bound_kinds = (_AMBIGUOUS,) * len(modes) + (_LIFT_OFF,) * len(found)
         return tuple(found)
 
-    def _by_itself(self, at: int) -> tuple[Any, Any]:
-        """(what the machine takes of a contact that would rest, its load then over the one that its law is given)."""
-        held, alpha, beta, _ = self._left(at)
+    def _would_hold(self, i: int, rows: Sequence[Sequence], right: Sequence) -> tuple[Any, Any]:
+        """(what the machine would take of a contact at rest, its load then over the one that its law is given)."""
+        own = self.all[i].given
+        forces, _ = solution(
+            [own.response if j == i else row for j, row in enumerate(rows)],
+            [own.acceleration if j == i else value for j, value in enumerate(right)],
+        )
         if not self.mean_loads:
-            return held, 1.0
-        forces = [a - b * held for a, b in zip(alpha, beta, strict=True)]
-        forces.insert(at, held)
-        return held, self._load(at, forces)
+            return forces[i], 1.0
+        return forces[i], self.mean_loads[i] - sum(c * r for c, r in zip(self.load_response[i], forces, strict=True))
 
-    def _load(self, at: int, forces: Sequence[Any]) -> Any:
-        """The load of a contact under all forces."""
-        return self.mean_loads[at] - sum(c * r for c, r in zip(self.load_response[at], forces, strict=True))
-
-    def _left(self, at: int) -> tuple[Any, list, list, list]:
-        """(what the machine takes of a contact that would rest; alpha, beta; quotients): the forces at all others are
-        alpha - beta f, f that at this one.
-        """
-        rows, right, by_this = [], [], []
-        others = [k for k in range(len(self.all)) if k != at]
-        for j in others:
-            each = self.all[j]
-            slips, rests = each.slips, 1.0 - each.slips
-            raised = self.load_response[j] if self.mean_loads else ()
-            slide_to = each.force * self.mean_loads[j] if raised else each.force
-            row = []
-            for k in others:
-                slide = 1.0 if k == j else 0.0
-                slide = slide + each.force * raised[k] if raised else slide
-                row.append(rests * each.given.response[k] + slips * slide)
-            rows.append(row)
-            right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
-            pressed = slips * (each.force * raised[at]) if raised else 0.0
-            by_this.append(rests * each.given.response[at] + pressed)
-        (alpha, beta), quotients = eliminated(rows, [right, by_this])
-        held: Any = 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
-        if others or self.all[at].sticks:
-            response = self.given[at].response
-            held = self.given[at].acceleration - sum(response[k] * r for k, r in zip(others, alpha, strict=True))
-            held = held / (response[at] - sum(response[k] * r for k, r in zip(others, beta, strict=True)))
-        return held, alpha, beta, quotients
+    def _sliding_row(self, i: int, force: Any) -> tuple[list, Any]:
+        """R_i + force (C R)_i = force n_i, without the drag on its body."""
+        if not self.mean_loads:
+            return [*_unit(i, len(self.all))], force
+        row = zip(_unit(i, len(self.all)), self.load_response[i], strict=True)
+        return [own + force * raised for own, raised in row], force * self.mean_loads[i]
 
     # --- distances: all that rest hold one force -------------------------------------------------------------------
 
@@ -307,7 +293,7 @@ class Contacts:
     def rows(self) -> Rows | None:
         """The problem that decides which of them rest; None where there is one."""
         n = len(self.all)
-        if n == 1:
+        if not self.several:
             return None
         if self.shared:
             b = tuple(each.acceleration / each.response[i] for i, each in enumerate(self.given))
@@ -317,29 +303,24 @@ class Contacts:
         b, response = (tuple(getattr(each, name) for each in self.given) for name in ("acceleration", "response"))
         return Rows(b, response, self.mean_loads, self.load_response)
 
-    def _modes(self, loads: Sequence[Any]) -> tuple[tuple, tuple[int, ...]]:
-        """What is positive while the way to go on is certain: loads of the others, determinants of all modes.
+    def _modes(self) -> tuple:
+        """What is positive while there is one way to go on: the determinants of all modes, first of the present one.
 
         Of each mode that is within reach, from rest at the largest forces that can be held; there is one way to go on
         from rest for every b if and only if all have one sign (Samelson, Thrall and Wesler 1958; Cottle, Pang and Stone
         1992, ch. 3; for contacts Loetstedt 1981, Pfeiffer and Glocker 1996). Of constant loads they are principal
-        minors of A, which is positive definite: always. Returns (bounds, kinds).
+        minors of A, which is positive definite: always.
         """
-        n, ways = len(self.all), []
+        ways = []
         for i, each in enumerate(self.all):
-            unit, raised = _unit(i, n), self.load_response[i]
-            forces, rows = [each.force], []
-            if each.sticks:
-                forces = [each.middle + each.limit, each.middle - each.limit]
-            for at_rest in forces:
-                level = at_rest + each.slips * (each.force - at_rest)
-                rows.append([slide + level * more for slide, more in zip(unit, raised, strict=True)])
-            if each.sticks:
-                still = [entry / each.given.response[i] for entry in each.given.response]
-                rows.append([s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)])
-            ways.append(rows)
-        found = tuple(determinant(rows) for rows in itertools.product(*ways))
-        return (*loads, *found), (_LIFT_OFF,) * len(loads) + (_AMBIGUOUS,) * len(found)
+            if not each.sticks:
+                ways.append([self._sliding_row(i, each.force)[0]])
+                continue
+            most = (each.middle + each.limit, each.middle - each.limit)
+            rows = [self._sliding_row(i, level + each.slips * (each.force - level))[0] for level in most]
+            still = [entry / each.given.response[i] for entry in each.given.response]
+            ways.append([[s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)], *rows])
+        return tuple(determinant(rows) for rows in itertools.product(*ways))
 
 
 def _own_share(each: RubbingContact):
@@ -352,29 +333,20 @@ def _unit(i: int, n: int) -> tuple[float, ...]:
     return tuple(1.0 if k == i else 0.0 for k in range(n))
 
 
-def eliminated(rows: Sequence[Sequence], columns: Sequence[Sequence]) -> tuple[list[list], list]:
-    """(solutions of a linear problem for several right-hand sides, all quotients), by elimination in order.
+def solution(rows: Sequence[Sequence], right: Sequence) -> tuple[list, tuple]:
+    """(solution of a linear problem, its pivots), by elimination in order.
 
     The pivots are ratios of leading minors, which are positive where there is one way to go on.
     """
-    n = len(rows)
-    work = [[*row, *(column[i] for column in columns)] for i, row in enumerate(rows)]
-    quotients: list = []
+    n, work = len(rows), [[*row, value] for row, value in zip(rows, right, strict=True)]
     for i, j in itertools.combinations(range(n), 2):
         factor = work[j][i] / work[i][i]
-        quotients.append(factor)
-        work[j] = [*([0.0] * (i + 1)), *(work[j][k] - factor * work[i][k] for k in range(i + 1, len(work[j])))]
-    found: list[list] = []
-    for column in range(n, n + len(columns)):
-        values: list = [0.0] * n
-        for i in reversed(range(n)):
-            rest = work[i][column]
-            for k in range(i + 1, n):
-                rest = rest - work[i][k] * values[k]
-            values[i] = rest / work[i][i]
-        found.append(values)
-        quotients += values
-    return found, quotients
+        work[j] = [a - factor * b if k > i else 0.0 for k, (a, b) in enumerate(zip(work[j], work[i], strict=True))]
+    found: list = []  # the last first
+    for i in reversed(range(n)):
+        rest = work[i][n] - sum(a * x for a, x in zip(work[i][n - 1 : i : -1], found, strict=True))
+        found.append(rest / work[i][i])
+    return found[::-1], tuple(work[i][i] for i in range(n))
 
 
 def determinant(rows: Sequence[Sequence]):

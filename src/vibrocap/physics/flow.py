@@ -31,7 +31,7 @@ class Flow:
     bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
     bound_kinds: tuple  # place in BOUNDS of each of them
     loads: tuple  # normal load of a contact while it slips, and at rest, see `Contacts`; none with a constant load
-    quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
+    divisors: tuple  # by which forces at contacts are solved; they vanish only where a bound does
     rows: Rows | None  # the problem of several contacts, which decides which of them rest
 
     @property
@@ -128,7 +128,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
         bounds=(*contacts.bounds, *ends),
         bound_kinds=(*contacts.bound_kinds, *kinds),
         loads=contacts.loads,
-        quotients=contacts.quotients,
+        divisors=contacts.divisors,
         rows=contacts.rows(),
     )
 

@@ -168,7 +168,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         law_switches=flow.law_switches,
         impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
-        quotients=tuple(expression(quotient) for quotient in flow.quotients),
+        divisors=tuple(expression(divisor) for divisor in flow.divisors),
         bounds=tuple(expression(bound) for bound in flow.bounds),
         bound_kinds=flow.bound_kinds,
         located=tuple(LOCATED[kind] for kind in flow.bound_kinds),

@@ -73,22 +73,21 @@ def sharpness(
     rates: Sequence[Expression],
     contact: Expression,
     internal: Sequence[Expression],
-    bounded: Sequence[Expression] = (),
+    divisors: Sequence[Expression] = (),
 ) -> Sharpness:
     """What in these rates could hide within a step.
 
     contact: the contact velocity; internal: the internal states of the law, and velocities of other contacts
-    bounded: quotients whose divisors are watched elsewhere: no quotient by one of these is asked
+    divisors: those that are watched elsewhere: no quotient by one of these is asked
     """
     on_contact, on_internal = {contact.index}, {state.index for state in internal}
-    divided = [graph.nodes[quotient.index] for quotient in bounded]
-    divisors = {operands[1] for op, *operands in divided if op == "div"}
+    bounded = {divisor.index for divisor in divisors}
     found, arguments, of_internal = [], [], False
     for index in reachable(graph, [rate.index for rate in rates]):
         op, *operands = graph.nodes[index]
         varying = operands[1:] if op == "div" else operands_of(graph, index)
         by_internal = any(i in on_internal for i in varying)
-        watched = op == "div" and operands[1] in divisors
+        watched = op == "div" and operands[1] in bounded
         if op in SHARP_FUNCTIONS and not watched and (by_internal or any(i in on_contact for i in varying)):
             found.append(index)
             of_internal = of_internal or by_internal
@@ -105,11 +104,10 @@ def system_sharpness(equations: Equations) -> tuple[Sharpness, int]:
     velocities = [each.velocity for each in equations.contacts]
     internal = [equations.graph.node("state", i) for each in equations.contacts for i in each.internal]
     rates = (*equations.rates, *equations.switches)
-    # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
-    # load grows without end, and shortens the steps. So do its derivatives along a tangent, by the same divisor.
-    bounded = (*equations.loads, *equations.quotients)
+    # Before a divisor of the forces at contacts vanishes these grow without end, and shorten the steps. So do their
+    # derivatives along a tangent, by the same divisor.
     found = [
-        sharpness(equations.graph, rates, own, [*internal, *velocities[:i], *velocities[i + 1 :]], bounded)
+        sharpness(equations.graph, rates, own, [*internal, *velocities[:i], *velocities[i + 1 :]], equations.divisors)
         for i, own in enumerate(velocities)
     ]
     number = next((i for i, sharp in enumerate(found) if not sharp.internal), 0)

@@ -158,8 +158,8 @@ class Equations:
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the laws'
     impact: int  # place among the powers of the work of impacts; -1: there is none
-    loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
-    quotients: tuple[Expression, ...]  # of contacts that act on one another, whose divisors are bounds
+    loads: tuple[Expression, ...]  # of a contact that slips and of one at rest, or of all contacts; none if constant
+    divisors: tuple[Expression, ...]  # by which forces at contacts are solved; they vanish only where a bound does
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
     bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step

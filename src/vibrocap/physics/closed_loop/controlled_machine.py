@@ -1,9 +1,9 @@
 """A machine under a controller: where what the controller measures and commands meets the machine's equations."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vibrocap.physics.closed_loop.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
+from vibrocap.physics.closed_loop.inverse_dynamics import contacts_under, effort_for
 from vibrocap.physics.closed_loop.wrapped_machine import WrappedMachine
 from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
 
@@ -84,14 +84,18 @@ class ControlledMachine(WrappedMachine):
         slope = self.reference_part.slope(t) if self.controller_part.uses_slope else 0.0
         return t, self._measured(t, mechanical), own, reference, slope
 
-    def _effort(self, t, y, reference) -> tuple[tuple, Affine, Affine]:
-        """(states of the machine, u before its limit, u), of a controller that orders an acceleration."""
+    def _effort(self, t, y, reference) -> tuple[tuple, tuple, tuple]:
+        """(states of the machine, u before its limit, u), of a controller that orders an acceleration; u as (free, by
+        the force at each contact)."""
         part, (mechanical, own) = self.controller_part, self._parted(y)
         place = self.machine.states.index(part.accelerated(self.machine))
-        rate = affine_rates(self.machine, t, mechanical)[place]
+        rate = self.machine.evaluated("effects", t, mechanical)[0][place]
         raw = effort_for(rate, part.command(*self._given(t, y, reference)))
         held = dict(zip(part.states, own, strict=True)).get(SATURATED)
-        return mechanical, raw, raw if held is None else raw.scaled(1.0 - held * held) + held * part.limit
+        if held is None:
+            return mechanical, raw, raw
+        free, *slopes = (each * (1.0 - held * held) for each in raw)
+        return mechanical, raw, (free + held * part.limit, *slopes)
 
     @property
     def _by_forces(self) -> bool:
@@ -101,7 +105,7 @@ class ControlledMachine(WrappedMachine):
         """(states of the machine, command)."""
         if self._by_forces:
             mechanical, _, effort = self._effort(t, y, drive)
-            return mechanical, effort.at(frictions)
+            return mechanical, _under(effort, frictions)
         return self._parted(y)[0], self.controller_part.command(*self._given(t, y, drive))
 
     def commanded(self, t, y, reference, frictions):
@@ -141,7 +145,7 @@ class ControlledMachine(WrappedMachine):
         if self.controller_part.sampled:
             own = self._due(t, y)
         elif self._by_forces:
-            raw = self._effort(t, y, drive)[1].at(frictions)
+            raw = _under(self._effort(t, y, drive)[1], frictions)
             own = self.controller_part.effort_switches(raw, *self._given(t, y, drive))
         else:
             own = self.controller_part.switches(*self._given(t, y, drive))
@@ -180,3 +184,8 @@ class ControlledMachine(WrappedMachine):
     def outer_force_under(self, t, y, drive, frictions):
         """Of the machine, under u."""
         return self.machine.outer_force(t, *self._passed(t, y, drive, frictions))
+
+
+def _under(effort: Sequence[Any], frictions: Sequence[Any]) -> Any:
+    """An effort, given the force at each contact."""
+    return effort[0] + sum(slope * force for slope, force in zip(effort[1:], frictions, strict=True))

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, listed, suggestion
-from vibrocap.physics.closed_loop.inverse_dynamics import affine_rates
 from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, state_units
 from vibrocap.physics.drives.drive import Drive
@@ -84,8 +83,8 @@ def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
         raise ArgumentError("controller.measured", f"should not be {state.removesuffix('_rate')!r}: {what}")
     y = (SAMPLE,) * len(behind.states)
     try:
-        by_effort = affine_rates(behind, 0.0, y)[machine.states.index(state)].slopes[0]
-    except (TypeError, AttributeError) as error:
+        by_effort = behind.evaluated("effects", 0.0, y)[0][machine.states.index(state)][1]
+    except TypeError as error:
         what = f"by {_named(controller)} should have rates that are affine in drive and friction forces: {error}"
         raise ArgumentError("machine", f"told its motion {what}") from None
     if by_effort == 0.0:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vibrocap.physics.mechanics.derivation import Derivation
-from vibrocap.physics.mechanics.formulas import Program
+from vibrocap.physics.mechanics.formulas import Program, affine
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
 from vibrocap.physics.mechanics.parts import is_word
 from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, scene_of
@@ -86,6 +86,15 @@ class Form:
         own = [known[name] for name in self.kind.kind().channels]
         return (*own, *(0.0 for _ in self.kind.channels[len(own) :]))  # a channel of one's own stands last
 
+    def effects(self) -> tuple:
+        """(of each rate: without effort and friction, what the effort and each friction add; of each reaction b N: b,
+        then the same of b N, None where it has none)."""
+        effort, frictions = self.inputs.drive, self.inputs.frictions
+        rates = tuple(affine(rate, (effort, *frictions)) for rate in self.rates())
+        reactions = (reaction for *_, reaction, _ in self.derived.contact_results())
+        loads = (each and (each[0], *affine(each[1], (effort,)), *each[2:]) for each in reactions)
+        return rates, tuple(loads)
+
     def outcomes(self) -> tuple:
         """All states after each guard."""
         number, found = dict(self.kind.stops), []
@@ -102,6 +111,7 @@ JUDGED = ("mirror", "free", "inertia", "numbers")  # results that are no part of
 RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `Derivation` by their own name
     "rates": Form.rates,
     "powers": Form.powers,
+    "effects": Form.effects,
     "after_switch": Form.outcomes,
     "scene": lambda form: tuple(map(fields_of, scene_of(form.derived))),
     "mechanism": lambda form: mechanism_of(form.derived),

@@ -119,6 +119,32 @@ class Tape:
         return self._known[key]
 
 
+def affine(x: Any, among: Sequence[Formula]) -> tuple:
+    """(x without some inputs, its slope by each of them), of a number or a formula that is affine in them.
+
+    Exact, and of no more than they must depend on: as differences they would be rounded, and in interval arithmetic so
+    wide that steps could no longer be proved to see a sharp law (`resolution.py`). TypeError where it is not affine.
+    """
+    known: dict[Any, tuple] = {each: (0.0, *(float(each is other) for other in among)) for each in among}
+
+    def parts(x: Any) -> tuple:
+        if x not in known:
+            own = [parts(each) for each in x.operands] if isinstance(x, Formula) and x.op != "input" else []
+            free = [any(slopes) for _, *slopes in own]
+            if not any(free):
+                known[x] = x, *(0.0 for _ in among)
+            elif x.op in ("add", "sub", "neg"):
+                known[x] = tuple(map({"add": add, "sub": sub, "neg": operator.neg}[x.op], *own))
+            elif (x.op == "mul" and not all(free)) or (x.op == "div" and not free[1]):
+                function, at = (mul, free.index(False)) if x.op == "mul" else (div, 1)
+                known[x] = tuple(function(each, x.operands[at]) for each in own[1 - at])
+            else:
+                raise TypeError("is no sum of drive and friction forces times what does not depend on them")
+        return known[x]
+
+    return parts(x)
+
+
 class Program:
     """Evaluates formulas in a straight line.
 
