@@ -38,7 +38,7 @@ def coefficients(recorded, mechanics, roots, state, values, mode, exact):
     functions = {name: getattr(library, name) for name in ("sin", "cos", "exp", "log", "sqrt", "tanh", "atan")}
     names = {"math": types.SimpleNamespace(**functions, inf=math.inf), "where": where, "time": number(0.3)}
     names |= {"STATE": 0, "PARAMETER": len(state), "LANES": 1, "lane": 0, "floats": [*map(number, (*state, *values))]}
-    names |= {f"sliding_{i}" if i else "sliding": number(side) for i, side in enumerate(mode)}
+    names |= {f"sliding_{i}": number(side) for i, side in enumerate(mode)}
     with mpmath.workdps(40):
         exec("\n".join(writer.code.lines), names)
         return [[eval(text, names) for text in row] for row in texts]

@@ -5,12 +5,10 @@ import functools
 import numpy as np
 
 from vibrocap.motion.recording.equations import equations
+from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import System
-
-NEWTON_STEPS = 2  # the error of each is the square of that of the one before, a hundredth at most in all laws' motions
-INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
 
 
 def correction(
@@ -42,7 +40,7 @@ def correction(
     size, count = states.shape
     scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)[:, None]
     change, reach = np.zeros_like(states), None
-    for _ in range(NEWTON_STEPS):
+    for _ in range(numerics.NEWTON_STEPS):
         at = states + change
         with np.errstate(all="ignore"):  # near rest a law may divide by zero; such a point is left where it is
             rates = _filled(evaluate(recording.rates, t, at, sides, parameters), count)
@@ -69,7 +67,7 @@ def _share_to_rest(recording: Equations, t, states, change, sides, parameters) -
         before, after = (side * _filled(each, count)[0] for each in values)
         beyond = after < 0.0
         share = np.divide(before, before - after, out=np.zeros(len(side)), where=beyond & (before > 0.0))
-        found = np.minimum(found, np.where(beyond, INSIDE * share, 1.0))
+        found = np.minimum(found, np.where(beyond, numerics.INSIDE * share, 1.0))
     return found
 
 

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from vibrocap.numerics.kernel import codes
     from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
+    from vibrocap.numerics.kernel.observe.stick_statistics import SLIVER
+    from vibrocap.numerics.kernel.observe.stiff_point import INSIDE, NEWTON_STEPS
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.budget import Budget
     from vibrocap.numerics.run.devices import device
@@ -39,7 +41,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFECT_BOUND",
+    "INSIDE",
     "LONGEST_PERIOD",
+    "NEWTON_STEPS",
+    "SLIVER",
     "BrowserKernel",
     "Budget",
     "DrivenEquations",

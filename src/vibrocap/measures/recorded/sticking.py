@@ -9,12 +9,12 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, is_number, shown
 from vibrocap.measures.recorded.windows import period_times, window_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
+from vibrocap.numerics import api as numerics
 from vibrocap.physics.names import numbered
 from vibrocap.quantities.declared import Number, Speed, Time
 from vibrocap.quantities.dimensional import Dimensional
 
 LETTERS = {FORWARD: "F", STUCK: "S", BACK: "B"}
-SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,4 +112,4 @@ def law_of(motion: Trajectory, contact: int) -> Any:
 def _phases(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Phase]:
     """Phases within a window, cut at its ends."""
     cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases_of(contact))
-    return [phase for phase in cut if phase.length > SLIVER * motion.period]
+    return [phase for phase in cut if phase.length > numerics.SLIVER * motion.period]

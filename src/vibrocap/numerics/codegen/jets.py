@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 
 from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
-from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
+from vibrocap.numerics.codegen.straight_line import ONE, ZERO, Code, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.equations import Equations, Mechanics
 from vibrocap.numerics.expressions.graph import LEAST_BASE, Expression, Graph, operands_of, reachable
 from vibrocap.numerics.expressions.structure import Forms
@@ -19,7 +19,7 @@ from vibrocap.numerics.expressions.structure import Forms
 SUMS = ("add", "sub", "neg")
 AT_REST = 1e-10  # base of a power up to which it has no series: zero but for rounding
 COUNTED = 4  # order up to which operations are counted
-ONE, TWO = literal(1.0), literal(2.0)
+TWO = literal(2.0)
 
 
 class JetWriter:

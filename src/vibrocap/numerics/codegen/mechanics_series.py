@@ -14,11 +14,10 @@ import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
-from vibrocap.numerics.codegen.straight_line import ZERO, Formula, Term, combined, literal, total
+from vibrocap.numerics.codegen.straight_line import ONE, ZERO, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.equations import Mechanics, MotionRow
 from vibrocap.numerics.expressions.graph import Expression, derivative, operands_of, sensitivity
 
-ONE = literal(1.0)
 LINEAR = ("add", "sub", "neg", "mul", "div")
 
 

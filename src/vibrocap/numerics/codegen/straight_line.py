@@ -94,6 +94,7 @@ def literal(number: float) -> Formula:
 
 
 ZERO = Formula("0.0", number=0.0)  # what vanishes for every value of the operands: it leaves no trace in a formula
+ONE = literal(1.0)
 Term = tuple[int, Formula]  # of a sum: sign and size
 
 

@@ -21,6 +21,7 @@ from vibrocap.numerics.compiler.subset import (
     tuple_of,
 )
 from vibrocap.numerics.compiler.typed import nodes
+from vibrocap.numerics.compiler.typed.expressions import WRITTEN_OUT
 from vibrocap.numerics.compiler.typed.nodes import WRITERS, Function, Typed
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ DIVIDED = {  # by operator and kind
     ("FloorDiv", FLOAT): "float_floor_divided",
     ("Mod", FLOAT): "float_rest",
 }
-WRITTEN_OUT = 0x10000  # up to which a known exponent is
 OF_C = ("tanh", "atan")  # functions that are called by name; LLVM has intrinsics for the others
 ALIGNED = ", align 8"  # of all lanes, of which the first may stand anywhere
 

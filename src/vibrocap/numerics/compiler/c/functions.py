@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.numerics.compiler.c.snippets import number_text
 from vibrocap.numerics.compiler.subset import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind, Refused
 from vibrocap.numerics.compiler.typed import nodes
+from vibrocap.numerics.compiler.typed.expressions import WRITTEN_OUT
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.c.text import Module
@@ -15,7 +16,6 @@ WRAPPED = {"Add": "add", "Sub": "sub", "Mult": "mul", "LShift": "shl", "RShift":
 DIVIDED = {"FloorDiv": "floor_divided", "Mod": "floor_rest"}
 COMPARED = {"Lt": "<", "LtE": "<=", "Gt": ">", "GtE": ">=", "Eq": "==", "NotEq": "!="}
 OF_MATH = ("floor", "sqrt")
-WRITTEN_OUT = 0x10000  # up to which a known exponent is
 
 
 class CFunction:

@@ -18,6 +18,7 @@ from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 EPSILON = 2.220446049250313e-16
 SLIGHT = 64.0 * EPSILON  # of the terms of a velocity or of a force; of a guard, whose natural size is one
+HUGE = 1e300  # beyond all that is a number
 NARROWEST = 2.0**-36  # of a step: roots closer than this count as a touch
 INVERSE_BINOMIALS = np.array([[1.0 / max(math.comb(n, i), 1) for i in range(ORDER + 1)] for n in range(ORDER + 1)])
 

@@ -11,7 +11,7 @@ At the start of a slide the velocity is zero by construction, and after a stick 
 told how many leading coefficients vanish, so that rounding cannot fake a root there.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, first_root
 from vibrocap.numerics.kernel.codes import (
     DONE,
     GRAZE,
@@ -130,7 +130,7 @@ def step(floats, ints, trace, lane):
     if SHARED:
         pin(floats, lane)
     for i in range(STATES):
-        if not (abs(lane.state[i]) <= 1e300):
+        if not (abs(lane.state[i]) <= HUGE):
             lane.status = NOT_FINITE
             return
     for i in range(CONTACTS):

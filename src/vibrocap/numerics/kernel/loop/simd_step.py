@@ -19,7 +19,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_reached,
     whole_set,
 )
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
@@ -241,7 +241,7 @@ def move_simd(floats, ints, trace, plain, h):
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES
         following = series_value(floats, row + every, h)
-        finite = finite & (abs(following) <= 1e300)
+        finite = finite & (abs(following) <= HUGE)
         store(floats, STATE + i * LANES, where(plain, following, load(floats, STATE + i * LANES)))
     time = load(floats, TIME)
     store(floats, TIME, where(plain, time + h, time))

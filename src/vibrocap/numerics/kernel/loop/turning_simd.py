@@ -17,9 +17,10 @@ from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
+from vibrocap.numerics.kernel.step.slow_manifold import CUT
 from vibrocap.numerics.kernel.step.taylor import least_of_four, series_value, sign_in_doubt
 
-CUTS, CUT = 6, 0.6  # of steps on a slow manifold, and their factor
+CUTS = 6  # of steps on a slow manifold
 
 
 def still_simd(floats, ints, c, h):

@@ -13,7 +13,7 @@ Asked are the pieces on which a contact may lose half of its speed or the force 
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import value_and_rate
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
 from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES, WORK
@@ -29,7 +29,6 @@ DEFECT_BOUND = 1e3
 EVERY = 8  # steps of which one is asked whatever it does
 SLOWER, CLOSER = 0.5, 0.9  # shares of the speed, and of what is left to the limit, that a decisive step may go through
 IMPLICIT_POINTS = 8  # at which a step is asked whose dense output is less exact than its end
-MOST = 1e300  # in the place of what is no number
 ASKED_STATE = WORK
 SLOPE = ASKED_STATE + BASE
 FOUND = SLOPE + BASE
@@ -97,15 +96,15 @@ def ask(floats, ints, lane, s, h):
         way = fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left: along stiff directions
         if way > 0.0:
             left = way
-    if not (left <= MOST):
-        left = MOST
+    if not (left <= HUGE):
+        left = HUGE
     lane.defect = max(lane.defect, left)
     for c in range(CONTACTS):
         side = lane.side[c]
         if STICKS[c] == 1 and side == 0.0:
             force, limit = abs(floats[FOUND + BASE + 2 * c]), floats[FOUND + BASE + 2 * c + 1]
             if force > lane.hold_share * limit:
-                lane.hold_share = force / limit if limit > 0.0 else MOST
+                lane.hold_share = force / limit if limit > 0.0 else HUGE
         elif STICKS[c] + KINKS[c] > 0:
             row = VELOCITY_OF[c] + lane
             v0, v1, v2 = floats[row], floats[row + LANES], floats[row + 2 * LANES]

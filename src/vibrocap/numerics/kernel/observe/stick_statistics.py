@@ -8,7 +8,7 @@ from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, MODE_PLACES
 from vibrocap.numerics.kernel.generated.places import LETTERS
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES
 
-SLIVER = 1e-12  # of a period
+SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase
 NO_SIDE = 2.0  # before the first phase
 NOT_SPELLING = -1.0  # count of letters before the last period
 

@@ -6,6 +6,7 @@ response period, or else for the last periods of its budget. Of what can be meas
 
 import math
 
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_MODES, ASK_PEAK, ASK_SYMMETRY
 from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR, TURN_COUNT, TURN_RADII, TURN_STATES
@@ -24,8 +25,6 @@ from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gathe
 from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
 from vibrocap.numerics.kernel.step.taylor import series_value
-
-FAR = 1e300  # beyond any number that is measured
 
 
 def has_room(floats, ints, trace, lane):
@@ -120,8 +119,8 @@ def begin_window(floats, ints, lane):
         lane.largest[i] = state
         lane.least[i] = state
     for i in range(INTEGRANDS - SUMMED):
-        lane.peak[CONTACTS + i] = -FAR
-    lane.asymmetry = FAR
+        lane.peak[CONTACTS + i] = -HUGE
+    lane.asymmetry = HUGE
     begin_phases(floats, lane)
 
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE, polynomial_value
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES, WORK
@@ -126,7 +126,7 @@ def implicit_stages(floats, ints, lane, h):
     error = 0.0
     for i in range(STATES):
         estimate = abs(floats[STAGE + (STAGES - 1) * STATES + i]) / lane.scale[i]
-        if not (estimate <= 1e300):
+        if not (estimate <= HUGE):
             return math.inf
         error = max(error, estimate)
     return error / lane.tolerance
@@ -313,7 +313,7 @@ def spectral_radius(floats, ints, lane):
         largest = 0.0
         for i in range(STATES * STATES):
             largest = max(largest, abs(floats[MATRIX + i]))
-        if not (0.0 < largest <= 1e300):
+        if not (0.0 < largest <= HUGE):
             return 0.0
         scaling += math.log(largest) * 2.0 ** (-squaring)
         for i in range(STATES):

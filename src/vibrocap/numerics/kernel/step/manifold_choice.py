@@ -40,6 +40,7 @@ from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STA
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
 from vibrocap.numerics.kernel.step.slow_manifold import (
+    CUT,
     ENTERING,
     LONGEST_PAUSE,
     PAYING,
@@ -54,7 +55,6 @@ WORTH = 20.0  # fastest of several rates times the length of a step: from there 
 TOGETHER = 6.0  # ratio of rates up to which manifolds of several contacts are entered together
 LOOK = 8.0  # steps between two looks at the rates where one is refused: the Jacobian costs a tenth of a step
 SHARE_OF_PERIOD = 0.125  # longest step of a motion on its slow manifold, about: a pair that does not pay over it waits
-CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
 
 
 def next_series(floats, ints):

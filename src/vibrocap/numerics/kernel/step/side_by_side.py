@@ -1,6 +1,7 @@
 """The step of all lanes at once: its length, and whether it sees all that the law holds."""
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, max, min, store, where
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP_CONTACT, SHARP_INTERNAL, STICKS
@@ -37,7 +38,7 @@ def taylor_steps(floats):
                 bound = min(h, reach(wanted, abs(floats[row + (ORDER - 1) * LANES]), ORDER - 1))
                 bound = min(bound, reach(wanted, abs(floats[row + (ORDER - 2) * LANES]), ORDER - 2))
                 h = where(clear, h, bound)
-    return where(newest <= 1e300, h, 0.0), last, before, clear
+    return where(newest <= HUGE, h, 0.0), last, before, clear
 
 
 def resolved_simd(floats, side, start, change, h, moving):

@@ -44,6 +44,7 @@ SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
+CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
 
 
 def slow_lanes(floats):

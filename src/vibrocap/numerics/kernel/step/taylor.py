@@ -17,6 +17,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     square_root,
     where,
 )
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES
@@ -77,7 +78,7 @@ def finite_series(floats, lane):
     total = 0.0
     for i in range(STATES):
         total += abs(lane.series[i * (ORDER + 1) + ORDER])
-    return total <= 1e300
+    return total <= HUGE
 
 
 def series_length(floats, lane, last, before):
