@@ -30,12 +30,12 @@ POINTER, DOUBLE, INT, LONG = ctypes.c_void_p, ctypes.c_double, ctypes.c_int, cty
 ENTRIES = """
 
 def peer_rates(floats, ints, trace, rounds):
-    rates(floats, floats[TIME], POINT, floats[SIDE], 0, RATE)
+    rates(floats, floats[TIME], POINT, 0, RATE)
     return rounds
 
 
 def peer_jacobian(floats, ints, trace, rounds):
-    jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
+    jacobian(floats, floats[TIME], POINT, 0, JACOBIAN)
     return rounds
 """
 SIGNATURES = {

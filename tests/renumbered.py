@@ -4,6 +4,8 @@ import dataclasses
 import functools
 
 from vibrocap.mechanics import Contact, Machine, parameters
+from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.physics.system import System
 
 
 @functools.cache
@@ -28,3 +30,23 @@ def renumbered(machine: Machine) -> Machine:
     """The same machine, whose contacts stand in the reverse order."""
     values = {field.name: getattr(machine, field.name) for field in dataclasses.fields(machine)}
     return _class(type(machine))(**values)
+
+
+# Measures of contact 1 whose names have no number.
+OF_CONTACT = (
+    *("stick_fraction", "stick_phases", "mode_sequence", "peak_friction", "mean_friction", "velocity_loop_area"),
+    *("displacement_loop_area", "mean_reaction", "least_reaction", "largest_reaction"),
+    *("contact_sliding_work", "bristle_loss_work", "contact_storage_work"),
+)
+
+
+def counterpart(name: str, system: System) -> str:
+    """What a measure of a system is called once its contacts are numbered the other way."""
+    if any(state in name for state in system.machine.states if not name.startswith(OF_CONTACT)):
+        return name  # of a coordinate
+    tail = next((each for each in ("_work", "_range") if name.endswith(each)), "")
+    stem, number = name_and_number(name.removesuffix(tail))
+    internal = [f"_{state}" for law in system.laws for state in law.internal]
+    if number == 1 and stem + tail not in OF_CONTACT and not any(each in f"_{stem}" for each in internal):
+        return name
+    return numbered(stem, 1 + len(system.laws) - number) + tail

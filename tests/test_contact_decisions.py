@@ -319,7 +319,7 @@ def kernel_decision(problem, asked, came, sides):
     kernel = contacts_of(n)
     names = kernel.names
 
-    def rows(floats, _t, _point, _side, _lane, out):
+    def rows(floats, _t, _point, _lane, out):
         given = [*problem.free, *problem.response.ravel(), *problem.loads]
         for each in zip(problem.sliding, problem.least, problem.most, problem.down, problem.up, strict=True):
             given += [each[0], 0.0, 0.0, *each[1:]]

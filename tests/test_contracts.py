@@ -381,7 +381,7 @@ def test_energy_of_a_system(system):
             assert len(flow.powers) == len(system.channels)
             if mode[0] == 0:
                 assert system.machine.imposes_motion or flow.rates[contact] == 0.0
-                assert flow.friction == flow.contacts[0].held
+                assert flow.contacts[0].friction == flow.contacts[0].held
 
 
 @pytest.mark.parametrize(

@@ -358,5 +358,5 @@ def test_code_stuck_system():
     rates = [Symbolic.of(y_rate) for y_rate in flow.rates]
     assert rates[3] == 0
     assert zero(rates[1] - P.subs(D, amplitude * sp.cos(omega * tau)))
-    assert zero(flow.friction.expression - flow.contacts[0].held.expression)
+    assert zero(flow.contacts[0].friction.expression - flow.contacts[0].held.expression)
     assert zero(Symbolic.of(flow.powers[2]))

@@ -68,7 +68,7 @@ def alone(law: str, seed: int, shift: float = 0.0):
 def spelled_from_pieces(single) -> str:
     """The mode sequence of the last period of a recorded run, read from its pieces."""
     last = single.pieces[single.pieces[:, 0] == BUDGET.periods - 1]
-    sides = last[:, 3]
+    sides = single.piece_sides[-len(last) :, 0]
     starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
     lengths = np.add.reduceat(last[:, 2], starts)
     long = lengths > 1e-12 * sum(lengths)

@@ -68,7 +68,7 @@ def test_a_motion_keeps_no_more_than_its_pieces():
     numbers = motion.series.numbers
     assert numbers.shape[1] == 4 + 2 * 12
     whole = numbers if numbers.base is None else numbers.base
-    assert whole.size == len(motion.piece_start) * (PIECE_HEAD + numbers.shape[1])
+    assert whole.size == len(motion.piece_start) * (PIECE_HEAD + numbers.shape[1] + 1)
     assert len(pickle.dumps(motion)) < 0.8 * motion.coefficients.nbytes
 
 

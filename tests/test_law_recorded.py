@@ -31,7 +31,7 @@ def test_recorded_law_is_the_law_and_its_derivative_that_of_its_values(law):
     """The graph on numbers = the functions on floats; its partial derivatives = central differences."""
     graph = Graph()
     v, *z = (graph.node("state", i) for i in range(len(law.internal) + 1))
-    expressions = [graph.expression(value) for value in recorded(law, v, tuple(z), graph.node("side"), 1.3)]
+    expressions = [graph.expression(value) for value in recorded(law, v, tuple(z), graph.node("side", 0), 1.3)]
     continuous = [0, *(i + 1 for i, name in enumerate(law.internal) if name not in law.switched)]
     for draw in draws(3):
         _, _, side, _ = random_motion(law, draw)
@@ -69,10 +69,10 @@ def test_series_of_a_law_solve_its_equations(law):
     t = graph.node("time")
     z = tuple(graph.node("state", i) for i in range(len(internal)))
     velocity = course[0] + course[1] * t + course[2] * t * t
-    force, rates = law.force(velocity, z, graph.node("side"), 1.3)
-    followed = [graph.expression(e) for e in (force, *law.switches(velocity, z, graph.node("side"), 1.3))]
+    force, rates = law.force(velocity, z, graph.node("side", 0), 1.3)
+    followed = [graph.expression(e) for e in (force, *law.switches(velocity, z, graph.node("side", 0), 1.3))]
     writer = JetWriter(graph, [graph.expression(rate) for rate in rates])
-    names = {"math": math, "floats": list(internal), "STATE": 0, "LANES": 1, "lane": 0, "time": 0.0, "sliding": side}
+    names = {"math": math, "floats": list(internal), "STATE": 0, "LANES": 1, "lane": 0, "time": 0.0, "sliding_0": side}
     names["where"] = where
     wanted = [[writer.coefficient(e.index, k) for k in range(ORDER + 1)] for e in (*z, *followed)]
     exec("\n".join(writer.code.lines), names)

@@ -193,7 +193,7 @@ def test_names_of_a_lane_become_places():
     assert with_places("for lane in every_lane():") == "for lane in range(LANES):"
     with pytest.raises(ValueError, match=r"`lane.tme`: vibrocap.numerics.kernel.lane has no entry"):
         with_places("lane.tme = 0.0")
-    gathered = [name for name, _ in gathered_entries(4, 2, 1, 1, watched=True, returns=True)]
+    gathered = [name for name, _ in gathered_entries(4, 1, 2, 1, 1, watched=True, returns=True)]
     assert [name.upper() for name in Gathered.__annotations__] == gathered
 
 

@@ -116,9 +116,9 @@ def test_load_is_the_vertical_balance_and_friction_its_share(law):
     reaction, friction = motion.piece_observables(("reaction", "friction"), index, s)
     # A polynomial's slope leaves the equations by the certificate's defect over the length of the step.
     assert np.max(np.abs(reaction - balance) * motion.piece_length[index]) < 2e3 * motion.tolerance
-    for i in np.flatnonzero(motion.piece_side[index] != 0)[::7]:
+    for i in np.flatnonzero(motion.piece_sides[index, 0] != 0)[::7]:
         internal = tuple(states[4:, i].tolist())
-        share, _ = system.friction.force(float(states[3, i]), internal, float(motion.piece_side[index[i]]), 1.0)
+        share, _ = system.friction.force(float(states[3, i]), internal, float(motion.piece_sides[index[i], 0]), 1.0)
         assert friction[i] == pytest.approx(share * reaction[i], rel=1e-12, abs=1e-13)
 
 

@@ -156,7 +156,7 @@ def test_product_of_the_multipliers_is_the_integrated_divergence():
         [derivative(recording.rates[i], i) for i in range(n)],
         t,
         [states[:, i, :] for i in range(n)],
-        motion.piece_side[:, None],
+        motion.piece_sides,
         parameter_values(system),
     )
     divergence = sum(np.broadcast_to(trace, (pieces, 16)) for trace in traces)

@@ -181,8 +181,8 @@ def time_derivative_lost(kernel, step):
     """df/dt is left out, as for an unforced problem."""
     jacobian, width = kernel["jacobian"], kernel["WIDTH"]
 
-    def unforced(floats, t, point, side, lane, out):
-        jacobian(floats, t, point, side, lane, out)
+    def unforced(floats, t, point, lane, out):
+        jacobian(floats, t, point, lane, out)
         floats[out + width - 1 : out + kernel["STATES"] * width : width] = 0.0
 
     return {"jacobian": unforced}

@@ -59,8 +59,8 @@ def test_the_greatest_value_is_touched_and_what_lies_below_it_is_passed_twice(mo
 
 
 def test_a_velocity_passes_zero_where_the_capsule_turns_or_leaves_rest_for_the_other_side(motion):
-    sliding = motion.piece_side[motion.piece_side != 0]
-    starts = motion.piece_start[motion.piece_side != 0]
+    sliding = motion.piece_sides[:, 0][motion.piece_sides[:, 0] != 0]
+    starts = motion.piece_start[motion.piece_sides[:, 0] != 0]
     expected = starts[1:][sliding[1:] != sliding[:-1]]
     assert len(expected) > 5
     assert motion.crossings("velocity", 0.0) == pytest.approx(expected, rel=0, abs=1e-13)

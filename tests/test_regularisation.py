@@ -30,7 +30,7 @@ SET_VALUED = [*(kind for kind in laws().values() if kind.kind == "set-valued"), 
 def test_smoothed_law_is_the_law_times_a_smooth_sign(kind, shape):
     sharp, law = kind(), smoothed(kind)(smoothing_velocity=0.02, shape=shape)
     graph = Graph()
-    recorded = graph.expression(law.force(graph.node("state", 0), (), graph.node("side"), 1.7)[0])
+    recorded = graph.expression(law.force(graph.node("state", 0), (), graph.node("side", 0), 1.7)[0])
     for v in (0.001, 0.02, 0.3, 5.0):
         sign = math.tanh(v / 0.02) if shape == "tanh" else 2.0 / math.pi * math.atan(v / 0.02)
         for side in (1, -1):

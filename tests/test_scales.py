@@ -115,7 +115,7 @@ def test_equations_agree_in_si_and_without_units():
     )
     names = system.state_names
     flow = system.flow(t / time_s, [v / units.factor(name) for name, v in zip(names, y, strict=True)], -1)
-    assert flow.friction * units.factor("friction") == pytest.approx(force, rel=64 * EPSILON)
+    assert flow.contacts[0].friction * units.factor("friction") == pytest.approx(force, rel=64 * EPSILON)
     turn, push = lagrangian_rates_in_si(t, y, force)
     found = [rate * units.factor(name) / time_s for name, rate in zip(names, flow.rates, strict=True)]
     assert found == pytest.approx([y[1], turn, y[3], push, deflection_rate], rel=64 * EPSILON)

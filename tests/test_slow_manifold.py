@@ -143,7 +143,7 @@ def defect(kernel, floats, s):
         point, out = np.zeros(states), np.zeros(kernel["STATES"])
         point[:] = [each(s) for each in values]
         room = np.concatenate([floats, point, out])
-        kernel["rates"](room, s, len(floats), floats[kernel["SIDE"] + lane], lane, len(floats) + states)
+        kernel["rates"](room, s, len(floats), lane, len(floats) + states)
         rest = np.abs([each.deriv()(s) for each in values] - room[len(floats) + states :][:states])
         for contact, state in enumerate(kernel["SLOW_STATE"]):
             rest[state] /= floats[kernel["OWN_DECAY"] + contact * LANES + lane]

@@ -134,7 +134,7 @@ def test_the_rate_is_the_trace_of_the_jacobian(kernel):
     kernel["jet"](kernel.floats)
     point = kernel.names["WORK"] + 100
     kernel.floats[point : point + SYSTEM_ROWS] = state
-    kernel["jacobian"](kernel.floats, 0.0, point, 1.0, 0, point + SYSTEM_ROWS)
+    kernel["jacobian"](kernel.floats, 0.0, point, 0, point + SYSTEM_ROWS)
     size = SYSTEM_ROWS * (SYSTEM_ROWS + 1)
     slopes = kernel.floats[point + SYSTEM_ROWS :][:size].reshape(SYSTEM_ROWS, -1)[:, :SYSTEM_ROWS]
     rate = kernel.floats[kernel.place("DECAY_RATE")]

@@ -198,7 +198,7 @@ def test_a_velocity_of_rounding_size_is_a_rest_at_the_start(law):
     assert all(told(run) == told(runs[0]) for run in runs)
     for speed, run in zip(speeds, runs, strict=True):
         stepper = vc.stepper(system, initial=start | {"sliding_velocity": speed})
-        assert stepper.sides == (int(run.piece_side[0]),)
+        assert stepper.sides == (int(run.piece_sides[0, 0]),)
     if law is DROP:
         over = {"initial.sliding_velocity": np.array(speeds)}
         found = vc.ensemble(system, over, measures=["stick_fraction"], initial=start, periods=3)

@@ -41,7 +41,7 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
         *vc.FrictionObserver.all_states,
     }
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
-    names = {"time", "side", "impulse", "command", "reference", "controller_work"}
+    names = {"time", "side", "impulse", "impulse_2", "impulse_3", "command", "reference", "controller_work"}
     every, few = [machine() for machine in machines().values()], [vc.PendulumCapsule(), vc.TwoBodyCrawler()]
     every.append(vc.PendulumCapsule(normal_load="dynamic"))
     pairs = [*itertools.product(every, (vc.Coulomb(), vc.LuGre())), *itertools.product(few, friction)]

@@ -146,7 +146,7 @@ def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_l
     found = []
     for share in (0.998, 0.9995, -0.9995, -1.0005, -1.002, 1.002):
 
-        def holding(floats, _t, _point, _side, _lane, out, share=share):
+        def holding(floats, _t, _point, _lane, out, share=share):
             floats[out], floats[out + 1] = side * share * 1.5, 1.5
 
         block.fill("SIDE", side)
@@ -221,9 +221,9 @@ def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():
     for length, counted in ((3e-13, 0.0), (3e-12, 1.0)):
         places = {name: i for i, name in enumerate(("PHASE_SIDE", "PHASE_LENGTH", "PERIOD", "STICK_TIME"))}
         floats = np.array([0.0, length * 7.0, 7.0, 0.0, 0.0])
-        names = places | {"STICK_PHASES": 4}
+        names = places | {"STICK_PHASES": 4, "LANES": 1}
         exec(kernel_source("observe.stick_statistics"), names)
-        names["end_phase"](floats, 0)
+        names["end_phase"](floats, 0, 0)
         assert floats[4] == counted
         assert floats[3] == counted * length * 7.0
 

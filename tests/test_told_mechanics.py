@@ -38,7 +38,7 @@ def coefficients(recorded, mechanics, roots, state, values, mode, exact):
     functions = {name: getattr(library, name) for name in ("sin", "cos", "exp", "log", "sqrt", "tanh", "atan")}
     names = {"math": types.SimpleNamespace(**functions, inf=math.inf), "where": where, "time": number(0.3)}
     names |= {"STATE": 0, "PARAMETER": len(state), "LANES": 1, "lane": 0, "floats": [*map(number, (*state, *values))]}
-    names |= {f"sliding_{i}" if i else "sliding": number(side) for i, side in enumerate(mode)}
+    names |= {f"sliding_{i}": number(side) for i, side in enumerate(mode)}
     with mpmath.workdps(40):
         exec("\n".join(writer.code.lines), names)
         return [[eval(text, names) for text in row] for row in texts]
@@ -62,7 +62,7 @@ def largest_error(system, draw, mode):
         for i in contact.internal:
             state[i] *= 0.01
     roots = [recorded.graph.node("state", i) for i in range(len(state))]
-    roots += [recorded.integrals[-1], *([] if recorded.true_load is None else [recorded.true_load])]
+    roots += [recorded.contacts[0].friction, *recorded.true_loads.values()]
     rest = [each for each, side in zip(recorded.contacts, mode, strict=True) if side == 0]
     roots += [value for each in rest for value in (each.hold, each.limit)]
     at = state, parameter_values(system), mode

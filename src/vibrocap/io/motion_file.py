@@ -53,7 +53,7 @@ def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
         index = motion.piece_at(motion.time)
         observed = tuple(name for name in ("friction", "drive", LOAD) if name in motion.names)
         values = motion.piece_observables(observed, index, motion.time - motion.piece_start[index])
-        found |= {**dict(zip(observed, values, strict=True)), "side": motion.piece_side[index]}
+        found |= {**dict(zip(observed, values, strict=True)), "side": motion.piece_sides[index, 0]}
     return found if context is None else walked(found, ByName, context)
 
 

@@ -53,8 +53,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     observed = {name: recording.observables[name] for name in OBSERVED}
     follows = "reaction" in recording.observables and system.machine.follows_load
     observed["load"] = recording.observables["reaction"] if follows else load
-    powers = [f"{name}_power" for name in system.channels]
-    observed |= dict(zip(powers, recording.integrals, strict=False))  # the last integral is the impulse
+    observed |= {f"{name}_power": power for name, power in zip(recording.channels, recording.powers, strict=True)}
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
     functions = [*(_on(load.graph, each) for each in observed.values()), *drawn]
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
@@ -79,8 +78,6 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "switched": list(system.switched),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
-        "contact": recording.contacts[0].state,
-        "sticks": recording.contacts[0].hold is not None,
         "rests": [each.sticks for each in recording.contacts],
         "channels": list(system.channels),
         "observed": list(observed),

@@ -194,7 +194,9 @@ def asked_groups(needed: Sequence[Measure]) -> int:
 def values(needed: Sequence[Measure], runs: Gathered) -> dict[str, np.ndarray]:
     """Values of measures, in the order of `resolved`: an array [runs] each."""
     found: dict[str, np.ndarray] = {}
-    own_sum, own_extreme = len(runs.system.channels) + 3, 1  # after the standard ones, see `integrands_source`
+    contacts = len(runs.system.laws)
+    # After the standard ones, see `integrands_source`.
+    own_sum, own_extreme = len(runs.system.channels) + contacts * codes.FUNCTIONS_PER_CONTACT, contacts
     for measure in needed:
         how = measure.how
         if isinstance(how, Standard):

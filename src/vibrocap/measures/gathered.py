@@ -136,13 +136,12 @@ class Gathered:
         """NaN for every run: of a measure that the system does not have."""
         return np.full(len(self.results), np.nan)
 
-    @property
-    def mode_sequences(self) -> np.ndarray:
-        """Mode sequences of the last period of each window, an array of text; see `sticking.mode_sequence`.
+    def mode_sequences(self, contact: int = 0) -> np.ndarray:
+        """Mode sequences of a contact in the last period of each window, an array of text, see `mode_sequence`.
 
         That of a cycle begins where it comes first in the alphabet, at whichever return the window began.
         """
-        sequences, which = self.results.letters()
+        sequences, which = self.results.letters(contact)
         found = [_letters(*sequence) for sequence in sequences]
         modes = np.array(found, dtype=str)[which]
         if not self.results.layout.returns:

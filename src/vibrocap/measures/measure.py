@@ -18,6 +18,7 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.numerics.api import Integrands, integrands_source
 from vibrocap.numerics.expressions.equations import Equations, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.physics.names import numbered
 
 Function = Callable[["Instant"], Any]
 
@@ -125,14 +126,13 @@ class Instant:
     """
 
     def __init__(self, equations: Equations):
-        graph, channels = equations.graph, equations.integral_names[:-1]
+        graph = equations.graph
         self._known = {
             "time": graph.node("time"),
-            "side": graph.node("side"),
-            **{f"side_{1 + i}": graph.node("side", i) for i in range(1, len(equations.contacts))},
+            **{numbered("side", i + 1): graph.node("side", i) for i in range(len(equations.contacts))},
             **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
             **equations.observables,
-            **{f"{name}_power": equations.integrals[i] for i, name in enumerate(channels)},
+            **{f"{name}_power": power for name, power in zip(equations.channels, equations.powers, strict=True)},
             "drive_rate": rate_of(equations.observables["drive"], equations.rates),
         }
         self._parameters = {path: graph.node("parameter", i) for i, path in enumerate(equations.parameter_paths)}

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.measures.contact_measures import friction_measures, reaction_measures, sticking_measures
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.recorded.response import MIRROR_SHARE
@@ -21,6 +22,8 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
+
+STANDING_CHANNELS = CONTACT_CHANNELS[:2]  # of every system
 
 
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
@@ -39,16 +42,16 @@ def undefined_measures(system: System) -> frozenset[str]:
 
     A study over kinds of parts may ask for them all the same, for what another kind has.
     """
-    kind = system.friction.kind
     nothing = {
-        "stick_fraction": kind != "set-valued",
-        "stick_phases": kind != "set-valued",
-        "mode_sequence": kind == "smooth",
         "symmetric": not (system.mirrored and equations(system).timed),
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
         **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
     }
+    for i, law in enumerate(system.laws, 1):
+        share, phases, sequence = sticking_measures(i)
+        nothing |= {share.name: law.kind != "set-valued", phases.name: law.kind != "set-valued"}
+        nothing[sequence.name] = law.kind == "smooth"
     return frozenset(name for name, undefined in nothing.items() if undefined)
 
 
@@ -70,27 +73,27 @@ def _standard_measures(
     surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
-    further = range(2, 1 + max(len(kind.contact_states) for kind in kinds))
-    channels |= dict.fromkeys(numbered("contact_sliding", number) for number in further)
+    each_contact = range(1, 1 + max(len(kind.contact_states) for kind in kinds))
+    channels |= dict.fromkeys(numbered("contact_sliding", number) for number in each_contact[1:])
     if system is not None:
-        channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
+        channels = dict.fromkeys(name for name in system.channels if name not in STANDING_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     source = "drive" if system is None or system.controller is None else "controller"  # of the power
     found = [
         *TRAVEL,
         *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
-        *STICKING,
-        *(_stick_fraction(i) for i in further if system is None or _has_side(system, i)),
+        *(measure for i in each_contact for measure in sticking_measures(i)),
         *RESPONSE,
-        *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
+        *(_work(channel) for channel in (*channels, *STANDING_CHANNELS)),
         _cost_of_transport(source),
-        *FRICTION,
+        *(measure for i in each_contact for measure in friction_measures(i)),
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(measure for state in states for measure in _extremes(state, units[state])),
         *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
-        *(REACTION if system is None or "reaction" in equations(system).observables else ()),
+        *(measure for i in each_contact if _has_reaction(system, i) for measure in reaction_measures(i)),
+        *([_HIDDEN_LIFT_OFF] if any(_has_reaction(system, i) for i in each_contact) else ()),
     ]
     return {measure.name: measure for measure in found}
 
@@ -109,7 +112,7 @@ def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping
     if number < 2:
         return {}
     works = (_work(numbered(channel, number)) for channel in CONTACT_CHANNELS)
-    found = [_stick_fraction(number), *works]
+    found = [*sticking_measures(number), *friction_measures(number), *reaction_measures(number), *works]
     for law in contacts:
         for name in (name for name in law.internal if name not in law.switched):
             unit = quantity_unit(name, law.state_units) or "1"
@@ -132,52 +135,6 @@ def _winding(state: str) -> Measure:
 
     meaning = f"turns of {state} per drive period, whole ones over the response of a settled motion"
     return Measure(f"winding_{state}", meaning, Standard(winding))
-
-
-def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
-    """NaN with a law that cannot stick, see `sticking.stick_phases`."""
-    return values if runs.system.friction.kind == "set-valued" else runs.nowhere
-
-
-def _mode_sequences(runs: Gathered) -> np.ndarray:
-    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.mode_sequences
-
-
-STICKING = (
-    Measure(
-        "stick_fraction",
-        "share of the window in which the contact sticks (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_MODES),
-    ),
-    Measure(
-        "stick_phases",
-        "number of rests in the window, parts of rests included (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_MODES),
-    ),
-    Measure(
-        "mode_sequence",
-        "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
-        Standard(_mode_sequences, codes.ASK_MODES, text=True),
-    ),
-)
-
-
-def _has_side(system: System, number: int) -> bool:
-    """Whether a system has a further contact of this number, whose side is known."""
-    return number <= len(system.laws) and system.contact_kinds[number - 1] != "smooth"
-
-
-@functools.cache  # one and the same, by whichever table it is found
-def _stick_fraction(number: int) -> Measure:
-    """Of a further contact."""
-
-    def resting(now):
-        side = getattr(now, numbered("side", number))
-        return 1.0 - side * side
-
-    return Measure.mean(
-        numbered("stick_fraction", number), f"share of the window in which contact {number} sticks", resting
-    )
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:
@@ -260,38 +217,6 @@ def _cost_of_transport(source: str) -> Measure:
     )
 
 
-def _area(runs: Gathered, after_channels: int) -> np.ndarray:
-    return runs.results.entry("INTEGRAL", len(runs.system.channels) + after_channels) / runs.periods
-
-
-FRICTION = (
-    Measure(
-        "peak_friction",
-        "largest friction force |R| in the window",
-        Standard(lambda runs: runs.results.entry("PEAK"), codes.ASK_PEAK),
-        si_unit="N",
-    ),
-    Measure(
-        "mean_friction",
-        "mean of the friction force |R| over the window",
-        Standard(lambda runs: runs.results.entry("MAGNITUDE") / runs.time, codes.ASK_MAGNITUDE),
-        si_unit="N",
-    ),
-    Measure(
-        "velocity_loop_area",
-        "area of the loop of friction against velocity per drive period, positive clockwise",
-        Standard(lambda runs: _area(runs, 2), codes.ASK_INTEGRALS),
-        si_unit="N m/s",
-    ),
-    Measure(
-        "displacement_loop_area",
-        "work against friction per drive period, the area of the loop of friction against displacement",
-        Standard(lambda runs: _area(runs, 1), codes.ASK_INTEGRALS),
-        si_unit="J",
-    ),
-)
-
-
 @functools.cache
 def _drive_peaks(effort: str | None, source: str) -> tuple[Measure, ...]:
     """What an actuator has to be able to do; effort: what the drive exerts, see `Units`; None where it is not known.
@@ -355,25 +280,17 @@ ACTUATOR_POWER = (
     ),
 )
 
-REACTION = (
-    Measure.mean(
-        "mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction, si_unit="N"
-    ),
-    Measure.least(
-        "least_reaction",
-        "least normal reaction of the ground in the window; below 0 the machine would have lifted off",
-        lambda now: now.reaction,
-        si_unit="N",
-    ),
-    Measure(
-        LOAD_WATCH,
-        "1: under its constant load the machine would have lifted off in the window, 0: it would not (NaN: the load "
-        "follows the motion)",
-        Standard(lambda runs: runs.results.lifted),
-    ),
-    Measure.largest(
-        "largest_reaction", "largest normal reaction of the ground in the window", lambda now: now.reaction, si_unit="N"
-    ),
+
+def _has_reaction(system: System | None, number: int) -> bool:
+    """Whether the normal reaction of the ground at a contact is known; of no system: of machines with one contact."""
+    return number == 1 if system is None else numbered("reaction", number) in equations(system).observables
+
+
+_HIDDEN_LIFT_OFF = Measure(
+    LOAD_WATCH,
+    "1: under its constant load the machine would have lifted off in the window, 0: it would not (NaN: the load "
+    "follows the motion)",
+    Standard(lambda runs: runs.results.lifted),
 )
 
 

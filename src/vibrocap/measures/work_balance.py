@@ -34,7 +34,7 @@ def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, t
     reach = np.zeros(count)
     for states in (before, after, scales):
         reach = np.maximum(reach, np.sum(np.abs(at(slopes, states)) * scales, axis=0))
-    works = np.array([gathered.results.entry("INTEGRAL", i) for i in range(len(recording.integrals) - 1)])
+    works = np.array([gathered.results.entry("INTEGRAL", i) for i in range(len(recording.powers))])
     residual = at((energy,), after)[0] - at((energy,), before)[0] - works.sum(axis=0)
     steps = gathered.results.head("taylor_steps") + gathered.results.head("implicit_steps")
     errors = max(tolerance, LEAST_TOLERANCE) * (BALANCE_BOUND + BALANCE_PER_STEP * steps)

@@ -86,7 +86,7 @@ def _problem(
     machine, count = system.placed, len(velocities)
     mechanical = y[: len(machine.states)]
     loads, raised = np.array(machine.loads(), dtype=float), np.zeros((count, count))
-    if contacts[0].response:
+    if any(each.response for each in contacts):
         free = np.array([each.acceleration for each in contacts], dtype=float)
         response = np.array([each.response for each in contacts], dtype=float)
     else:

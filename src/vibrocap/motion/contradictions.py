@@ -8,7 +8,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
-from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.physics.names import name_and_number
 
 INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
 
@@ -34,10 +34,9 @@ def unbalanced(field: str, value: float, bound: float, contradiction: str, toler
 def energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
     known, machine, contact = recording.observables, [], []
-    for name, power in zip(motion.system.channels, recording.integrals, strict=False):  # the last is the impulse
+    for name, power in zip(recording.channels, recording.powers, strict=True):
         (contact if name_and_number(name)[0] in CONTACT_CHANNELS else machine).append(power)
-    numbers = range(1, 1 + len(recording.contacts))
-    taken = [known[numbered("friction", n)] * known[numbered("contact_velocity", n)] for n in numbers]
+    taken = [each.friction * each.velocity for each in recording.contacts]
     found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
@@ -51,7 +50,8 @@ def momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
     known = recording.observables
     outer = [known["outer_force"]] if "outer_force" in known else []
-    found = _contradiction(motion, recording, known["momentum"], [*outer, -known["friction"]])
+    taken = [-each.friction for each in recording.contacts]
+    found = _contradiction(motion, recording, known["momentum"], [*outer, *taken])
     return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
 
 

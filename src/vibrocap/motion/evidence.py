@@ -1,7 +1,7 @@
 """What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,16 +38,18 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)
     tolerance = max(motion.tolerance, LEAST_TOLERANCE)
     seen = _seen(motion)
-    marks, outer = motion.piece_marks, _outer_impulse(motion)  # at the start of every piece and at the end
+    # At the start of every piece and at the end.
+    works, impulses = np.split(motion.piece_marks, [len(recording.channels)])
+    outer = _outer_impulse(motion)
     energy, momentum = seen["energy"] + seen["contact_energy"], _at_marks(seen["momentum"])
     stored = _at_marks(energy)
-    balance = stored - stored[0] - marks[:-1].sum(axis=0)
+    balance = stored - stored[0] - works.sum(axis=0)
     if any(law.switched for law in motion.system.laws):
         # Energy that was stored in the contact is lost where a piece begins unloaded.
         before, after = energy[:-1, -1], stored[1:-1]
         taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
         balance[1:] -= np.cumsum(np.append(after - before - taken, 0.0))
-    impulse = momentum - momentum[0] + marks[-1] - outer
+    impulse = momentum - momentum[0] + impulses.sum(axis=0) - outer
     if motion.system.machine.strikes_ground:
         impulse[1:] -= np.cumsum(np.append(motion.piece_blows, 0.0))
     contacts = [_contact_evidence(motion, number, seen) for number in range(1, 1 + motion.piece_sides.shape[1])]
@@ -62,7 +64,9 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
     ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
     defect = _defect(motion, seen, scales, DEFECT_BOUND * tolerance)
-    estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
+    # States that only events change jump at instants that are an error apart.
+    lasting = [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
+    estimate = _estimated_error(recorded, tighter, scales, lasting, ratio_of_tolerances)
     event_velocity, verdicts = recorded.contact_residual, []
 
     def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
@@ -86,10 +90,11 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         judge("least_velocity", -least, slack, f"the velocity passes rest by {-least:.1e} without an event")
     errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
     for field, value, observables, flows, check in (
-        ("energy_residual", energy_residual, ("energy", "contact_energy"), marks[:-1], energy_contradiction),
-        ("momentum_residual", momentum_residual, ("momentum",), (marks[-1], outer), momentum_contradiction),
+        ("energy_residual", energy_residual, ("energy", "contact_energy"), works, energy_contradiction),
+        ("momentum_residual", momentum_residual, ("momentum",), (*impulses, outer), momentum_contradiction),
     ):
-        bound = errors * tolerance * _natural_size(recording, scales, starts, *observables) + _rounding_of_sums(flows)
+        bound = errors * tolerance * _natural_size(recording, scales, starts, *observables)
+        bound += EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))  # half a unit in the last place of sums
         text = "" if value <= bound else unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
     words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
@@ -118,9 +123,10 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
 
 def _seen(motion: Trajectory) -> dict[str, np.ndarray]:
     """Observables by name at POINTS points of every piece, both ends among them: arrays [pieces, POINTS]."""
-    names = ["energy", "contact_energy", "momentum", *(["reaction"] if "reaction" in motion.observable_names else [])]
+    names = ["energy", "contact_energy", "momentum"]
     for number, law in enumerate(motion.system.laws, 1):
         own = ["contact_velocity", "friction"]
+        own += ["reaction"] if numbered("reaction", number) in motion.observable_names else []
         if law.kind == "set-valued":
             limits = ("holding_limit", "holding_centre") if motion.system.machine.follows_load else ()
             own += ["holding_force", *limits]
@@ -206,22 +212,28 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
 
 def _reaction(motion: Trajectory, seen: Mapping[str, np.ndarray]) -> tuple[float | None, tuple[str, ...]]:
     """(least normal reaction of the ground, what is to be said of it): a constant load does not notice a lift-off."""
-    if "reaction" not in seen:
+    contacts = range(1, 1 + motion.piece_sides.shape[1])
+    names = {name: i for i in contacts if (name := numbered("reaction", i)) in seen}
+    if not names:
         return None, ()
-    if not np.all(np.isfinite(seen["reaction"])):
-        return None, ("the normal load is beyond all numbers: nothing is known of it",)
-    lows = _least_of_pieces(motion, seen["reaction"])
-    least = float(np.min(lows))
-    if least >= 0.0 or motion.system.machine.follows_load:
-        return least, ()
-    return least, (
-        f"the true normal load would be negative, first about time {motion.piece_start[np.argmax(lows < 0.0)]:.4g}, "
-        f"down to {least:.4g}: the machine would lift off, which a constant load hides; use "
-        f'normal_load = "dynamic"',
-    )
+    found, warnings = [], []
+    for name, number in names.items():
+        where = f" on contact {number}" if len(contacts) > 1 else ""
+        if not np.all(np.isfinite(seen[name])):
+            warnings.append(f"the normal load{where} is beyond all numbers: nothing is known of it")
+            continue
+        lows = _least_of_pieces(motion, name, seen[name])
+        found.append(float(np.min(lows)))
+        if found[-1] < 0.0 and not motion.system.machine.follows_load:
+            time = motion.piece_start[np.argmax(lows < 0.0)]
+            warnings.append(
+                f"the true normal load{where} would be negative, first about time {time:.4g}, down to {found[-1]:.4g}: "
+                f'the machine would lift off, which a constant load hides; use normal_load = "dynamic"'
+            )
+    return min(found, default=None), tuple(warnings)
 
 
-def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> np.ndarray:
+def _least_of_pieces(motion: Trajectory, name: str, seen: np.ndarray) -> np.ndarray:
     """Least reaction in each piece: to rounding where it is the least of all, below zero where it falls below.
 
     seen: at the points of every piece; where it may fall lower between them, by as much as it differs among those next
@@ -235,7 +247,7 @@ def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> np.ndarray:
         if not len(near):
             break
         around = np.clip(middle[near, None] + reach * CLOSER, 0.0, 1.0)
-        (values,) = motion.piece_observables(("reaction",), near, around * motion.piece_length[near, None])
+        (values,) = motion.piece_observables((name,), near, around * motion.piece_length[near, None])
         least[near], spread[near] = np.minimum(least[near], values.min(axis=1)), np.ptp(values, axis=1)
         middle[near] = around[np.arange(len(near)), values.argmin(axis=1)]
         reach *= 2.0 / (len(CLOSER) - 1.0)
@@ -271,11 +283,6 @@ def changes(
 def velocity_names(recording: Equations) -> tuple[str, ...]:
     """Names of the velocities of all contacts."""
     return tuple(numbered("contact_velocity", number) for number in range(1, 1 + len(recording.contacts)))
-
-
-def _rounding_of_sums(flows: Iterable[Any]) -> float:
-    """What rounding may leave of sums over all pieces: half a unit in the last place of each partial sum."""
-    return EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))
 
 
 def _defect(motion: Trajectory, seen: Mapping[str, np.ndarray], scales: np.ndarray, bound: float) -> float:
@@ -344,11 +351,6 @@ def _estimated_error(
     if not differences:
         return None
     return float(np.max((np.abs(differences) / scales)[:, kept])) / (1.0 - ratio_of_tolerances)
-
-
-def _lasting(motion: Trajectory) -> list[int]:
-    """The states but those of the law that only its events change: these jump at instants that are an error apart."""
-    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
 
 
 def _at_marks(values: np.ndarray) -> np.ndarray:

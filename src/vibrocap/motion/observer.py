@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, integrals, parameter_values
 from vibrocap.numerics.api import StoredMotion
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.names import name_and_number
@@ -38,8 +38,7 @@ class Observer:
     def known(self) -> dict[str, Expression]:
         """What can be asked for, by name."""
         recording = equations(self.system)
-        names = (*(f"{name}_work" for name in self.system.channels), "impulse")
-        return recording.observables | dict(zip(names, recording.integrals, strict=True))
+        return recording.observables | integrals(recording)
 
     def __call__(
         self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, sides: tuple, drive: tuple
@@ -85,5 +84,5 @@ def blocks(motion: "Trajectory", index: np.ndarray, s: np.ndarray):
         local, parameters = motion.drive_at(pieces, 0.0 * pieces)
         segment = [each for each in parameters if np.ndim(each)]
         sides, numbers = motion.piece_sides[pieces], motion.series.numbers[pieces]
-        head = 0.0 * local, local, motion.piece_length[pieces], sides[:, 0], motion.piece_implicit[pieces]
-        yield block, np.column_stack((*head, numbers, sides[:, 1:], *segment)), ends
+        head = 0.0 * local, local, motion.piece_length[pieces], motion.piece_implicit[pieces]
+        yield block, np.column_stack((*head, numbers, sides, *segment)), ends

@@ -16,7 +16,7 @@ from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, sug
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.observer import Observer
-from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, integrals, parameter_values
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, Recorded, codes, recorded_run, series_order
@@ -119,7 +119,7 @@ def _ways(velocity: float, kind: str) -> tuple[int, ...]:
 def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:
     """(least load, number of its contact) in some modes of the contacts; 0 where it does not follow from the forces."""
     flow = system.flow(time, y, sides)
-    if sides[0] and not flow.bounds[0] > 0.0:
+    if any(side and not each.clear > 0.0 for side, each in zip(sides, flow.contacts, strict=True)):
         return 0.0, 1
     return min((flow.reaction(i), i + 1) for i in range(len(sides)))
 
@@ -286,7 +286,8 @@ def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) ->
         fitting = budget.periods * error.available / error.needed
         taken = f"{budget.periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
         size = 10.0 ** math.floor(math.log10(fitting))
-        instead = f"some {math.floor(fitting / size) * size:g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
+        most = math.floor(fitting / size) * size
+        instead = f"some {most:g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
         instead += "; is a damping or a stiffness far too large?" if error.said != "are free" else ""
         raise ArgumentError(
             "periods", f"{taken}, {in_words(error.available)} {error.said}; ask for {instead}"
@@ -306,7 +307,7 @@ def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajec
         period=period,
         run_status=STATUSES[recorded.status],
         state_names=system.state_names,
-        integral_names=(*(f"{name}_work" for name in system.channels), "impulse"),
+        integral_names=tuple(integrals(recording)),
         piece_start=origin + (begun[:, 0] * period + begun[:, 1]),
         piece_length=recorded.piece_lengths,
         piece_sides=recorded.piece_sides,

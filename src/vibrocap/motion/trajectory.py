@@ -172,11 +172,6 @@ class Trajectory(Result):
         begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
         return along(start - begun, s) + s, parameter_values(self.system)
 
-    @property
-    def piece_side(self) -> Numbers:
-        """Side of the first contact: array [pieces]."""
-        return self.piece_sides[:, 0]
-
     def sides(self, index: np.ndarray) -> tuple[np.ndarray, ...]:
         """Side of each contact on some pieces: an array [n] each."""
         return tuple(self.piece_sides[index].T)

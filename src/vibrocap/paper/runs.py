@@ -136,7 +136,7 @@ class Runs:
     def _loaded(self, friction: str, ratio: float, periods: int) -> LoadedRun:
         system = with_load(figures_9_to_11(friction, ratio), "dynamic")
         motion = run(system, periods, complete=False)
-        at_rest = system.friction.kind == "set-valued" and bool(np.all(motion.piece_side == STUCK))
+        at_rest = system.friction.kind == "set-valued" and bool(np.all(motion.piece_sides == STUCK))
         load, force = (float(motion.at(motion.end, name)[0]) for name in ("reaction", "friction"))
         coefficient = abs(force / load) if load > 0.0 else 0.0
         return LoadedRun(ratio, motion.run_status, motion.end, motion.sections[:, 2], at_rest, load, coefficient)

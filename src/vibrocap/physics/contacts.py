@@ -95,9 +95,12 @@ class ContactForce:
     """What acts at one contact.
 
     tangential: the force at the machine, friction less the push from outside; friction: R itself
-    held: R that would hold it; middle, limit: of what it can hold, and how far that reaches; None: it cannot rest
-    normal: its load over the one that its law is given; alone: (what the machine takes where it rests, its load then)
-    of a contact that is solved by itself once all others are, the load None where it is given
+    held: R that would hold it in the present modes of all others
+    middle, limit: of what it could hold then, and how far that reaches; None: it cannot rest
+    resting: the same three as they are solved where it does rest
+    normal: its load over the one that its law is given; clear: positive while one force holds as it slides
+    alone: (what the machine takes where it rests, its load then) of a contact that is solved by itself once all others
+    are, the load None where it is given
     """
 
     contact: RubbingContact
@@ -106,8 +109,10 @@ class ContactForce:
     held: Any
     middle: Any
     limit: Any
+    resting: tuple[Any, Any, Any]
     normal: Any
     alone: tuple[Any, Any] = (None, None)
+    clear: Any = 1.0
 
     @property
     def sliding(self) -> Any:
@@ -116,8 +121,9 @@ class ContactForce:
 
     @property
     def hold(self) -> Any:
-        """R that would hold it, over the middle of what it can hold; None: it cannot rest."""
-        return None if self.limit is None else self.held - self.middle
+        """R where it rests, over the middle of what it can hold; None: it cannot rest."""
+        held, middle, limit = self.resting
+        return None if limit is None else held - middle
 
     @property
     def losses(self) -> tuple:
@@ -185,6 +191,7 @@ class Contacts:
     def _alone(self, i: int, each: RubbingContact) -> ContactForce:
         """What acts at a contact that no other one accelerates or loads."""
         force, middle, limit, normal, at_rest, held = each.force, None, None, 1.0, None, self._held(i, each)
+        clear: Any = 1.0
         if each.sticks:
             middle, limit = each.middle, each.limit
         if self.follows_load:
@@ -211,7 +218,9 @@ class Contacts:
         if each.sticks:
             friction = hold + each.slips * (friction - hold)
             tangential = held + each.slips * (tangential - held)  # exactly `held` at rest
-        return ContactForce(each, tangential, friction, hold, middle, limit, normal, (held, at_rest))
+        return ContactForce(
+            each, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear
+        )
 
     # --- coupled: one linear problem -------------------------------------------------------------------------------
 
@@ -231,16 +240,30 @@ class Contacts:
             if self.mean_loads:
                 normal = self.mean_loads[i] - sum(c * r for c, r in zip(self.load_response[i], forces, strict=True))
             push, middle, limit = each.push, None, None
+            held, at_rest = self._would_hold(i, rows, right)
+            resting: tuple = force + each.push_at_rest, None, None
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-                middle, limit = each.middle * normal, each.limit * normal
-            held = force + each.push_at_rest
-            found.append(ContactForce(each, force, force + push, held, middle, limit, normal))
+                middle, limit = each.middle * at_rest, each.limit * at_rest
+                resting = resting[0], each.middle * normal, each.limit * normal
+            held = held + each.push_at_rest
+            found.append(ContactForce(each, force, force + push, held, middle, limit, resting, normal))
         if self.mean_loads:
             self.loads, modes = tuple(each.normal for each in found), self._modes()
             self.bounds = *modes, *self.loads
             self.bound_kinds = (_AMBIGUOUS,) * len(modes) + (_LIFT_OFF,) * len(found)
         return tuple(found)
+
+    def _would_hold(self, i: int, rows: Sequence[Sequence], right: Sequence) -> tuple[Any, Any]:
+        """(what the machine would take of a contact at rest, its load then over the one that its law is given)."""
+        own = self.all[i].given
+        forces, _ = solution(
+            [own.response if j == i else row for j, row in enumerate(rows)],
+            [own.acceleration if j == i else value for j, value in enumerate(right)],
+        )
+        if not self.mean_loads:
+            return forces[i], 1.0
+        return forces[i], self.mean_loads[i] - sum(c * r for c, r in zip(self.load_response[i], forces, strict=True))
 
     def _sliding_row(self, i: int, force: Any) -> tuple[list, Any]:
         """R_i + force (C R)_i = force n_i, without the drag on its body."""

@@ -26,7 +26,7 @@ class Outside:
     """What an environment does to a machine at one instant.
 
     pushes: of each contact, the force on its body along the line, besides friction, while it slides and while it rests.
-    total: force on the machine but for the drag on the bodies of further contacts. powers: by channel.
+    total: force on the machine. powers: by channel.
     """
 
     pushes: tuple[tuple[Any, Any], ...]
@@ -145,15 +145,13 @@ class Environment(Part):
         or at rest (0).
         """
         ground = machine.ground_speed()
-        velocity, *others = (each + ground for each in velocities)
-        drag, *others_drag = map(self.drag, (velocity, *others), sides)
-        lost = -drag * velocity
-        if others:
-            lost = lost + sum((-held * v for held, v in zip(others_drag, others, strict=True)), 0.0)
-        powers: tuple = (lost, self.force * velocity)
-        at_rest = self.linear_drag * ground
+        moving = tuple(each + ground for each in velocities)
+        drags = tuple(map(self.drag, moving, sides))
+        lost = sum(-drag * velocity for drag, velocity in zip(drags, moving, strict=True))
+        powers: tuple = (lost, self.force * moving[0])
         if self.has_weight(machine):
             powers = (*powers, -machine.gravity[1] * machine.line_momentum(t, y))
-        push = self.force - drag
-        others_pushes = ((-held, -at_rest) for held in others_drag)
-        return Outside(((push, self.force - at_rest), *others_pushes), push, powers)
+        at_rest = self.linear_drag * ground
+        forces = (self.force, *(0.0 for _ in moving[1:]))
+        pushes = tuple((force - drag, force - at_rest) for force, drag in zip(forces, drags, strict=True))
+        return Outside(pushes, sum(push for push, _ in pushes), powers)

@@ -35,11 +35,6 @@ class Flow:
     rows: Rows | None  # the problem of several contacts, which decides which of them rest
 
     @property
-    def friction(self) -> Any:
-        """R at the first contact."""
-        return self.contacts[0].friction
-
-    @property
     def tangential(self) -> tuple:
         """By the machine in place of friction, at each contact: R less what pushes its body from outside."""
         return tuple(each.tangential for each in self.contacts)
@@ -107,8 +102,6 @@ def flow_of(system: Any, t, y, side) -> Flow:
         outer_force = machine.outer_force(t, mechanical, drive)
     else:
         outer_force = machine.outer_force_under(t, mechanical, drive, frictions)
-    for each in frictions[1:]:
-        outer_force = outer_force - each
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
     if outside is not None:
         outer_force = outer_force + outside.total

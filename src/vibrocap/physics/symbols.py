@@ -120,7 +120,7 @@ QUANTITIES = {
     "reference": ("r", "what the drive says to a controller, where there is one"),
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
-    "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
+    "momentum": ("p", "momentum along the line of sliding: its rate is the outer force, if any, less all friction"),
     "outer_force": (
         "F",
         "force from outside along the line of sliding, other than friction (of wall springs, of the environment)",
@@ -135,6 +135,7 @@ QUANTITIES = {
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
     "holding_centre": ("R_mid", "their middle"),
     **{f"{name}_rate": (f"{symbol}'", f"rate of {name}") for name, (symbol, _) in OF_LAWS.items()},
+    **{f"{name}_rate_2": (f"{symbol}_2'", f"rate of {name}_2") for name, (symbol, _) in OF_LAWS.items()},
     "controller_work": (
         "W_control",
         "work of the command of a controller since the start, in place of the drive's",
@@ -157,10 +158,12 @@ QUANTITIES = {
             ("friction", "", "R_{}", "friction force at contact {} (crawlers, rows; so for all that belongs to it)"),
             ("holding_force", "", "R_0{}", "force that would hold it at rest"),
             ("contact_velocity", "", "v_{}", "its sliding velocity"),
+            ("impulse", "", "J_{}", "integral of the friction force there since the start"),
             ("contact_sliding", "_work", "W_slide{}", "work lost by sliding there"),
             ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),
         )
     },
+    "bristle_rate_3": ("xi_3'", "rate of bristle_3"),
     "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
     "reaction_2": (
         "N_2",

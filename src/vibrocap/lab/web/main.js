@@ -170,7 +170,7 @@ class Lab {
     const friction = `${force} ${units.unit("friction")}`.trim(), length = units.unit("position");
     const slope = (length ? `   ground in ${length}` : "") + (this.slope ? `   ground inclined by ${said((this.slope * 180) / Math.PI, 3)}°` : "");
     return [
-      shown.sides(row).map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, side)).join(", "),
+      shown.sides(row).map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, i, side)).join(", "),
       `period ${(row[0] / shown.period).toFixed(2)}   friction ${friction}${slope}`,
     ];
   }

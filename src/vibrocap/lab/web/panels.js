@@ -5,7 +5,7 @@ class Shown {
   constructor(form, answer) {
     Object.assign(this, answer);
     this.form = form;
-    this.names = ["time", "side", ...form.states, ...form.observed];
+    this.names = ["time", ...form.rests.map((_, i) => (i ? `side_${i + 1}` : "side")), ...form.states, ...form.observed];
     this.columns = {};
   }
 
@@ -49,15 +49,12 @@ class Shown {
     const share = span > 0 ? Math.min(1, (time - times[low]) / span) : 0, row = new Float64Array(width);
     for (let j = 0; j < width; j++) row[j] = data[low * width + j] + share * (data[next * width + j] - data[low * width + j]);
     const whole = (share > 0 && span > 0 ? next : low) * width;
-    for (const j of [1, ...this.furtherSides(width)]) row[j] = data[whole + j];
+    row.set(data.subarray(whole + 1, whole + 1 + this.form.rests.length), 1);
     return row;
   }
 
-  // Where the sides of further contacts stand in a row: last.
-  furtherSides(width) { return this.form.rests.slice(1).map((_, i, all) => width - all.length + i); }
-
   // The sides of all contacts in such a row.
-  sides(row) { return [row[1], ...this.furtherSides(row.length).map((j) => row[j])]; }
+  sides(row) { return [...row.subarray(1, 1 + this.form.rests.length)]; }
 
   // The value of a name in such a row.
   of(row, name) { return row[this.names.indexOf(name)]; }

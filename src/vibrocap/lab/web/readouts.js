@@ -35,7 +35,7 @@ function readoutsOf(model, shown, details, units, other) {
     }
     if (details.mode_sequence) found.push({ name: "Mode sequence of a period", value: details.mode_sequence, words: "F forward, S stuck, B back" });
   }
-  found.push(form.sticks
+  found.push(form.rests.some(Boolean)
     ? { name: "Stuck", value: `${said(100 * (shown.stuck || 0), 4)} %`, words: "share of the stretch on show at rest" }
     : { name: "Stuck", value: "never", words: `the ${wordy(form.friction)} law creeps instead of sticking` });
   found.push({ name: "Speed at events", value: said(shown.residual, 2), words: "largest |v| where the contact is said to rest or turn" });

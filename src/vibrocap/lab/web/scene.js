@@ -81,9 +81,9 @@ function arrow(pen, theme, x, y, along, up) {
   pen.shape([tip, y, tip - way * head, y - 5, tip - way * head, y + 5], theme.ink);
 }
 
-// What the contact does, in words.
-function contactWords(form, side) {
+// What a contact does, in words.
+function contactWords(form, contact, side) {
   if (side === 0) return "sticks";
-  const verb = form.sticks ? "slips" : "slides";
+  const verb = form.rests[contact] ? "slips" : "slides";
   return `${verb} ${side > 0 ? "forward" : "back"}`;
 }

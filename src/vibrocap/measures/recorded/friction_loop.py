@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.measures.recorded.sticking import law_of
 from vibrocap.measures.recorded.stretch import Stretch, bisected, contact_place, stretches
 from vibrocap.measures.recorded.windows import period_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
@@ -214,8 +215,10 @@ class FrictionCurve(Dimensional):
     side: Numbers
 
 
-def friction_loop(motion: Trajectory, period: int = -1, *, boundary: Speed | None = None) -> FrictionLoop:
-    """The friction loop of one whole period, the last unless named.
+def friction_loop(
+    motion: Trajectory, period: int = -1, *, boundary: Speed | None = None, contact: int = 1
+) -> FrictionLoop:
+    """The friction loop of a contact over one whole period, the last unless named.
 
     Friction that remembers takes different ways up and down in velocity. Areas are Gauss sums over the pieces of the
     motion, cut where |v| passes the boundary, so they are exact to rounding for the motion as computed: oint R dx is
@@ -227,19 +230,20 @@ def friction_loop(motion: Trajectory, period: int = -1, *, boundary: Speed | Non
 
     A clockwise loop in pure sliding is what the paper finds; at its printed delta1 the loop runs the other way above
     v* (`limits.boundary_velocity`, erratum 7). Raises ValueError where the motion has no such period, or for a boundary
-    that is not a number >= 0.
+    that is not a number >= 0, or a contact that there is not.
     """
     start, end = period_times(motion, period)
     if boundary is not None and not 0.0 <= boundary < np.inf:
         raise ArgumentError("boundary", f"should be a speed >= 0, got {boundary!r}")
-    parts = stretches(motion, start, end)
-    origin = float(contact_place(motion, np.array([start]))[0])
+    law = law_of(motion, contact)
+    parts = stretches(motion, start, end, contact)
+    origin = float(contact_place(motion, contact, np.array([start]))[0])
     peak = _peak(parts, origin)
     least = max(NO_DIFFERENCE, NO_DIFFERENCE_TOLERANCES * motion.tolerance) * abs(peak.friction)
-    excursions = {side: _widest_excursion(motion, parts, start, end, side) for side in (FORWARD, BACK)}
+    excursions = {side: _widest_excursion(parts, start, end, side) for side in (FORWARD, BACK)}
     escapes = {side: _escape(slide, origin, least) for side, slide in excursions.items() if slide is not None}
     if boundary is None:
-        boundary = _default_boundary(motion, excursions, escapes)
+        boundary = 0.0 if law.kind == "set-valued" else _default_boundary(excursions, escapes)
     areas, lost = _areas(parts, boundary)
     sides = {
         side: LoopSide(
@@ -265,13 +269,13 @@ def friction_loop(motion: Trajectory, period: int = -1, *, boundary: Speed | Non
     )
 
 
-def friction_curve(motion: Trajectory, period: int = -1) -> FrictionCurve:
-    """Friction, velocity and displacement along one whole period, for drawing its loops."""
+def friction_curve(motion: Trajectory, period: int = -1, contact: int = 1) -> FrictionCurve:
+    """Friction, velocity and displacement of a contact along one whole period, for drawing its loops."""
     start, end = period_times(motion, period)
-    origin = contact_place(motion, np.array([start]))[0]
+    origin = contact_place(motion, contact, np.array([start]))[0]
     share = np.linspace(0.0, 1.0, CURVE_POINTS)
     rows = []
-    for part in stretches(motion, start, end):
+    for part in stretches(motion, start, end, contact):
         first, last = part.edges
         # The shared end of two pieces of one stretch is kept once.
         t = np.unique((first[:, None] + (last - first)[:, None] * share).ravel())
@@ -279,15 +283,14 @@ def friction_curve(motion: Trajectory, period: int = -1) -> FrictionCurve:
     return FrictionCurve(*(np.concatenate(columns) for columns in zip(*rows, strict=True)))
 
 
-def _widest_excursion(
-    motion: Trajectory, parts: list[Stretch], start: float, end: float, side: int
-) -> Excursion | None:
+def _widest_excursion(parts: list[Stretch], start: float, end: float, side: int) -> Excursion | None:
     """The slide to a side that comes to rest in the window and reaches the greatest speed.
 
     Where none does (the contact slides one way all the time) it is what the window shows of it.
     """
-    phases = motion.phases[:-1]  # the last is cut off by the end of the run
-    whole = [Stretch(motion, p.start, p.end, p.side) for p in phases if p.side == side and start < p.end <= end]
+    motion, contact = parts[0].motion, parts[0].contact
+    phases = [p for p in motion.phases_of(contact)[:-1] if p.side == side]  # the last is cut off by the end of the run
+    whole = [Stretch(motion, contact, p.start, p.end, side) for p in phases if start < p.end <= end]
     slides = [Excursion(stretch) for stretch in whole or parts if stretch.side == side and len(stretch.pieces)]
     return max(slides, key=lambda slide: slide.speeds[1], default=None)
 
@@ -302,7 +305,7 @@ def _point(stretch: Stretch, t: float, origin: float) -> LoopPoint:
 
 def _escape(slide: Excursion, origin: float, least: float) -> LoopPoint | None:
     stretch = slide.stretch
-    if stretch.motion.system.friction.kind == "set-valued":
+    if law_of(stretch.motion, stretch.contact).kind == "set-valued":
         return dataclasses.replace(_point(stretch, stretch.start, origin), accelerating=True)
     for point in _offset_points(stretch, origin, least):
         before = float(stretch.friction_rate(np.array([0.5 * (stretch.start + point.time)]))[0])
@@ -331,9 +334,7 @@ def _peak(parts: list[Stretch], origin: float) -> LoopPoint:
     return max(points, key=lambda point: abs(point.friction))
 
 
-def _default_boundary(motion: Trajectory, excursions: dict, escapes: dict) -> float:
-    if motion.system.friction.kind == "set-valued":
-        return 0.0
+def _default_boundary(excursions: dict, escapes: dict) -> float:
     speeds = [abs(point.velocity) for point in escapes.values() if point is not None]
     if speeds:
         return max(speeds)

@@ -37,7 +37,7 @@ def stick_phases(
     contact: which of the contacts of the machine
     """
     start, end = window_times(motion, window, periods)
-    if _law(motion, contact).kind != "set-valued":
+    if law_of(motion, contact).kind != "set-valued":
         return None
     lengths = tuple(phase.length for phase in _phases(motion, start, end, contact) if phase.side == STUCK)
     return StickPhases(len(lengths), lengths, sum(lengths), max(lengths, default=0.0))
@@ -59,7 +59,7 @@ def stick_fraction(
     if below is not None:
         if not (is_number(below) and 0.0 < below < math.inf):
             raise ArgumentError("below", f"should be a sliding speed greater than 0, got {shown(below)}")
-        _law(motion, contact)  # there is one
+        law_of(motion, contact)  # there is one
         name = numbered("contact_velocity", contact)
         passed = np.concatenate([motion.crossings(name, value) for value in (below, -below)])
         times = np.array([start, *np.sort(passed[(passed > start) & (passed < end)]), end])
@@ -78,7 +78,7 @@ def mode_sequence(motion: Trajectory, period: int = -1, *, contact: int = 1) -> 
     contact: which, of a machine with several
     Raises ValueError for a contact that there is not, and for a smooth law, whose motion passes through rest unnoticed.
     """
-    law = _law(motion, contact)
+    law = law_of(motion, contact)
     if law.kind == "smooth":
         raise ValueError(f"the {law.name} law is smooth: changes of its side are not recorded")
     return spelled(motion, *period_times(motion, period), contact)
@@ -101,7 +101,7 @@ def first_turned(sequence: str) -> str:
     return min((sequence[i:] + sequence[:i] for i in range(len(sequence))), default="")
 
 
-def _law(motion: Trajectory, contact: int) -> Any:
+def law_of(motion: Trajectory, contact: int) -> Any:
     """The law of a contact; ArgumentError for one that there is not."""
     laws = motion.system.laws
     if contact not in range(1, len(laws) + 1):

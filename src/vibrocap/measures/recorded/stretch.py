@@ -1,4 +1,4 @@
-"""A stretch of a motion on one side of the contact, on which friction is smooth: its values, roots and integrals."""
+"""A stretch of a motion on one side of a contact, on which friction is smooth: its values, roots and integrals."""
 
 import dataclasses
 import functools
@@ -9,6 +9,7 @@ import numpy as np
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.physics.names import numbered
 
 GAUSS_POINTS = 16  # per piece; a piece is one step of a Taylor series, which 16 points integrate to rounding
 SCAN = 16  # intervals per piece in which sign changes are looked for
@@ -29,9 +30,12 @@ class Nodes:
 
 @dataclasses.dataclass(frozen=True)
 class Stretch:
-    """A motion between two times of one phase. At an end the values are those within, not those beyond a jump."""
+    """A motion between two times of one phase of a contact. At an end the values are those within, not those beyond a
+    jump.
+    """
 
     motion: Trajectory
+    contact: int  # 1 for the first
     start: float
     end: float
     side: int
@@ -41,7 +45,7 @@ class Stretch:
         """Indices of the pieces that it covers, at least in part."""
         motion = self.motion
         inside = (motion.piece_start < self.end) & (motion.piece_start + motion.piece_length > self.start)
-        return np.flatnonzero(inside & (motion.piece_side == self.side))
+        return np.flatnonzero(inside & (motion.piece_sides[:, self.contact - 1] == self.side))
 
     @property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
@@ -56,7 +60,7 @@ class Stretch:
 
     def acceleration(self, t: np.ndarray) -> np.ndarray:
         """Its rate along the polynomials of the states."""
-        piece, velocity = self._piece_at(t), equations(self.motion.system).contacts[0].velocity
+        piece, velocity = self._piece_at(t), equations(self.motion.system).contacts[self.contact - 1].velocity
         local, parameters = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
         rates = (*self.motion.piece_slopes(piece, t - self.motion.piece_start[piece]), np.ones(len(t)))
         slopes = [derivative(velocity, i) for i in (*range(len(rates) - 1), -1)]
@@ -76,7 +80,7 @@ class Stretch:
 
     def position(self, t: np.ndarray) -> np.ndarray:
         """Place of the contact on its ground."""
-        return contact_place(self.motion, t, self._piece_at(t))
+        return contact_place(self.motion, self.contact, t, self._piece_at(t))
 
     def roots(self, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Times at which a function of time changes its sign, to rounding."""
@@ -108,9 +112,10 @@ class Stretch:
         return self.motion.piece_states(piece, t - self.motion.piece_start[piece])
 
     def _observed(self, name: str, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
-        sides = (np.full(len(t), float(self.side)), *self.motion.sides(piece)[1:])
-        drive = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
-        return self.motion.observe((name,), t, self._states(t, piece), sides, drive)[0]
+        sides = list(self.motion.sides(piece))
+        sides[self.contact - 1] = np.full(len(t), float(self.side))
+        drive, names = self.motion.drive_at(piece, t - self.motion.piece_start[piece]), (numbered(name, self.contact),)
+        return self.motion.observe(names, t, self._states(t, piece), tuple(sides), drive)[0]
 
 
 def bisected(low: np.ndarray, high: np.ndarray, early: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -125,15 +130,16 @@ def bisected(low: np.ndarray, high: np.ndarray, early: Callable[[np.ndarray], np
     return 0.5 * (low + high)
 
 
-def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:
-    """Place of the contact on its ground, whose rate is the contact velocity, at times t (on given pieces)."""
-    machine = motion.system.machine
+def contact_place(motion: Trajectory, contact: int, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:
+    """Way of a contact over its ground since the start, at times t (on given pieces)."""
     piece = motion.piece_at(t) if piece is None else piece
-    row = motion.state_names.index(machine.place or machine.cyclic)
-    return motion.piece_states(piece, t - motion.piece_start[piece])[row] - machine.ground_speed() * t
+    name, every = (numbered("contact_velocity", contact),), np.arange(len(motion.piece_start))
+    ways = np.append(0.0, np.cumsum(motion.piece_integrals(every, motion.piece_length, name)[0]))
+    return ways[piece] + motion.piece_integrals(piece, t - motion.piece_start[piece], name)[0]
 
 
-def stretches(motion: Trajectory, start: float, end: float) -> list[Stretch]:
-    """The stretches of a window, in order: its phases, cut at its ends."""
-    cut = (Stretch(motion, max(p.start, start), min(p.end, end), p.side) for p in motion.phases)
+def stretches(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Stretch]:
+    """The stretches of a window, in order: the phases of a contact, cut at its ends."""
+    phases = motion.phases_of(contact)
+    cut = (Stretch(motion, contact, max(p.start, start), min(p.end, end), p.side) for p in phases)
     return [stretch for stretch in cut if stretch.end - stretch.start > 0.0 and len(stretch.pieces)]

@@ -121,30 +121,27 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         drive: Any = system.timed_drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
-    sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
+    sides = tuple(graph.node("side", i) for i in range(len(system.machine.contact_states)))
     flow = recorded.flow(graph.node("time"), y, sides)
     _check_count(system, "rates", flow.rates, "states", system.state_names)
     _check_count(system, "powers", flow.powers, "channels", system.channels)
     placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()
-    own = len(system.friction.internal)
-    internal_rates = dict(zip(system.friction.internal, flow.rates[len(flow.rates) - own :], strict=True))
     mechanical = y[: len(placed.states)]
     observables = {
-        **_contact_observables(flow, 1),
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
         "momentum": placed.momentum(graph.node("time"), mechanical),
-        **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
-    for number in range(2, 1 + len(flow.contacts)):
+    for number in range(1, 1 + len(flow.contacts)):
         observables |= _contact_observables(flow, number)
-    reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
-    observables |= {name: reaction for name, reaction in reactions if reaction is not None}
+    forces = {numbered("reaction", i + 1): flow.reaction(i) for i in range(len(flow.contacts))}
+    reactions = {name: reaction for name, reaction in forces.items() if reaction is not None}
+    observables |= reactions
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
-    if from_outside or len(flow.contacts) > 1:
+    if from_outside:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
@@ -155,10 +152,10 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     return Equations(
         graph=graph,
         state_names=system.state_names,
-        integral_names=(*system.channels, "impulse"),
+        channels=system.channels,
         parameter_paths=paths,
         rates=tuple(expression(rate) for rate in flow.rates),
-        integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
+        powers=tuple(expression(power) for power in flow.powers),
         scales=tuple(expression(scale) for scale in scales),
         contacts=contact_equations(system, flow, expression),
         rows=None if flow.rows is None else decision_rows(flow, expression),
@@ -181,14 +178,23 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         base=len(flow.rates),
         mechanics=told_mechanics(recorded, graph, mechanical, flow, sides),
         corners=corners,
-        true_load=None if flow.loads else expressed.get("reaction"),
+        true_loads={} if system.machine.follows_load else {name: expressed[name] for name in reactions},
     )
+
+
+def integrals(recording: Equations) -> dict[str, Expression]:
+    """Rates of the quantities that a motion carries along, by name: works, then the impulse of friction by contact."""
+    impulses = (numbered("impulse", i) for i in range(1, 1 + len(recording.contacts)))
+    names = (*(f"{name}_work" for name in recording.channels), *impulses)
+    return dict(zip(names, recording.integrals, strict=True))
 
 
 def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
     """What is known of a contact at every instant; what it can hold only where its load may change."""
     each = flow.contacts[number - 1]
     own = {"friction": each.friction, "holding_force": each.held, "contact_velocity": each.contact.velocity}
+    rates = zip(each.contact.law.internal, each.contact.internal_rates, strict=True)
+    own |= {f"{name}_rate": rate for name, rate in rates}
     if flow.bounds and each.contact.sticks:
         own |= {"holding_limit": each.limit, "holding_centre": each.middle}
     return {numbered(name, number): value for name, value in own.items()}
@@ -247,11 +253,12 @@ def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[Cont
             kind = "kinked"  # so that steps end where it passes rest
         found.append(
             ContactEquations(
+                friction=expression(each.friction),
                 velocity=velocity,
                 state=states.index(name),
                 kind=kind,
                 hold=None if each.hold is None else expression(each.hold),
-                limit=None if each.limit is None else expression(each.limit),
+                limit=None if each.limit is None else expression(each.resting[-1]),
                 internal=tuple(internal),
                 after_reversal=tuple(map(expression, flow.after_reversal[i])),
             )

@@ -76,11 +76,14 @@ class DrivenLayout:
         return np.zeros(sum(self.sizes.values())), np.zeros(len(INT_ENTRIES), dtype=np.int64)
 
 
+OF_LAW = LEAVES | {"side": "side"}  # of the one contact
+
+
 class DrivenWriter(ScalarWriter):
     """Scalar code in which states, velocity and load are local names, and what does not change on a side is frozen."""
 
     def __init__(self, equations: DrivenEquations, frozen: dict[int, str]):
-        super().__init__(equations.graph)
+        super().__init__(equations.graph, OF_LAW)
         self.frozen = frozen
         self.used: list[str] = []  # names of what is frozen, in the order of their use
         k = equations.states
@@ -131,7 +134,7 @@ def thawed(names: Sequence[str]) -> list[str]:
 
 def frozen_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`freeze`: what depends on parameters and side only, once from turn to turn."""
-    writer = ScalarWriter(equations.graph, LEAVES | {"parameter": "floats[PARAMETER + {}]"})
+    writer = ScalarWriter(equations.graph, OF_LAW | {"parameter": "floats[PARAMETER + {}]"})
     values = [Expression(equations.graph, index) for index in frozen]
     return function_source("freeze(floats, side)", writer.stores(values, "FROZEN"))
 

@@ -109,7 +109,7 @@ class Enclosures:
         if op == "constant":
             return same(repr(operands[0]))
         if op == "side":
-            return same(text.name(text.entry(f"SIDE + {operands[0]} * LANES"))) if operands else ("side", "side")
+            return same(text.name(text.entry(f"SIDE + {operands[0]} * LANES")))
         if op == "parameter":
             return same(text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")))
         if op in ("sin", "cos"):

@@ -81,7 +81,7 @@ class JetWriter:
         if op == "time":
             return Formula("time") if k == 0 else ONE
         if op == "side":
-            return Formula(f"sliding_{operands[0]}" if operands else "sliding")
+            return Formula(f"sliding_{operands[0]}")
         if op == "parameter":
             return self.code.entry(f"PARAMETER + {operands[0]} * LANES")
         if op == "state":

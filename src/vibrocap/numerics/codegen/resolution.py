@@ -174,7 +174,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         return "\n".join([head, "    return 0.0 * h", ""])
     text = Lines(polynomials)
     graph, contacts = equations.graph, {each.velocity.index: i for i, each in enumerate(equations.contacts)}
-    for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
+    for name, place in (("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
     lost = gaps(equations, sharp.nodes)
 

@@ -65,12 +65,11 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     chosen = "slow" if simd and slow and not equations.several else ""
     code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
-    load = equations.true_load if layout.watched else None
-    watched = None if load is None else LoadSeries(equations.told(load), writer, order)
+    loads = equations.true_loads.values() if layout.watched else ()
+    watched = [LoadSeries(equations.told(load), writer, order) for load in loads]
     states = layout.states
     code.name("time", code.entry("TIME"))
-    code.name("sliding", code.entry("SIDE"))
-    for i in range(1, layout.contacts):
+    for i in range(layout.contacts):
         code.name(f"sliding_{i}", code.entry(f"SIDE + {i} * LANES"))
     imposed_from = states + 1 + layout.switches
     shifts_from = imposed_from + layout.imposed
@@ -92,8 +91,9 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
             pairs = (pair for each in equations.contacts for pair in (each.hold, each.limit) if pair is not None)
             for i, value in enumerate(pairs, start=held_from):
                 keep(i, k, writer.coefficient(value.index, k))
-        for number, term in watched.at_order(k) if watched else ():
-            keep(held_from + 2 * layout.held, number, term)
+        for i, true_load in enumerate(watched, start=held_from + 2 * layout.held):
+            for number, term in true_load.at_order(k):
+                keep(i, number, term)
         if k == 1 and equations.maybe_stiff:
             first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
             decay = code.name("decay", first)

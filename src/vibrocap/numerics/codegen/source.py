@@ -101,7 +101,7 @@ def constants_source(equations: Equations, layout: Layout) -> str:
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= slow_constants(layout)
-    constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
+    constants |= {"WATCHED": layout.watched, "LIFTED": constants.get("LIFTED", -1)}
     return "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), ""])
 
 
@@ -114,20 +114,27 @@ def jumps(equations: Equations, layout: Layout) -> bool:
 
 
 def rates_source(equations: Equations) -> str:
-    """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
-    graph, velocities = equations.graph, []
+    """`rates`, `contact_velocity`, `shifts` and, of loads that are watched, `reaction` of one lane."""
+    graph = equations.graph
     found = [stored_source("rates", graph, equations.rates)]
-    if equations.true_load is not None:
-        found.append(returned_source("reaction(floats, t, point, side, lane)", graph, equations.true_load))
-    for i, each in reversed(list(enumerate(equations.contacts))):
-        writer = ScalarWriter(graph)
-        result = writer.name(each.velocity)
-        lines = [*writer.lines, f"return {result}"]
-        velocities += [f"if contact == {i}:", *indented(lines)] if i else lines
-    found.append(function_source("contact_velocity(floats, t, point, contact, lane)", velocities))
+    if equations.true_loads:
+        found.append(_one_of("reaction(floats, t, point, which, lane)", "which", tuple(equations.true_loads.values())))
+    velocities = [each.velocity for each in equations.contacts]
+    found.append(_one_of("contact_velocity(floats, t, point, contact, lane)", "contact", velocities))
     slopes = [(shift, derivative(shift, -1)) for shift in equations.shifts]
     values = [value for shift, slope in slopes for value in (shift, slope, derivative(slope, -1))]
     return "\n".join([*found, stored_source("shifts", graph, values, "lane")])
+
+
+def _one_of(head: str, number: str, values: Sequence[Expression]) -> str:
+    """The source of a function of one lane that returns the value of a number."""
+    lines = []
+    for i, value in reversed(list(enumerate(values))):
+        writer = ScalarWriter(value.graph)
+        result = writer.name(value)
+        own = [*writer.lines, f"return {result}"]
+        lines += [f"if {number} == {i}:", *indented(own)] if i else own
+    return function_source(head, lines)
 
 
 def holding_source(equations: Equations, name: str = "holding", before: Sequence[Expression] = ()) -> str:
@@ -163,9 +170,9 @@ def branches_source(equations: Equations) -> str:
         energy = equations.observables["energy"]
         found.append(returned_source("machine_energy(floats, t, point, lane)", graph, energy))
         after = [ScalarWriter(graph).stores(outcome) for outcome in equations.after_switch]
-        found.append(chosen_source("after_switch(floats, t, point, side, lane, which, out)", "which", after))
+        found.append(chosen_source("after_switch(floats, t, point, lane, which, out)", "which", after))
         turned = [ScalarWriter(graph).stores(each.after_reversal) for each in equations.contacts]
-        head = "after_reversal(floats, t, point, side, lane, contact, out)"
+        head = "after_reversal(floats, t, point, lane, contact, out)"
         found.append(chosen_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
     return "\n".join(found)
 
@@ -195,24 +202,25 @@ def integrands_source(
     """
     own = (*own_integrals, *own_extremes)
     writer = ScalarWriter(own[0].graph if own else equations.graph)
-    contact, friction = equations.contacts[0], writer.name(equations.integrals[-1])
-    values = [writer.name(power) for power in equations.integrals]
-    # The last one is added to the acceleration of the piece, times friction, see `accumulators.look`.
-    ahead = derivative(contact.velocity, -1)
-    for i, rate in enumerate(equations.rates):
-        ahead = ahead + (derivative(contact.velocity, i) * rate if i != contact.state else 0.0)
-    values += [f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
+    values = [writer.name(power) for power in equations.powers]
+    for contact in equations.contacts:
+        friction = writer.name(contact.friction)
+        # The last one is added to the acceleration of the piece, times friction, see `accumulators.look`.
+        ahead = derivative(contact.velocity, -1)
+        for i, rate in enumerate(equations.rates):
+            ahead = ahead + (derivative(contact.velocity, i) * rate if i != contact.state else 0.0)
+        values += [friction, f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
     values += [writer.name(function) for function in own]
     summed = len(values) - len(own_extremes)
     constants = {
         "INTEGRANDS": len(values),
         "SUMMED": summed,
-        "FRICTION": len(equations.integrals) - 1,
+        "FRICTION": len(equations.powers),
         "MIRROR": tuple(equations.symmetry),
     }
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     body = [*writer.lines, *(f"floats[out + {i}] = {value}" for i, value in enumerate(values))]
-    text = "\n".join([*lines, "", "def integrands(floats, t, point, side, lane, out):", *indented(body), ""])
+    text = "\n".join([*lines, "", "def integrands(floats, t, point, lane, out):", *indented(body), ""])
     return Integrands(text, summed, len(own_extremes))
 
 

@@ -174,7 +174,7 @@ OPERATORS = {"add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / 
 OPERATORS["power"] = f"math.exp({{1}} * math.log(max(abs({{0}}), {LEAST_BASE!r})))"
 LEAVES = {  # what a kernel of motions calls them
     "time": "t",
-    "side": "side",
+    "side": "floats[SIDE + {} * LANES + lane]",
     "delay": "floats[DELAY + lane]",
     "state": "floats[point + {}]",
     "parameter": "floats[PARAMETER + {} * LANES + lane]",
@@ -204,10 +204,8 @@ class ScalarWriter:
             op, *operands = self.graph.nodes[index]
             if op == "constant":
                 found = repr(operands[0])
-            elif op == "side" and operands:
-                found = f"floats[SIDE + {operands[0]} * LANES + lane]"
             elif op in ("time", "side", "delay"):
-                found = self.leaves[op]
+                found = self.leaves[op].format(*operands)
             else:
                 formula = self._formula(op, operands)
                 # Numbered as they are written: the text must not depend on what else was recorded in the graph.
@@ -233,7 +231,7 @@ def chosen_source(head: str, chosen: str, bodies: Sequence[Sequence[str]]) -> st
     return function_source(head, lines)
 
 
-def stored_source(name: str, graph: Any, values: Sequence[Expression], arguments: str = "point, side, lane") -> str:
+def stored_source(name: str, graph: Any, values: Sequence[Expression], arguments: str = "point, lane") -> str:
     """A function that writes the values of expressions of one lane at a point to memory from `out` on."""
     return function_source(f"{name}(floats, t, {arguments}, out)", ScalarWriter(graph).stores(values))
 

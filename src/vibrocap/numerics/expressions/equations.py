@@ -14,12 +14,14 @@ from vibrocap.numerics.expressions.graph import Expression, Graph, depends_on_ti
 class ContactEquations:
     """Recorded equations of one contact.
 
-    velocity: of sliding; state: number of the state that moves one to one with it; kind: "set-valued" (it can rest),
-    "kinked" or "smooth"; hold: the force that would hold it in the present modes of all others, over the middle of what
-    it can hold; limit: how far that reaches (both None where it cannot rest); internal: numbers of the states of its
-    law, without those that change at events only; after_reversal: all states after it has turned to its side
+    friction: R; velocity: of sliding; state: number of the state that moves one to one with it; kind: "set-valued" (it
+    can rest), "kinked" or "smooth"; hold: the force that would hold it in the present modes of all others, over the
+    middle of what it can hold; limit: how far that reaches (both None where it cannot rest); internal: numbers of the
+    states of its law, without those that change at events only; after_reversal: all states after it has turned to its
+    side
     """
 
+    friction: Expression
     velocity: Expression
     state: int
     kind: str
@@ -135,18 +137,17 @@ def rate_of(value: Expression, rates: Sequence[Expression]) -> Expression:
 class Equations:
     """Recorded equations of all systems of one form; their numbers are in the parameter vector.
 
-    rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
-    friction).
+    rates: y' per state; powers: of the energy channels.
     """
 
     graph: Graph
     state_names: tuple[str, ...]
-    integral_names: tuple[str, ...]
+    channels: tuple[str, ...]
     parameter_paths: tuple[str, ...]
     rates: tuple[Expression, ...]
-    integrals: tuple[Expression, ...]
+    powers: tuple[Expression, ...]
     scales: tuple[Expression, ...]
-    contacts: tuple[ContactEquations, ...]  # the first one before the others
+    contacts: tuple[ContactEquations, ...]
     rows: DecisionRows | None  # of several contacts
     # at imposed distances, the velocity of each contact less the state that all share: functions of time
     shifts: tuple[Expression, ...]
@@ -156,7 +157,7 @@ class Equations:
     period: Expression
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the laws'
-    impact: int  # place among the integrals of the work of impacts; -1: there is none
+    impact: int  # place among the powers of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # of a contact that slips and of one at rest, or of all contacts; none if constant
     divisors: tuple[Expression, ...]  # by which forces at contacts are solved; they vanish only where a bound does
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
@@ -169,7 +170,13 @@ class Equations:
     mechanics: Mechanics | None  # the equations of motion before they are solved, where they are told
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
     corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
-    true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
+    # what the ground would have to give, of loads that are held constant: by the name of the observable
+    true_loads: dict[str, Expression] = dataclasses.field(default_factory=dict)
+
+    @property
+    def integrals(self) -> tuple[Expression, ...]:
+        """Rates of the quantities that a motion carries along: powers, then friction by contact."""
+        return (*self.powers, *(each.friction for each in self.contacts))
 
     @property
     def timed(self) -> bool:

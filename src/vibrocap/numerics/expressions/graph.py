@@ -29,7 +29,7 @@ FUNCTIONS = {
 class Graph:
     """The nodes of recorded expressions, in an order in which each comes after its operands.
 
-    A node is (op, operands): ("constant", value), ("time",), ("side",) of the first contact, ("side", i) of contact i,
+    A node is (op, operands): ("constant", value), ("time",), ("side", i) of contact i (of a law alone ("side",)),
     ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), ("power", a, b) for
     a^b with a >= 0 and a constant b, ("rate", a) for a', known by its series alone, or (function, a) with a function of
     FUNCTIONS.
@@ -309,7 +309,7 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
         elif op == "time":
             values[index] = t
         elif op == "side":
-            values[index] = side if sides is None else sides[operands[0] if operands else 0]
+            values[index] = side if sides is None else sides[operands[0]]
         elif op == "state":
             values[index] = states[operands[0]]
         elif op == "parameter":

@@ -33,5 +33,6 @@ ASK_EXTREMES = 8  # of the states
 ASK_MODES = 16  # sticking, and the mode sequence of the last period
 ASK_SYMMETRY = 32
 ASK_TRANSIENT = 64  # how a run comes to its steady motion, for which it has to wait
+FUNCTIONS_PER_CONTACT = 3  # gathered: R, its power, R times the acceleration
 MODE_PLACES = 4  # numbers that hold a mode sequence
 LETTERS_PER_PLACE = 26  # of two bits each

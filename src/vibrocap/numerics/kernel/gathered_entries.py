@@ -5,38 +5,39 @@ from vibrocap.numerics.kernel.codes import MODE_PLACES
 
 def gathered_entries(
     states: int,
+    contacts: int,
     integrals: int,
     own_extremes: int,
     machine_switches: int = 0,
-    watched: bool = False,
+    watched: int = 0,
     returns: bool = False,
 ) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
     integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
-    machine_switches: guards of the machine; watched: whether the true load is looked at, of one that is held constant
+    machine_switches: guards of the machine; watched: true loads that are looked at, of those that are held constant
     returns: whether these tell that a motion has settled
     """
     return (
         ("INTEGRAL", integrals),
-        ("MAGNITUDE", 1),  # integral of |R|
-        ("PEAK", 1 + own_extremes),  # largest |R|, then own ones
+        ("MAGNITUDE", contacts),  # integral of |R|
+        ("PEAK", contacts + own_extremes),  # largest |R| of each contact, then own ones
         ("LARGEST", states),
         ("LEAST", states),
-        ("STICK_TIME", 1),
-        ("STICK_PHASES", 1),
-        ("PHASE_SIDE", 1),  # of the present phase of the window
-        ("PHASE_LENGTH", 1),
-        ("LETTER_SIDE", 1),  # of the present phase of the last period
-        ("LETTER_LENGTH", 1),
-        ("LETTER_COUNT", 1),
-        ("LETTERS", MODE_PLACES),
+        ("STICK_TIME", contacts),
+        ("STICK_PHASES", contacts),
+        ("PHASE_SIDE", contacts),  # of the present phase of the window
+        ("PHASE_LENGTH", contacts),
+        ("LETTER_SIDE", contacts),  # of the present phase of the last period
+        ("LETTER_LENGTH", contacts),
+        ("LETTER_COUNT", contacts),
+        ("LETTERS", contacts * MODE_PLACES),
         ("ASYMMETRY", 1),
         ("DEFECT", 1),  # evidence, see `observe/evidence.py`
         ("HOLD_SHARE", 1),
         ("LEAST_VELOCITY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
-        *((("LIFTED", 1),) if watched else ()),  # 1 once the true load has been below zero
+        *((("LIFTED", watched),) if watched else ()),  # 1 once a true load has been below zero
         # returns of the whole run; length of the window of a cycle, 0: of none; time from which on it was settled
         *((("RETURNS", 1), ("CYCLE_TIME", 1), ("SETTLED_TIME", 1)) if returns else ()),
     )

@@ -194,7 +194,7 @@ def watch_load(floats, ints, lane, h) -> None:
     """After a step of length h, whose series is in memory: whether the true load has fallen below zero."""
 
 
-def look_at_load(floats, ints, lane, h) -> None:
+def look_at_load(floats, ints, lane, w, h) -> None:
     """The same, of a step on which no bound tells."""
 
 

@@ -156,24 +156,24 @@ class Gathered:
     """Entries of `floats` over the window of a run, see `gathered_entries.py`."""
 
     integral: list[float]
-    magnitude: float
+    magnitude: list[float]  # [contacts]
     peak: list[float]
     largest: list[float]
     least: list[float]
-    stick_time: float
-    stick_phases: float
-    phase_side: float
-    phase_length: float
-    letter_side: float
-    letter_length: float
-    letter_count: float
+    stick_time: list[float]  # [contacts]
+    stick_phases: list[float]  # [contacts]
+    phase_side: list[float]  # [contacts]
+    phase_length: list[float]  # [contacts]
+    letter_side: list[float]  # [contacts]
+    letter_length: list[float]  # [contacts]
+    letter_count: list[float]  # [contacts]
     letters: list[float]
     asymmetry: float
     defect: float
     hold_share: float
     least_velocity: float
     occurred: list[float]
-    lifted: float
+    lifted: list[float]  # [loads]
     returns: float
     cycle_time: float
     settled_time: float

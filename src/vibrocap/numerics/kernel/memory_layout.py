@@ -22,9 +22,9 @@ from vibrocap.numerics.kernel.lane import (
     PER_CONTACT,
 )
 
-# A piece on the trace: period, time, length, side, method, then the states at its start, then row by row the other
-# coefficients of its series, but for states whose rate is another state (`Layout.rates`), then further sides.
-PIECE_HEAD = 5
+# A piece on the trace: period, time, length, method, then the states at its start, then row by row the other
+# coefficients of its series, but for states whose rate is another state (`Layout.rates`), then the sides.
+PIECE_HEAD = 4
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
     *("status", "periods", "time"),  # periods completed, time since the start of the one in which the run ended
@@ -58,9 +58,9 @@ class Layout(Traits):
         return sum(size for _, size in self.gathered)
 
     @property
-    def watched(self) -> bool:
-        """Whether the true load is looked at, of one that is held constant."""
-        return ("LIFTED", 1) in self.gathered
+    def watched(self) -> int:
+        """True loads that are looked at, of those that are held constant."""
+        return dict(self.gathered).get("LIFTED", 0)
 
     @property
     def returns(self) -> bool:
@@ -122,7 +122,7 @@ class Layout(Traits):
 
     @property
     def series_rows(self) -> int:
-        """States; a row of the event search; guards; contacts; the true load where it is watched."""
+        """States; a row of the event search; guards; contacts; true loads that are watched."""
         return self.states + 1 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
 
     @property
@@ -161,7 +161,7 @@ class Layout(Traits):
     @functools.cached_property
     def piece_size(self) -> int:
         """Numbers per piece on the trace."""
-        return PIECE_HEAD + self.states + len(self.whole_rows) * self.order + self.contacts - 1
+        return PIECE_HEAD + self.states + len(self.whole_rows) * self.order + self.contacts
 
     @functools.cached_property
     def whole_rows(self) -> tuple[int, ...]:

@@ -65,8 +65,9 @@ def ensemble_source(
     integrands = integrands or integrands_source(equations)
     has = traits(equations, side_by_side=loop == "simd")
     own_switches = len(equations.switches) - equations.law_switches
-    watched = equations.true_load is not None and not has.tangent
-    entries = gathered_entries(has.states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
+    watched = 0 if has.tangent else len(equations.true_loads)
+    sizes = has.states, has.contacts, integrands.summed, integrands.own_extremes, own_switches
+    entries = gathered_entries(*sizes, watched, returns)
     layout = Layout(
         **vars(has),
         lanes=lanes,

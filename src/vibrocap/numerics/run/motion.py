@@ -67,18 +67,17 @@ class Recorded:
     @property
     def piece_sides(self) -> np.ndarray:
         """[pieces, contacts] +1, -1 sliding; 0 at rest."""
-        first, further = self.pieces[:, 3:4], self.pieces[:, self.pieces.shape[1] - self.contacts + 1 :]
-        return np.hstack([first, further]) if self.contacts > 1 else first
+        return self.pieces[:, self.pieces.shape[1] - self.contacts :]
 
     @property
     def piece_implicit(self) -> np.ndarray:
         """[pieces] whether it is an implicit step."""
-        return self.pieces[:, 4] == 1.0
+        return self.pieces[:, 3] == 1.0
 
     @property
     def series(self) -> PieceSeries:
         """[pieces, rows, order + 1] coefficients in powers of the time since the start of the piece."""
-        numbers = self.pieces[:, memory.PIECE_HEAD : self.pieces.shape[1] - self.contacts + 1]
+        numbers = self.pieces[:, memory.PIECE_HEAD : self.pieces.shape[1] - self.contacts]
         whole = sum(rate < 0 for rate in self.rates)
         return PieceSeries(numbers, self.rates, (numbers.shape[1] - len(self.rates)) // whole)
 

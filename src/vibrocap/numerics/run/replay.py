@@ -53,7 +53,7 @@ def replayed(
     jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
     lengths, sides = motion.piece_length.tolist(), motion.piece_sides
     pieces = enumerate(zip(lengths, sides, methods, jumps, motion.series[:], strict=True))
-    doubtful = _near_lift_off(motion) if layout.watched else ()
+    doubtful = _near_lift_off(motion, tuple(equations.true_loads)) if layout.watched else np.empty((0, 0))
     count, last, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
     while ints[count] < ints[last]:
         number, (h, side, method, jump, coefficients) = next(pieces)
@@ -62,8 +62,9 @@ def replayed(
         if ints[place["WINDOW_START"]] >= 0:
             layout.put(floats, ints, {"SERIES": coefficients[:states, :length].ravel()})
             kernel["on_piece"](floats, ints, trace, 0, h)
-            if layout.watched and doubtful[number]:
-                kernel["look_at_load"](floats, ints, 0, h)
+            for load in range(layout.watched):
+                if doubtful[load, number]:
+                    kernel["look_at_load"](floats, ints, 0, load, h)
         if jump != 0.0:
             kernel["on_jump"](floats, ints, 0, jump)
         remaining = floats[until] - floats[time]
@@ -82,11 +83,11 @@ def replayed(
     return RunResults(layout, trace[None, : layout.result_size])
 
 
-def _near_lift_off(motion: Any) -> np.ndarray:
-    """The pieces on which the true load, seen at a few points, is not farther from zero than it changes there."""
+def _near_lift_off(motion: Any, names: tuple[str, ...]) -> np.ndarray:
+    """[loads, pieces] where a true load, seen at a few points, is not farther from zero than it changes there."""
     index = np.arange(len(motion.piece_length))
     shares = np.linspace(0.0, 1.0, 5)
-    loads = [motion.piece_observables(("reaction",), index, share * motion.piece_length)[0] for share in shares]
+    loads = [motion.piece_observables(names, index, share * motion.piece_length) for share in shares]
     return np.min(loads, axis=0) <= np.ptp(loads, axis=0)
 
 

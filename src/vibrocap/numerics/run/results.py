@@ -62,8 +62,8 @@ class RunResults:
 
     @property
     def lifted(self) -> np.ndarray:
-        """1 where the true load falls below zero in the window, 0 where it does not; NaN where it is not looked at."""
-        return self.entry("LIFTED") if self.layout.watched else np.full(len(self), np.nan)
+        """1 where a true load falls below zero in the window, 0 where none does; NaN where none is looked at."""
+        return self.entries("LIFTED").max(axis=1) if self.layout.watched else np.full(len(self), np.nan)
 
     def entries(self, name: str) -> np.ndarray:
         """[runs, numbers] of an entry of what was gathered over the window, see `kernel/gathered_entries.py`."""
@@ -76,12 +76,13 @@ class RunResults:
             raise IndexError(f"{name} has no number {i}")
         return found[:, i]
 
-    def letters(self) -> tuple[list[tuple[tuple[int, ...], bool]], np.ndarray]:
-        """The different sequences of sides of the last period, and which of them is that of each run.
+    def letters(self, contact: int = 0) -> tuple[list[tuple[tuple[int, ...], bool]], np.ndarray]:
+        """The different sequences of sides of a contact in the last period, and which of them is that of each run.
 
         A sequence is its letters (1 forward, 2 at rest, 3 back), and whether there was room for all of them.
         """
-        keys = np.column_stack((self.entries("LETTERS"), self.entry("LETTER_COUNT")))
+        own = slice(contact * codes.MODE_PLACES, (contact + 1) * codes.MODE_PLACES)
+        keys = np.column_stack((self.entries("LETTERS")[:, own], self.entry("LETTER_COUNT", contact)))
         different, which = np.unique(keys, axis=0, return_inverse=True)
         return [_unpacked(key) for key in different], which.ravel()
 

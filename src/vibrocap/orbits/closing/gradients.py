@@ -321,7 +321,7 @@ def _rates(motion: Trajectory, time: float, size: int) -> np.ndarray:
     if size == len(found):
         return found
     recorded = equations(motion.system)
-    powers = tuple(motion.integral_names[recorded.integral_names.index(name)] for name in carried(recorded))
+    powers = tuple(f"{name}_work" for name in carried(recorded))
     return np.concatenate((found, motion.piece_observables(powers, *at)[:, 0]))
 
 

@@ -275,7 +275,7 @@ class ClosingMap(Residual):
         if self.system.friction.kind == "smooth":
             return [""] * len(runs)
         gathered = self._gathered(ended[runs])
-        return [closed_sequence(str(word), self.half) for word in gathered.mode_sequences]
+        return [closed_sequence(str(word), self.half) for word in gathered.mode_sequences()]
 
 
 def nudged_slope(

@@ -15,8 +15,7 @@ LEEWAY = 100.0
 
 def carried(equations: Equations) -> tuple[str, ...]:
     """The powers whose integrals `with_integrals` carries: of all channels of energy but the loss in impacts."""
-    names = enumerate(equations.integral_names)
-    return tuple(name for i, name in names if i != equations.impact and name != "impulse")
+    return tuple(name for i, name in enumerate(equations.channels) if i != equations.impact)
 
 
 @functools.lru_cache(maxsize=32)
@@ -26,8 +25,8 @@ def with_integrals(equations: Equations) -> Equations:
     So a tangent tells how the works change. What an impact loses at an instant is no part of them.
     """
     graph, n, names = equations.graph, len(equations.rates), carried(equations)
-    kept = [equations.integral_names.index(name) for name in names]
-    integrals = tuple(graph.node("state", n + k) for k in range(len(kept)))
+    powers = [equations.powers[equations.channels.index(name)] for name in names]
+    integrals = tuple(graph.node("state", n + k) for k in range(len(powers)))
     one = graph.constant(1.0)
 
     def longer(states: Sequence[Expression]) -> tuple[Expression, ...]:
@@ -36,13 +35,13 @@ def with_integrals(equations: Equations) -> Equations:
     return dataclasses.replace(
         equations,
         state_names=(*equations.state_names, *(f"{name}_integral" for name in names)),
-        rates=(*equations.rates, *(equations.integrals[i] for i in kept)),
-        scales=(*equations.scales, *(one for _ in kept)),
-        symmetry=(*equations.symmetry, *(1 for _ in kept)),
+        rates=(*equations.rates, *powers),
+        scales=(*equations.scales, *(one for _ in powers)),
+        symmetry=(*equations.symmetry, *(1 for _ in powers)),
         contacts=_changed(equations, longer),
         after_switch=tuple(map(longer, equations.after_switch)),
-        base=n + len(kept),
-        true_load=None,  # nothing is measured
+        base=n + len(powers),
+        true_loads={},  # nothing is measured
     )
 
 

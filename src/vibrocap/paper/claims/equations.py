@@ -105,7 +105,7 @@ def decoupling(runs: Runs, tolerance: float) -> Finding:
         flow, m = system.flow(t, y, side), pendulum_capsule(system)
         s, co, pendulum, capsule = math.sin(y[0]), math.cos(y[0]), flow.rates[1], flow.rates[3]
         fourth = pendulum - co * capsule - s + m.stiffness * y[0] + m.damping * y[1] - flow.drive
-        fifth = -co * pendulum + (m.mass_ratio + 1) * capsule + s * y[1] ** 2 + flow.friction
+        fifth = -co * pendulum + (m.mass_ratio + 1) * capsule + s * y[1] ** 2 + flow.contacts[0].friction
         worst = max(worst, abs(fourth), abs(fifth))
     why = "(9) follows exactly from (4), (5); all printed signs are right, if N f is read as the force R."
     return Finding(decided(worst <= tolerance), {"largest residual": worst}, why)

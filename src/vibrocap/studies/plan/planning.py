@@ -13,7 +13,7 @@ from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.physics.names import split_path
+from vibrocap.physics.names import number_in, split_path
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.cases import CaseList, case_list
@@ -88,7 +88,8 @@ def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure
     machine = system.machine
     names = {each if isinstance(each, str) else each.name for each in measures}
     follows = machine.follows_load and "machine.normal_load" not in plan.paths
-    if "reaction" not in equations(system).observables or follows or names & {LOAD_WATCH, "least_reaction"}:
+    reactions = [name for name in equations(system).observables if number_in(name, "reaction")]
+    if follows or LOAD_WATCH in names or names >= {f"least_{name}" for name in reactions}:
         return tuple(measures)
     return (*measures, LOAD_WATCH)
 

@@ -17,7 +17,7 @@ class Dense {
     this.size = sizes.piece;
     this.count = motion.pieces.length / sizes.piece;
     this.states = form.states.length;
-    this.further = form.rests.length - 1; // contacts
+    this.contacts = form.rests.length;
     this.coordinates = form.scene.reduce((sum, shape) => sum + 2 * shape.points, 0);
     this.seen = this.states + form.observed.length + this.coordinates;
   }
@@ -51,8 +51,7 @@ class Dense {
   }
 
   length(i) { return this.motion.pieces[i * this.size + 2]; }
-  side(i) { return this.motion.pieces[i * this.size + 3]; }
-  furtherSides(i) { return this.motion.pieces.subarray((i + 1) * this.size - this.further, (i + 1) * this.size); }
+  sides(i) { return this.motion.pieces.subarray((i + 1) * this.size - this.contacts, (i + 1) * this.size); }
 
   get end() { return this.count ? this.start(this.count - 1) + this.length(this.count - 1) : 0; }
 
@@ -66,16 +65,16 @@ class Dense {
     return low;
   }
 
-  // Rows (time, side, states, observables, coordinates, sides of further contacts) over a stretch of time; both ends of every piece, so that what
-  // jumps at an event jumps in the rows.
+  // Rows (time, sides, states, observables, coordinates) over a stretch of time; both ends of every piece, so that what jumps at an event jumps in
+  // the rows.
   rows(from, to, most) {
-    if (!this.count) return { width: this.seen + 2 + this.further, rows: 0, data: new Float64Array(0) };
+    if (!this.count) return { width: 1 + this.contacts + this.seen, rows: 0, data: new Float64Array(0) };
     return this.looking(() => this.rowsSeen(from, to, most));
   }
 
   rowsSeen(from, to, most) {
     const first = this.pieceAt(from), last = this.pieceAt(to), pieces = last - first + 1;
-    const points = Math.max(2, Math.min(9, Math.floor(most / pieces))), width = this.seen + 2 + this.further;
+    const points = Math.max(2, Math.min(9, Math.floor(most / pieces))), width = 1 + this.contacts + this.seen;
     const data = new Float64Array(pieces * points * width);
     let place = 0;
     for (let i = first; i <= last; i++) {
@@ -86,9 +85,8 @@ class Dense {
       for (let k = 0; k < points; k++) {
         const share = low + (high - low) * (k / (points - 1));
         data[place] = begin + share * h;
-        data[place + 1] = this.side(i);
-        data.set(this.look(share), place + 2);
-        data.set(this.furtherSides(i), place + 2 + this.seen);
+        data.set(this.sides(i), place + 1);
+        data.set(this.look(share), place + 1 + this.contacts);
         place += width;
       }
     }
@@ -101,7 +99,7 @@ class Dense {
     const data = [];
     for (let i = 0; i < this.count; i += step) {
       data.push(this.start(i));
-      const head = i * this.size + 5;
+      const head = i * this.size + 4;
       for (let j = 0; j < n; j++) data.push(this.motion.pieces[head + j]);
     }
     data.push(this.end, ...this.motion.final);
@@ -137,7 +135,7 @@ class Dense {
         works[impact] += seen[energy] - before;
         row(begin);
       }
-      const stiff = this.motion.pieces[i * this.size + 4] !== 0;
+      const stiff = this.motion.pieces[i * this.size + 3] !== 0;
       for (const [node, weight] of stiff ? GAUSS_OF_STIFF : GAUSS) {
         this.look(low + (high - low) * node);
         for (let j = 0; j < powers.length; j++) works[j] += weight * (high - low) * h * seen[powers[j]];
@@ -164,7 +162,7 @@ class Dense {
   sticking(from, to) {
     let stuck = 0;
     for (let i = this.pieceAt(from); i < this.count && this.start(i) < to; i++) {
-      if (this.side(i) === 0) stuck += Math.min(to, this.start(i) + this.length(i)) - Math.max(from, this.start(i));
+      if (this.sides(i)[0] === 0) stuck += Math.min(to, this.start(i) + this.length(i)) - Math.max(from, this.start(i));
     }
     return stuck / (to - from);
   }

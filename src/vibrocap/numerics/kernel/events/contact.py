@@ -284,7 +284,7 @@ def rest(floats, ints, lane):
     came_from = lane.side
     for i in range(STATES):
         floats[WORK + i] = lane.state[i]
-    holding(floats, lane.time, WORK, came_from, lane, WORK + STATES)
+    holding(floats, lane.time, WORK, lane, WORK + STATES)
     hold, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
     if came_from * hold < -(1.0 + DOUBT) * limit:
         lane.side = -came_from

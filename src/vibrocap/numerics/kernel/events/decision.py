@@ -62,7 +62,7 @@ def decide_together(floats, ints, lane):
     present state."""
     for i in range(STATES):
         floats[WORK + i] = lane.state[i]
-    contact_rows(floats, lane.time, WORK, lane.side, lane, FREE_ROWS)
+    contact_rows(floats, lane.time, WORK, lane, FREE_ROWS)
     count = pose(floats, ints, lane)
     for _ in range(CONTACTS + 1):
         fits = solve_modes(floats, count)

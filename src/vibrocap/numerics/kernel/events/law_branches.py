@@ -134,7 +134,7 @@ def begin_branch(floats, ints, trace, lane, which):
         return
     for i in range(STATES):
         floats[WORK + i] = lane.state[i]
-    after_switch(floats, lane.time, WORK, lane.side, lane, which, WORK + STATES)
+    after_switch(floats, lane.time, WORK, lane, which, WORK + STATES)
     for i in range(STATES):
         lane.state[i] = floats[WORK + STATES + i]
     strikes = False
@@ -164,7 +164,7 @@ def hits(floats, ints, lane):
         on_jump(floats, ints, lane, gained)
     for c in range(CONTACTS):
         velocity = contact_velocity(floats, time, WORK + STATES, c, lane)
-        blocked = not SEVERAL and velocity == 0.0 and lane.side != 0.0
+        blocked = not SEVERAL and velocity == 0.0 and lane.side[c] != 0.0
         if blocked or velocity != contact_velocity(floats, time, WORK, c, lane):
             return True
     return False
@@ -174,7 +174,7 @@ def turned(floats, lane, contact):
     """The states become those after a reversal of a contact to its present side."""
     for i in range(STATES):
         floats[WORK + i] = lane.state[i]
-    after_reversal(floats, lane.time, WORK, lane.side, lane, contact, WORK + STATES)
+    after_reversal(floats, lane.time, WORK, lane, contact, WORK + STATES)
     for i in range(STATES):
         lane.state[i] = floats[WORK + STATES + i]
 
@@ -183,7 +183,7 @@ def guards_at(floats, lane, s, out):
     """Write the guards at time s of the present series."""
     for i in range(STATES):
         floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    switches(floats, lane.time + s, WORK, lane.side, lane, out)
+    switches(floats, lane.time + s, WORK, lane, out)
 
 
 def interpolated_guards(floats, lane, h):

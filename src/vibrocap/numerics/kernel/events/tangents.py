@@ -82,7 +82,7 @@ def guards_along(floats, lane):
     """Where `guard_tangents` of the present state were written."""
     for i in range(STATES):
         floats[WORK + i] = lane.state[i]
-    guard_tangents(floats, lane.time, WORK, lane.side, lane, WORK + STATES)
+    guard_tangents(floats, lane.time, WORK, lane, WORK + STATES)
     return WORK + STATES
 
 

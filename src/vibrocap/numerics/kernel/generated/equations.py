@@ -47,12 +47,12 @@ def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widen
     raise NotImplementedError
 
 
-def rates(floats, t, point, side, lane, out):
+def rates(floats, t, point, lane, out):
     """y' of one lane at the state floats[point:point + STATES], written to floats[out:out + STATES]."""
     raise NotImplementedError
 
 
-def jacobian(floats, t, point, side, lane, out):
+def jacobian(floats, t, point, lane, out):
     """Partial derivatives of `rates` at the state floats[point:point + STATES].
 
     Written to floats[out + i * (STATES + 1) + j] for row i and state j; j = STATES: time.
@@ -65,7 +65,7 @@ def contact_velocity(floats, t, point, contact, lane):
     raise NotImplementedError
 
 
-def contact_rows(floats, t, point, side, lane, out):
+def contact_rows(floats, t, point, lane, out):
     """The problem of several contacts at the state floats[point:point + STATES], see `events/decision.py`.
 
     From `out` on: b [n], A [n n], n [n], C [n n] (1 and 0 of constant loads); then seven numbers of each contact: force
@@ -75,7 +75,7 @@ def contact_rows(floats, t, point, side, lane, out):
     raise NotImplementedError
 
 
-def holding(floats, t, point, side, lane, out):
+def holding(floats, t, point, lane, out):
     """Of each contact the force that would hold it over the middle of what it can hold, and how far that reaches.
 
     At the state floats[point:point + STATES]; 2 CONTACTS numbers from `out` on, 0 of a contact that cannot rest.
@@ -83,12 +83,12 @@ def holding(floats, t, point, side, lane, out):
     raise NotImplementedError
 
 
-def reaction(floats, t, point, side, lane):
-    """The true load of the contact at the state floats[point:point + STATES]; where it is watched."""
+def reaction(floats, t, point, which, lane):
+    """One of the true loads that are watched, at the state floats[point:point + STATES]."""
     raise NotImplementedError
 
 
-def evidence(floats, t, point, side, lane, out):
+def evidence(floats, t, point, lane, out):
     """What the equations say at the state floats[point:point + STATES], for `observe/evidence.py`.
 
     From `out` on: the first BASE rates; of each contact the force that holds it over the middle of what can be held,
@@ -110,7 +110,7 @@ def machine_energy(floats, t, point, lane):
     raise NotImplementedError
 
 
-def integrands(floats, t, point, side, lane, out):
+def integrands(floats, t, point, lane, out):
     """The functions of which an ensemble gathers integrals and peaks, at the state floats[point:point + STATES].
 
     Written to floats[out:out + INTEGRANDS]: powers by channel, R, R times contact velocity, R once more, own functions
@@ -119,7 +119,7 @@ def integrands(floats, t, point, side, lane, out):
     raise NotImplementedError
 
 
-def guard_tangents(floats, t, point, side, lane, out):
+def guard_tangents(floats, t, point, lane, out):
     """How the guards grow along the tangent: velocity, holding force and limit of each contact, then those of pieces.
 
     Only of equations with a tangent, see `tangents.py`.
@@ -127,32 +127,32 @@ def guard_tangents(floats, t, point, side, lane, out):
     raise NotImplementedError
 
 
-def switches(floats, t, point, side, lane, out):
+def switches(floats, t, point, lane, out):
     """The guards of the branches at the state floats[point:point + STATES], written to floats[out:out + SWITCHES]."""
     raise NotImplementedError
 
 
-def after_switch(floats, t, point, side, lane, which, out):
+def after_switch(floats, t, point, lane, which, out):
     """The states after guard `which` has fallen to zero, written to floats[out:out + STATES]."""
     raise NotImplementedError
 
 
-def after_reversal(floats, t, point, side, lane, contact, out):
+def after_reversal(floats, t, point, lane, contact, out):
     """The states after a contact (0: the first) has turned to its side, written to floats[out:out + STATES]."""
     raise NotImplementedError
 
 
-def observables(floats, t, point, side, lane, out):
+def observables(floats, t, point, lane, out):
     """What a page draws besides the states, at floats[point:point + STATES]; to floats[out:out + OBSERVABLES]."""
     raise NotImplementedError
 
 
-def beginning(floats, t, point, side, lane, out):
+def beginning(floats, t, point, lane, out):
     """Room and natural sizes of the states, period, velocity of each contact; ROOM + STATES + 1 + CONTACTS numbers."""
     raise NotImplementedError
 
 
-def drive_table(floats, t, point, side, lane, out):
+def drive_table(floats, t, point, lane, out):
     """Of each segment of the part that begins at t, of the drive's period, its length and its coefficients.
 
     To floats[out:out + TABLE_NUMBERS].

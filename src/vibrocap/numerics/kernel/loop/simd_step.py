@@ -230,12 +230,13 @@ def move_simd(floats, ints, trace, plain, h):
         for lane in every_lane():
             if (measuring >> lane) & 1:
                 on_piece(floats, ints, trace, lane, lane.step)
-        if WATCHED:
-            doubtful = bits(measured & (load(floats, LIFTED) == 0.0) & ~within_piece(floats, REACTION, h))
+        for w in range(WATCHED):
+            above = within_piece(floats, REACTION + w * (ORDER + 1) * LANES, h)
+            doubtful = bits(measured & (load(floats, LIFTED + w * LANES) == 0.0) & ~above)
             if doubtful != 0:
                 for lane in every_lane():
                     if (doubtful >> lane) & 1:
-                        look_at_load(floats, ints, lane, lane.step)
+                        look_at_load(floats, ints, lane, w, lane.step)
     finite = plain
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES

@@ -112,9 +112,9 @@ def told_from_rest(floats, lane, c, v):
     """Whether friction tells v, the velocity of a contact at the state in WORK, from rest: rock creeps at 1e-11 m/s."""
     place, state, side = SIDE + c * LANES + lane, WORK + STATE_OF[c], lane.side[c]
     floats[place] = 1.0 if v > 0.0 else -1.0
-    rates(floats, lane.time, WORK, lane.side, lane, WORK + STATES)
+    rates(floats, lane.time, WORK, lane, WORK + STATES)
     floats[state] -= v
-    rates(floats, lane.time, WORK, lane.side, lane, WORK + 2 * STATES)
+    rates(floats, lane.time, WORK, lane, WORK + 2 * STATES)
     floats[place] = side
     moving, still = floats[WORK + STATES + STATE_OF[c]], floats[WORK + 2 * STATES + STATE_OF[c]]
     return abs(moving - still) > SLIGHT * (abs(moving) + abs(still))

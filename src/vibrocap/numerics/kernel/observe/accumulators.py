@@ -12,12 +12,12 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
-from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
+from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
 from vibrocap.numerics.kernel.generated.places import PEAK, SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import FRICTION
-from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES, SUMMED
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.interface import consistent_state
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.turning_points import (
@@ -51,11 +51,13 @@ def gather_functions(floats, ints, lane, h):
         for i in range(SUMMED):
             lane.integral[i] += h * lobatto_sum(floats, i)
     if asked & ASK_MAGNITUDE != 0:
-        lane.magnitude += magnitude(floats, ints, lane, h)
+        for c in range(CONTACTS):
+            lane.magnitude[c] += magnitude(floats, ints, lane, h, FRICTION + c * FUNCTIONS_PER_CONTACT)
     if asked & ASK_PEAK != 0:
-        raise_peak(floats, ints, lane, h, FRICTION, PEAK + lane, True)
+        for c in range(CONTACTS):
+            raise_peak(floats, ints, lane, h, FRICTION + c * FUNCTIONS_PER_CONTACT, PEAK + c * LANES + lane, True)
         for i in range(INTEGRANDS - SUMMED):
-            raise_peak(floats, ints, lane, h, SUMMED + i, PEAK + (1 + i) * LANES + lane, False)
+            raise_peak(floats, ints, lane, h, SUMMED + i, PEAK + (CONTACTS + i) * LANES + lane, False)
 
 
 def look(floats, ints, lane, s, out):
@@ -63,15 +65,17 @@ def look(floats, ints, lane, s, out):
 
     On an implicit step they are asked at the state consistent with its slopes, see `stiff_point.py`.
 
-    The acceleration of the contact is the slope of its state as computed, so that R dv has no area where R depends on v
+    The acceleration of a contact is the slope of its state as computed, so that R dv has no area where R depends on v
     alone; and of what its velocity is ahead of that state, where that is imposed.
     """
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
-    integrands(floats, lane.time + s, INSTANT, lane.side, lane, out)
-    slope = polynomial_slope(floats, SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane, LANES, ORDER, s)
-    floats[out + FRICTION + 2] = floats[out + FRICTION] * (slope + floats[out + FRICTION + 2])
+    integrands(floats, lane.time + s, INSTANT, lane, out)
+    for c in range(CONTACTS):
+        slope = polynomial_slope(floats, SERIES + STATE_OF[c] * (ORDER + 1) * LANES + lane, LANES, ORDER, s)
+        friction = out + FRICTION + c * FUNCTIONS_PER_CONTACT
+        floats[friction + 2] = floats[friction] * (slope + floats[friction + 2])
 
 
 def lobatto_sum(floats, i):
@@ -102,14 +106,14 @@ def fit(floats, i):
             floats[FITTED + j] -= SHARES[level] * floats[FITTED + j + 1]
 
 
-def magnitude(floats, ints, lane, h):
-    """Integral of |R| over the piece, cut where R changes its sign."""
+def magnitude(floats, ints, lane, h, i):
+    """Integral of |R|, R function i, over the piece, cut where R changes its sign."""
     closest = math.inf
     for j in range(POINTS):
-        closest = min(closest, abs(floats[VALUES + j * INTEGRANDS + FRICTION]))
-    if closest > largest_change(floats, FRICTION):
-        return h * abs(lobatto_sum(floats, FRICTION))
-    fit(floats, FRICTION)
+        closest = min(closest, abs(floats[VALUES + j * INTEGRANDS + i]))
+    if closest > largest_change(floats, i):
+        return h * abs(lobatto_sum(floats, i))
+    fit(floats, i)
     total = 0.0
     start, monotone_from = 0.0, 0.0
     for cell in range(CELLS):
@@ -121,18 +125,18 @@ def magnitude(floats, ints, lane, h):
                 continue
             cut = sign_change(floats, FITTED, 1, POINTS - 1, monotone_from, monotone_to, False)
             if cut >= 0.0:
-                total += abs(friction_impulse(floats, ints, lane, start * h, cut * h))
+                total += abs(friction_impulse(floats, ints, lane, i, start * h, cut * h))
                 start = cut
             monotone_from = monotone_to
-    return total + abs(friction_impulse(floats, ints, lane, start * h, h))
+    return total + abs(friction_impulse(floats, ints, lane, i, start * h, h))
 
 
-def friction_impulse(floats, ints, lane, start, end):
+def friction_impulse(floats, ints, lane, i, start, end):
     """Integral of R over a part of the piece."""
     total = 0.0
     for j in range(POINTS):
         look(floats, ints, lane, start + SHARES[j] * (end - start), ONCE)
-        total += SHARE_WEIGHTS[j] * floats[ONCE + FRICTION]
+        total += SHARE_WEIGHTS[j] * floats[ONCE + i]
     return total * (end - start)
 
 

@@ -17,7 +17,7 @@ def write_table(floats, ints, trace, period, place):
         rows = TABLE_NUMBERS // width
         parts = shared.segment_count // rows
         for k in range(parts):
-            drive_table(floats, k * (period / parts), WORK, 1.0, 0, out)
+            drive_table(floats, k * (period / parts), WORK, 0, out)
             share = 0.0
             for i in range(rows):
                 row = place + (k * rows + i) * width

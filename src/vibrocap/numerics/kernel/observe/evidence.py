@@ -87,7 +87,7 @@ def ask(floats, ints, lane, s, h):
         value, slope = value_and_rate(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, ORDER, s, False)
         floats[ASKED_STATE + i] = value
         floats[SLOPE + i] = slope
-    evidence(floats, lane.time + s, ASKED_STATE, lane.side, lane, FOUND)
+    evidence(floats, lane.time + s, ASKED_STATE, lane, FOUND)
     left = 0.0
     for i in range(BASE):
         left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * lane.inverse_scale[i])

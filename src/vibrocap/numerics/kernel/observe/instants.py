@@ -29,7 +29,7 @@ def begin(floats, ints, trace, out):
     """
     for i in range(STATES):
         floats[INSTANT + i] = floats[STATE + i * LANES]
-    beginning(floats, 0.0, INSTANT, 1.0, 0, SEEN)
+    beginning(floats, 0.0, INSTANT, 0, SEEN)
     for i in range(ROOM + STATES + 1):
         trace[out + i] = floats[SEEN + i]
     for i in range(STATES):
@@ -44,10 +44,9 @@ def take_piece(floats, ints, trace, place):
     floats[TIME] = trace[place + 1]
     begin_drive(floats, ints, trace, 0, 0)
     floats[STEP] = trace[place + 2]
-    floats[SIDE] = trace[place + 3]
-    for c in range(1, CONTACTS):
+    for c in range(CONTACTS):
         floats[SIDE + c] = trace[place + PIECE_SIZE - CONTACTS + c]
-    ints[STIFF] = 1 if trace[place + 4] != 0.0 else 0
+    ints[STIFF] = 1 if trace[place + 3] != 0.0 else 0
     for i in range(STATES):
         floats[SERIES + i * (ORDER + 1)] = trace[place + PIECE_HEAD + i]
     out = place + PIECE_HEAD + STATES - 1
@@ -72,6 +71,6 @@ def look_at(floats, ints, trace, share, out):
         trace[out + i] = state
         floats[INSTANT + i] = state
     consistent_state(floats, ints, 0, s, INSTANT)
-    observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+    observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
     for i in range(OBSERVABLES):
         trace[out + STATES + i] = floats[SEEN + i]

@@ -38,8 +38,7 @@ def on_piece(floats, ints, trace, lane, h):
     trace[place] = lane.period_count
     trace[place + 1] = lane.time
     trace[place + 2] = h
-    trace[place + 3] = lane.side
-    trace[place + 4] = lane.stiff
+    trace[place + 3] = lane.stiff
     # Not in the order of the memory: LLVM would copy several at once, and a wide load waits until all narrow stores to
     # its place, of the coefficients just written, have left the processor. That was a seventh of the time of a motion.
     for i in range(STATES):
@@ -48,7 +47,7 @@ def on_piece(floats, ints, trace, lane, h):
     for k in range(1, ORDER + 1):
         for i in range(WHOLE_COUNT):
             trace[out + i * ORDER + k] = lane.series[WHOLE_ROWS[i] * (ORDER + 1) + k]
-    for c in range(1, CONTACTS):
+    for c in range(CONTACTS):
         trace[place + PIECE_SIZE - CONTACTS + c] = lane.side[c]
     lane.pieces += 1
 

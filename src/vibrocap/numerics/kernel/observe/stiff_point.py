@@ -70,8 +70,8 @@ def keep_share(floats, point, share):
 
 def newton_step(floats, lane, s, time, inverse, point):
     """Move floats[POINT:POINT + STATES] by a step of Newton's method; returns h |f - y'| before, or infinity."""
-    rates(floats, time, POINT, lane.side, lane, RATE)
-    jacobian(floats, time, POINT, lane.side, lane, JACOBIAN)
+    rates(floats, time, POINT, lane, RATE)
+    jacobian(floats, time, POINT, lane, JACOBIAN)
     largest = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane

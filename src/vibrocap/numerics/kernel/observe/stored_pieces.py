@@ -9,7 +9,7 @@ follow, one after the other.
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.generated.equations import observables, rates
 from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF
-from vibrocap.numerics.kernel.generated.places import PARAMETER, SCALE, SERIES, SIDE, STEP, STIFF, TIME
+from vibrocap.numerics.kernel.generated.places import PARAMETER, SCALE, SERIES, STEP, STIFF, TIME
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, ORDER, PIECE_SIZE, PRESENT, STATES
 from vibrocap.numerics.kernel.interface import consistent_state, fit_to_slopes
 from vibrocap.numerics.kernel.observe.instants import INSTANT, SEEN, take_piece
@@ -47,12 +47,12 @@ def write_rows(floats, ints, trace, s, out):
     """Write the wanted rows; what depends on the law's forces at a state consistent with the slopes."""
     rows, instants, observed = int(trace[0]), int(trace[1]), trace[2] > 0.0
     if observed:
-        observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+        observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
     for k in range(rows):
         trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
     if MAYBE_STIFF and observed and ints[STIFF] == 1:
         consistent_state(floats, ints, 0, s, INSTANT)
-        observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+        observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
         for k in range(rows):
             if trace[STORED_HEAD + 2 * k + 1] > 0.0:
                 trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
@@ -62,7 +62,7 @@ def left_of_equations(floats, ints, s, bound):
     """h |y' - f(t, y)| over the natural size of a state; of an implicit step, or beyond the bound, along stiff
     directions where there are any."""
     left = 0.0
-    rates(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
+    rates(floats, floats[TIME] + s, INSTANT, 0, SEEN)
     for i in range(STATES):
         slope = polynomial_slope(floats, SERIES + i * (ORDER + 1), 1, ORDER, s)
         own = abs(floats[SEEN + i] - slope) * floats[STEP] / floats[SCALE + i]

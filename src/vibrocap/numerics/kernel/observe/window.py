@@ -11,7 +11,7 @@ from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGN
 from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.places import MARKS, SERIES
-from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.interface import (
     begin_drive_period,
     quiet_since,
@@ -119,7 +119,7 @@ def begin_window(floats, ints, lane):
         lane.largest[i] = state
         lane.least[i] = state
     for i in range(INTEGRANDS - SUMMED):
-        lane.peak[1 + i] = -HUGE
+        lane.peak[CONTACTS + i] = -HUGE
     lane.asymmetry = HUGE
     begin_phases(floats, lane)
 

@@ -90,7 +90,7 @@ ROUNDING_NOISE = 1e-14  # of a state, over its natural size
 
 def implicit_stages(floats, ints, lane, h):
     """The stages of a step of length h; returns the error estimate over the tolerance."""
-    t, side = lane.time, lane.side
+    t = lane.time
     inverse = 1.0 / (GAMMA * h)
     for i in range(STATES):
         for j in range(STATES):
@@ -110,12 +110,12 @@ def implicit_stages(floats, ints, lane, h):
         if SHIFTS > 0:  # p = v - g, p' = v' - g'
             now, rate, _ = reference_at(floats, t + NODES[stage] * h, lane)
             floats[POINT + STATE_OF[0]] += before - now
-            rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
+            rates(floats, t + NODES[stage] * h, POINT, lane, RATE)
             floats[RATE + STATE_OF[0]] += rate + h * TIME_WEIGHTS[stage] * curvature
             for i in range(STATES):
                 floats[RATE + i] -= h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATE_OF[0]] * slope
         else:
-            rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
+            rates(floats, t + NODES[stage] * h, POINT, lane, RATE)
         start = STAGE + stage * STATES
         for i in range(STATES):
             total = floats[RATE + i] + h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATES]
@@ -199,7 +199,7 @@ def holding_series(floats, lane, h):
         s = 0.25 * point * h
         for i in range(STATES):
             floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-        holding(floats, lane.time + s, WORK, lane.side, lane, out + 2 * CONTACTS * point)
+        holding(floats, lane.time + s, WORK, lane, out + 2 * CONTACTS * point)
     for c in range(CONTACTS):
         if STICKS[c] == 1:
             through_points(floats, HOLD_OF[c] + lane, out + 2 * c, 2 * CONTACTS, h)
@@ -274,7 +274,7 @@ def attempted_step(floats, ints, lane, longest, tries):
     """The same in at most so many attempts, each shorter than the one before."""
     for i in range(STATES):
         floats[POINT + i] = lane.state[i]
-    jacobian(floats, lane.time, POINT, lane.side, lane, JACOBIAN)
+    jacobian(floats, lane.time, POINT, lane, JACOBIAN)
     h = min(lane.implicit_step, longest)
     for _ in range(tries):
         error = implicit_stages(floats, ints, lane, h)
@@ -304,7 +304,7 @@ def spectral_radius(floats, ints, lane):
     """Estimate of the largest |eigenvalue| of the Jacobian: the eighth root of a norm of its eighth power."""
     for i in range(STATES):
         floats[POINT + i] = lane.state[i]
-    jacobian(floats, lane.time, POINT, lane.side, lane, JACOBIAN)
+    jacobian(floats, lane.time, POINT, lane, JACOBIAN)
     for i in range(STATES):
         for j in range(STATES):
             floats[MATRIX + i * STATES + j] = floats[JACOBIAN + i * WIDTH + j]

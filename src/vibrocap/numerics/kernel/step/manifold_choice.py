@@ -170,7 +170,7 @@ def enter_manifolds(floats, h):
     """
     for i in range(STATES):
         floats[POINT + i] = floats[STATE + i]
-    jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
+    jacobian(floats, floats[TIME], POINT, 0, JACOBIAN)
     if PAIR:
         one, two = JACOBIAN + SLOW_STATE[0] * WIDTH, JACOBIAN + SLOW_STATE[1] * WIDTH
         trace = -floats[one + SLOW_STATE[0]] - floats[two + SLOW_STATE[1]]

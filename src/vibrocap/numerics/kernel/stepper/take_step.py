@@ -29,7 +29,7 @@ def begin_motion(floats, ints, trace, _):
     """The motion begins, of the parameters and states in memory: natural sizes, period, drive and sides follow."""
     for i in range(STATES):
         stepper.work[i] = stepper.state[i]
-    beginning(floats, 0.0, WORK, 1.0, 0, WORK + STATES)
+    beginning(floats, 0.0, WORK, 0, WORK + STATES)
     for i in range(STATES):
         stepper.scale[i] = floats[WORK + STATES + i]
     stepper.period = stepper.work[2 * STATES]
@@ -67,7 +67,7 @@ def look_at(floats, ints, trace, _):
         trace[SHOWN + i] = stepper.work[i]
     stepper.step = stepper.piece_length
     consistent_state(floats, ints, 0, s, WORK)
-    observables(floats, stepper.time + s, WORK, stepper.side, 0, WORK + STATES)
+    observables(floats, stepper.time + s, WORK, 0, WORK + STATES)
     for i in range(OBSERVABLES):
         trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
     show_instant(floats, ints, WORK)
