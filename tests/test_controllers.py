@@ -285,7 +285,7 @@ def test_no_controller_means_the_equations_of_before():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     recorded = equations(system)
     assert "reference" not in recorded.observables
-    assert "controller" not in recorded.integral_names
+    assert "controller" not in recorded.channels
     assert recorded.state_names == ("angle", "angle_rate", "position", "velocity")
 
 

@@ -249,7 +249,7 @@ def test_recurrences(name, x0):
     recorded = graph.expression(expression(x, t))
     writer = JetWriter(graph, [1.0 + x / 3.0])
     found = [writer.coefficient(recorded.index, k) for k in range(ORDER + 1)]
-    names = {"math": math, "floats": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding": 1.0}
+    names = {"math": math, "floats": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding_0": 1.0}
     names["where"] = where
     exec("\n".join(writer.code.lines), names)
     found = [eval(value.text, names) for value in found]

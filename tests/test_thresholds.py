@@ -11,7 +11,7 @@ from independent_contacts import Problem
 from plain_kernels import kernel_of
 from test_contact_decisions import contacts_of, kernel_decision
 from vibrocap.arguments import ArgumentError
-from vibrocap.motion import evidence
+from vibrocap.motion import contradictions, evidence
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
 from vibrocap.numerics.api import Stroboscope
@@ -100,7 +100,7 @@ def test_powers_may_contradict_rates_by_rounding(motion, off, told):
     """A billionth of all that flows."""
     recorded = equations(motion.system)
     stored, inflow = recorded.observables["momentum"] * (1.0 + off), -recorded.observables["friction"]
-    assert bool(evidence._contradiction(motion, recorded, stored, [inflow])) == told
+    assert bool(contradictions._contradiction(motion, recorded, stored, [inflow])) == told
 
 
 # --- decisions of contacts --------------------------------------------------------------------------------------------
