@@ -247,6 +247,15 @@ def test_the_determinants_that_a_run_watches_are_those_of_all_modes_within_reach
     )
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_loads_tell_nothing_where_the_mode_of_a_start_is_ambiguous(way):
+    """Both feet slide one way, and the determinant of that mode is negative, as are the loads that solve it."""
+    steep = vc.LinkageCrawler(mass_ratio=0.2, mass_ratio_2=0.2, stance=0.4)
+    system = vc.System(steep, vc.Coulomb(1.2, 1.2), vc.Constant(0.35))
+    start = {"velocity": 0.5 * way, "velocity_2": 0.5 * way}
+    assert vc.simulate(system, periods=0.05, initial=start).status is vc.Status.AMBIGUOUS_CONTACTS
+
+
 @pytest.mark.slow
 def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
     """Steep rods on rough ground: both feet come to rest where, under other forces, three sets of modes could go on."""

@@ -234,7 +234,7 @@ class Contacts:
             rows.append([rests * response + slips * own for response, own in row])
             right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
         forces, self.divisors = solution(rows, right)
-        found = []
+        modes, found = self._modes() if self.mean_loads else (), []
         for i, (each, force) in enumerate(zip(self.all, forces, strict=True)):
             normal: Any = 1.0
             if self.mean_loads:
@@ -246,10 +246,10 @@ class Contacts:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
                 middle, limit = each.middle * at_rest, each.limit * at_rest
                 resting = resting[0], each.middle * normal, each.limit * normal
-            held = held + each.push_at_rest
-            found.append(ContactForce(each, force, force + push, held, middle, limit, resting, normal))
+            own = resting, normal, (None, None), modes[0] if modes else 1.0
+            found.append(ContactForce(each, force, force + push, held + each.push_at_rest, middle, limit, *own))
         if self.mean_loads:
-            self.loads, modes = tuple(each.normal for each in found), self._modes()
+            self.loads = tuple(each.normal for each in found)
             self.bounds = *modes, *self.loads
             self.bound_kinds = (_AMBIGUOUS,) * len(modes) + (_LIFT_OFF,) * len(found)
         return tuple(found)
