@@ -21,7 +21,9 @@ def sticking_measures(number: int) -> tuple[Measure, ...]:
 
     def of(name: str, meaning: str, entry: str, share: bool = False) -> Measure:
         def value(runs: Gathered) -> np.ndarray:
-            found = runs.results.entry(entry, contact) if kind(runs) == "set-valued" else runs.nowhere
+            if kind(runs) != "set-valued":
+                return runs.nowhere
+            found = runs.results.entry(entry, contact)
             return found / runs.time if share else found
 
         meaning = f"{meaning} (NaN: the law cannot stick)"

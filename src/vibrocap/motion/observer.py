@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrocap.motion.recording.equations import equations, integrals, parameter_values
-from vibrocap.numerics.api import StoredMotion
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.names import name_and_number
 from vibrocap.physics.system import System
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
+    from vibrocap.numerics.api import StoredMotion
 
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 BLOCK = 65_520  # instants at a time
@@ -67,7 +67,9 @@ class Observer:
             found[block] = stored.left(bound, pieces, ends, s[block].ravel()).reshape(s[block].shape)
         return found
 
-    def _stored(self, motion: "Trajectory") -> StoredMotion:
+    def _stored(self, motion: "Trajectory") -> "StoredMotion":
+        from vibrocap.numerics.api import StoredMotion  # which writes kernels
+
         recording, parameters = equations(self.system), parameter_values(self.system)
         scales = np.array(evaluate(recording.scales, 0.0, [], 1.0, parameters), dtype=float)
         return StoredMotion(recording, motion.series.order, parameters, scales)
