@@ -41,7 +41,11 @@ def systems():
             vc.Exponential.in_si(decay_rate_s_per_m=10.0),
             vc.Harmonic.in_si(amplitude_N_m=0.2, frequency_Hz=1.0),
         ),
-        "crawler": vc.System(vc.ThreeBodyCrawler(), [vc.MaxwellSlip(), vc.LuGre(), vc.Coulomb()], vc.Biharmonic()),
+        "crawler": vc.System(
+            vc.ThreeBodyCrawler(),
+            [vc.MaxwellSlip(), vc.LuGre(), vc.Coulomb(0.8, 0.9)],
+            vc.Biharmonic(1.5, 0.8, 0.7, 0.5),
+        ),
     }
 
 
@@ -168,6 +172,21 @@ def test_a_page_on_a_disk_gives_its_case_in_place_of_a_link(opened):
     assert "#v=1&preset=paper-5-8-exponential&drive.amplitude=2 behind its name" in said
     assert page.js("lab.copied") == page.js("asToml(lab.model)")
     assert "amplitude = 2.0" in page.js("lab.copied")
+
+
+def test_each_contact_tells_how_long_it_sticks(opened):
+    """The first creeps, the last rests: its share of the stretch on show is that of the motion."""
+    page = opened("crawler")
+    cards = "[...document.querySelectorAll('#readouts div')].map((each) => each.textContent)"
+    told = {f"contact {i}": text for text in page.js(cards) for i in (1, 2, 3) if f"Stuck, contact {i}" in text}
+    assert "never" in told["contact 1"]
+    assert "never" in told["contact 2"]
+    share = page.js("lab.shown.stuck[2]")
+    motion = vc.simulate(systems()["crawler"], periods=4)
+    window = page.js("lab.shown.from"), motion.end
+    assert share == pytest.approx(vc.stick_fraction(motion, window=window, contact=3), abs=1e-6)
+    assert share > 0.01
+    assert f"{100 * share:.4g}"[:4] in told["contact 3"]
 
 
 def test_what_smoothing_would_say_shows_its_width_and_offers_others(opened):

@@ -35,9 +35,12 @@ function readoutsOf(model, shown, details, units, other) {
     }
     if (details.mode_sequence) found.push({ name: "Mode sequence of a period", value: details.mode_sequence, words: "F forward, S stuck, B back" });
   }
-  found.push(form.rests.some(Boolean)
-    ? { name: "Stuck", value: `${said(100 * (shown.stuck || 0), 4)} %`, words: "share of the stretch on show at rest" }
-    : { name: "Stuck", value: "never", words: `the ${wordy(form.friction)} law creeps instead of sticking` });
+  form.rests.forEach((rests, i) => {
+    const name = form.rests.length > 1 ? `Stuck, contact ${i + 1}` : "Stuck";
+    found.push(rests
+      ? { name, value: `${said(100 * (shown.stuck ? shown.stuck[i] : 0), 4)} %`, words: "share of the stretch on show at rest" }
+      : { name, value: "never", words: "its law creeps instead of sticking" });
+  });
   found.push({ name: "Speed at events", value: said(shown.residual, 2), words: "largest |v| where the contact is said to rest or turn" });
   if (details) found.push({ name: "Energy balance", value: said(details.energyResidual, 2), words: "energy stored less all works, over the whole run" });
   found.push({ name: "Computed in", value: `${said(shown.took, 2)} ms`, words: `${shown.pieces} steps, ${shown.events.length / 2} events` });

@@ -133,9 +133,8 @@ def bisected(low: np.ndarray, high: np.ndarray, early: Callable[[np.ndarray], np
 def contact_place(motion: Trajectory, contact: int, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:
     """Way of a contact over its ground since the start, at times t (on given pieces)."""
     piece = motion.piece_at(t) if piece is None else piece
-    name, every = (numbered("contact_velocity", contact),), np.arange(len(motion.piece_start))
-    ways = np.append(0.0, np.cumsum(motion.piece_integrals(every, motion.piece_length, name)[0]))
-    return ways[piece] + motion.piece_integrals(piece, t - motion.piece_start[piece], name)[0]
+    (way,) = motion.piece_integrals(piece, t - motion.piece_start[piece], (numbered("contact_velocity", contact),))
+    return motion.piece_ways[contact - 1, piece] + way
 
 
 def stretches(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Stretch]:

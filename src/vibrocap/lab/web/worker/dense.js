@@ -158,12 +158,13 @@ class Dense {
     return Float64Array.from(found);
   }
 
-  // Shares of time on each side of rest, over a stretch.
+  // The share of time at rest of each contact, over a stretch.
   sticking(from, to) {
-    let stuck = 0;
+    const stuck = new Array(this.contacts).fill(0);
     for (let i = this.pieceAt(from); i < this.count && this.start(i) < to; i++) {
-      if (this.sides(i)[0] === 0) stuck += Math.min(to, this.start(i) + this.length(i)) - Math.max(from, this.start(i));
+      const share = (Math.min(to, this.start(i) + this.length(i)) - Math.max(from, this.start(i))) / (to - from);
+      this.sides(i).forEach((side, contact) => { if (side === 0) stuck[contact] += share; });
     }
-    return stuck / (to - from);
+    return stuck;
   }
 }
