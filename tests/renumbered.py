@@ -32,16 +32,18 @@ def renumbered(machine: Machine) -> Machine:
     return _class(type(machine))(**values)
 
 
-# Measures of contact 1 whose names have no number.
+# Measures of contact 1 whose names have no number, and what else a motion tells of it.
 OF_CONTACT = (
     *("stick_fraction", "stick_phases", "mode_sequence", "peak_friction", "mean_friction", "velocity_loop_area"),
     *("displacement_loop_area", "mean_reaction", "least_reaction", "largest_reaction"),
     *("contact_sliding_work", "bristle_loss_work", "contact_storage_work"),
+    *("friction", "side", "reaction", "impulse", "holding_force", "holding_limit", "holding_centre"),
+    "contact_velocity",
 )
 
 
 def counterpart(name: str, system: System) -> str:
-    """What a measure of a system is called once its contacts are numbered the other way."""
+    """What a measure, or a quantity of a motion, is called once its contacts are numbered the other way."""
     if any(state in name for state in system.machine.states if not name.startswith(OF_CONTACT)):
         return name  # of a coordinate
     tail = next((each for each in ("_work", "_range") if name.endswith(each)), "")

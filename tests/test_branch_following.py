@@ -342,8 +342,7 @@ def test_an_orbit_of_another_system_is_refused():
 @pytest.mark.slow
 @pytest.mark.parametrize("turned", exhaustive_but([0], [False, True]), ids=["as it is", "numbered the other way"])
 def test_a_branch_ends_by_name_where_any_contact_stops_sticking(turned):
-    """Contact 2 rests shortly, ever later, until it turns without: the words of contact 1 do not change. Before,
-    Newton's method failed."""
+    """Contact 2 rests shortly, ever later, until it turns without. Before, Newton's method failed."""
     machine = vc.TwoBodyCrawler(mass_2=1.5, stiffness=1.3, damping=0.25)
     laws = [vc.Coulomb(0.3, 0.45), vc.Coulomb(0.15, 0.3)]
     machine, laws = (renumbered(machine), laws[::-1]) if turned else (machine, laws)

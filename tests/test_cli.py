@@ -21,7 +21,7 @@ import vibrocap as vc
 from cases import SETTLED as CASE
 from cases import printed_json, refused
 from thinned import exhaustive_but, slow_but
-from vibrocap.case.case import RUN_DEFAULTS, case_from_text, read_case
+from vibrocap.case.case import RUN_DEFAULTS, Case, case_from_text, case_text, read_case
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.main import MOVED, app_of, main
 from vibrocap.cli.overview import GROUPS, names, overview
@@ -235,6 +235,18 @@ def test_json_of_a_law_that_cannot_stick_has_null_not_nan(lugre, capsys):
     assert record["stick_fraction"] is None
     assert record["certificate"]["stick_force_ratio"] is None
     assert list(record["state"])[-1] == "bristle"
+
+
+def test_every_contact_tells_how_long_it_rests(tmp_path, capsys):
+    system = vc.System(vc.TwoBodyCrawler(), [vc.LuGre(), vc.Coulomb(0.1, 0.2)], vc.Harmonic())
+    path = tmp_path / "case.toml"
+    path.write_text(case_text(Case(system, periods=2)))
+    record = printed_json(capsys, "simulate", path)
+    motion = vc.simulate(system, periods=2)
+    shares = [record[name] for name in ("stick_fraction", "stick_fraction_2")]
+    assert shares == [vc.stick_fraction(motion, contact=i) for i in (1, 2)]
+    main(["simulate", str(path)])
+    assert "stick fraction 2" in capsys.readouterr().out
 
 
 def test_json_of_less_than_a_period(case, capsys):

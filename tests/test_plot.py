@@ -288,7 +288,7 @@ def test_film_shows_the_load(loaded):
     scene = Scene(motion, times)
     for number, (value, words) in enumerate(((load.max(), "true normal load"), (load.min(), "have to pull"))):
         scene.show(number)
-        (x, start), (_, tip) = scene.arrow._posA_posB
+        (x, start), (_, tip) = scene.arrows[1]._posA_posB
         assert x == pytest.approx(scene.position[number] - scene.camera[number])
         length = ARROW * value / np.abs(load).max()  # upwards to the ground, or down from it
         assert (start, tip) == pytest.approx((-length, 0.0) if value > 0.0 else (0.0, length))
@@ -337,7 +337,7 @@ def test_no_number_of_the_ground_stands_under_an_arrow(uphill):
     hidden = 0
     for number in range(len(times)):
         scene.show(number)
-        arrow = scene.arrow.get_window_extent()
+        arrow = scene.arrows[1].get_window_extent()
         for label in scene.numbers:
             if label.get_visible():
                 assert not label.get_window_extent().overlaps(arrow)
@@ -371,6 +371,24 @@ def test_film_of_a_case_in_si_is_in_seconds():
 
 
 @pytest.mark.slow
+def test_loads_and_rests_of_every_contact_are_drawn():
+    """Panels and films knew those of contact 1."""
+    system = vc.System(vc.LinkageCrawler(stiffness=4.0), [vc.Coulomb(0.2, 0.3), vc.Coulomb()], vc.Harmonic(1.2, 1.3))
+    motion = vc.simulate(system, periods=3)
+    drawn = [line.get_ydata() for line in vc.draw_load(motion).lines if len(line.get_ydata()) > 2]
+    names = ("reaction", "reaction_2")
+    assert [np.max(each) for each in drawn] == pytest.approx([np.max(motion[name]) for name in names], rel=1e-3)
+    panels = [vc.draw_history(motion, name, periods=2) for name in ("friction", "friction_2", "velocity_2")]
+    rests = [sum(phase.side == 0 for phase in motion.phases_of(i) if phase.end > motion.period) for i in (1, 2, 2)]
+    assert [len(panel.patches) for panel in panels] == rests
+    assert rests[0] != rests[1]
+    scene = Scene(motion, np.array([1.0, 2.0]))
+    scene.show(1)
+    sizes = [np.ptp([y for _, y in arrow._posA_posB]) / scene.load_size for arrow in scene.arrows.values()]
+    assert sizes == pytest.approx([motion.at([2.0], name)[0] for name in names], rel=1e-12)
+    assert "N_2" in scene.load_words.get_text()
+
+
 def test_head_of_a_sheet_stays_on_the_page():
     system = vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Biharmonic())
     for figure in (vc.figure(vc.simulate(system, periods=2)), vc.figure(vc.MaxwellSlip())):

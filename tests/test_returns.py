@@ -111,6 +111,7 @@ def test_a_cycle_of_laboratory_friction_too_stiff_for_tangents():
             OrbitStatus.SLIDES_STEADILY,
         ),
         (creeping(vc.Coulomb(1.0, 1.0)), {"position": 5.0}, OrbitStatus.COMES_TO_REST),
+        (creeping(vc.Coulomb(0.1, 0.2), stiffness=0.0, belt_speed=0.3), {}, OrbitStatus.CARRIED),
         (creeping(vc.SmoothedTanh(0.3, 0.3, 0.01, 1, 0.01), damping=0.3), {"position": 0.5}, OrbitStatus.COMES_TO_REST),
     ],
 )  # fmt: skip

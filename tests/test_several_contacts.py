@@ -1,5 +1,8 @@
 """Systems of every kind of contact against an independent solver: ends, events and sides, with certified balances."""
 
+import csv
+import shutil
+import subprocess
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +13,9 @@ from independent_contacts import motion as independent_motion
 from mechanisms import MECHANISMS
 from renumbered import counterpart, renumbered
 from thinned import exhaustive_but, slow_but
+from vibrocap.case.case import Case
+from vibrocap.exchange.c_library import export_c
+from vibrocap.io.motion_file import columns
 from vibrocap.measures.recorded.energy import EnergyBalance
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
 from vibrocap.physics.names import numbered
@@ -165,15 +171,12 @@ def both_ways(name):
 
 @pytest.mark.parametrize("name", slow_but([0], [*PAIRED]))
 def test_contacts_may_be_numbered_either_way(name):
-    """Measures of motions and of ensembles, loops, energies and certificates."""
+    """Measures of motions and of ensembles, columns of files, loops, energies and certificates."""
     one, other = both_ways(name)
     motions = [vc.simulate(system, periods=5) for system in (one, other)]
     names = {each: counterpart(each, one) for each in vc.measure_table(one) if each not in NONE_OF_CONTACTS}
     table = vc.measure_table(other)
-    assert {now for each, now in names.items() if now not in table} <= {
-        numbered("bristle_loss", len(one.laws)) + "_work"
-    }
-    names = {each: now for each, now in names.items() if now in table}
+    assert {*names.values()} <= {*table}
     assert sum(each != now for each, now in names.items()) >= 14 * (len(one.laws) // 2)
     taken = vc.measured(motions[0], [*names], window=3), vc.measured(motions[1], [*names.values()], window=3)
     for each, now in names.items():
@@ -181,6 +184,10 @@ def test_contacts_may_be_numbered_either_way(name):
         assert before == (after if isinstance(after, str) else pytest.approx(after, rel=1e-7, abs=1e-7, nan_ok=True)), (
             each
         )
+    files = [columns(motion) for motion in motions]
+    assert {*files[1]} == {counterpart(each, one) for each in files[0]}
+    for each, values in files[0].items():
+        assert values == pytest.approx(files[1][counterpart(each, one)], abs=1e-7), each
     for contact in range(1, 1 + len(one.laws)):
         loops = (
             vc.friction_loop(motions[0], contact=contact),
@@ -201,11 +208,34 @@ def test_contacts_may_be_numbered_either_way(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["blocks", "linkage"])
 def test_orbits_of_contacts_that_are_numbered_either_way(name):
-    """Drift and multipliers."""
+    """Drift, multipliers and mode sequences."""
     orbits = [vc.orbit(system) for system in both_ways(name)]
+    sequences = [each.mode_sequence.split("|") for each in orbits]
+    assert sequences[0] == sequences[1][::-1]
+    assert sequences[0] == [vc.mode_sequence(orbits[0].motion(), contact=i) for i in (1, 2)]
     assert orbits[0].mean_velocity == pytest.approx(orbits[1].mean_velocity, abs=1e-8)
     sizes = [np.sort(np.abs(each.multipliers)) for each in orbits]
     assert sizes[0] == pytest.approx(sizes[1], abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc is installed")
+def test_c_tells_contacts_that_are_numbered_either_way(tmp_path):
+    """The columns that a program in C prints."""
+    tables = []
+    for i, system in enumerate(both_ways("blocks")):
+        folder = tmp_path / f"{i}"
+        export_c(Case(system, periods=2), folder)
+        command = ["gcc", "-O1", "-o", "capsule", "main.c", "capsule.c", "-lm"]
+        subprocess.run(command, cwd=folder, check=True)
+        told = subprocess.run([folder / "capsule"], capture_output=True, text=True, check=True).stdout
+        rows = [row for row in csv.DictReader(told.splitlines()) if row["what"] in ("start", "instant", "finished")]
+        tables.append({name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "what"})
+    one, _ = both_ways("blocks")
+    assert {*tables[1]} == {counterpart(each, one) for each in tables[0]}
+    assert {"side", "side_2", "friction_2"} <= {*tables[0]}
+    for each, values in tables[0].items():
+        assert values[1:] == pytest.approx(tables[1][counterpart(each, one)][1:], abs=1e-7), each
 
 
 def test_what_would_hold_a_further_contact_is_told_while_it_slides():

@@ -13,6 +13,7 @@ from vibrocap.arguments import ArgumentError
 
 ZERO_PROGRESS = vc.Constant(duration=2.0 * math.pi)
 BLOCK = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), ZERO_PROGRESS)
+RESTS = vc.System(vc.Oscillator(), vc.Coulomb(0.1, 0.2), ZERO_PROGRESS)
 RANGES = {"position": (-2.0, 2.0), "sliding_velocity": (-1.5, 0.5)}  # velocities of the block from 0 to 2
 
 
@@ -150,6 +151,16 @@ def test_a_diagram_records_the_returns_of_cycles():
     driven = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     with pytest.raises(ArgumentError, match="section should be None"):
         vc.bifurcation_diagram(driven, "machine.mass_ratio", (1.0, 2.0), 2, section="stick")
+
+
+def test_what_nothing_drives_has_a_period_of_its_own_for_robustness_and_none_at_its_marks():
+    """Robustness refused it; `settling` looked for periods of the idle drive."""
+    system = vc.System(vc.Oscillator(belt_speed=0.3), vc.Coulomb(0.1, 0.2), ZERO_PROGRESS)
+    found = vc.robustness(system, {"machine.stiffness": (0.8, 1.2)}, "period", samples=8)
+    assert found.nominal == pytest.approx(vc.orbit(system).period, rel=1e-6)
+    assert np.all(np.diff(found.values[np.argsort(found.parameters["machine.stiffness"])]) < 0.0)
+    rest, cycle = (vc.settling(vc.simulate(each, periods=20)) for each in (RESTS, system))
+    assert (rest.settled, rest.period, cycle.settled, cycle.period) == (True, 1, False, None)
 
 
 def test_steady_sliding_is_one_point_of_a_diagram():

@@ -7,7 +7,7 @@ from rich.table import Table
 from vibrocap.cli.terminal import Page, table
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.stated import parameters_stated
-from vibrocap.physics.names import SIGNAL, name_and_number
+from vibrocap.physics.names import SIGNAL, name_and_number, numbered
 from vibrocap.physics.parameters import brief, described, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import without_unit
@@ -80,10 +80,12 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
     if (least := record["least_reaction"]) is not None:
         words = "of the ground in the whole run; below 0 the machine would have lifted off"
         made.add_row("least reaction", f"{least:.10g}", words)
-    if record["stick_fraction"] is not None:
-        made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
-    elif motion.system.friction.kind != "set-valued":
-        made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
+    for i, law in enumerate(motion.system.laws, 1):
+        name = numbered("stick_fraction", i)
+        if record[name] is not None:
+            made.add_row(name.replace("_", " "), f"{record[name]:.6g}", "share of the whole run at rest")
+        elif law.kind != "set-valued":
+            made.add_row(name.replace("_", " "), "none", f"the {law.name} law creeps instead of sticking")
     made.add_section()
     for kind, count in record["events"].items():
         if count:

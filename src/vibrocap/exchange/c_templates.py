@@ -282,7 +282,7 @@ static void line(@name@ *c, const char *what, int contact) {
 static void head(void) {
   int i;
   printf("time,what,contact");
-  for (i = 1; i <= @NAME@_CONTACTS; i++) printf(",side_%d", i);
+  for (i = 1; i <= @NAME@_CONTACTS; i++) i == 1 ? printf(",side") : printf(",side_%d", i);
   for (i = 0; i < @NAME@_STATES; i++) printf(",%s", @name@_state_info(i)->name);
   for (i = 0; i < @NAME@_OBSERVABLES; i++) printf(",%s", @name@_observable_info(i)->name);
   printf("\\n");

@@ -13,6 +13,7 @@ from vibrocap.arguments import lacking
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.inputs import require_plain_file
 from vibrocap.io.spreadsheets import Export, beside
+from vibrocap.physics.names import name_and_number
 from vibrocap.quantities.declared import ByName, Shown
 from vibrocap.quantities.dimensional import computed, walked
 from vibrocap.quantities.json_text import json_text
@@ -25,21 +26,8 @@ if TYPE_CHECKING:
 UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
 IN_SI = "SI; a value over the dimensionless_unit of its column is the value without units"
-LOAD = "reaction"
+OBSERVED = ("friction", "drive", "reaction")
 ROWS_AT_A_TIME = 10_000
-MEANINGS = {
-    "time": "time",
-    "angle": "pendulum angle [rad]",
-    "angle_rate": "angular velocity of the pendulum",
-    "position": "capsule position",
-    "velocity": "capsule velocity",
-    "bristle": "mean bristle deflection",
-    "friction": "friction force on the capsule",
-    "drive": "drive torque",
-    "impulse": "integral of the friction force from the start",
-    LOAD: "normal load that the ground gives",
-    "side": "contact: 1 slides forward, -1 slides back, 0 stuck",
-}
 
 
 def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
@@ -51,9 +39,10 @@ def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
         names = (*motion.state_names, *motion.integral_names)
         found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
         index = motion.piece_at(motion.time)
-        observed = tuple(name for name in ("friction", "drive", LOAD) if name in motion.names)
+        observed = tuple(name for name in motion.observable_names if name_and_number(name)[0] in OBSERVED)
         values = motion.piece_observables(observed, index, motion.time - motion.piece_start[index])
-        found |= {**dict(zip(observed, values, strict=True)), "side": motion.piece_sides[index, 0]}
+        sides = zip(motion.side_names, motion.sides(index), strict=True)
+        found |= {**dict(zip(observed, values, strict=True)), **dict(sides)}
     return found if context is None else walked(found, ByName, context)
 
 
@@ -98,7 +87,16 @@ def read_source(path: Path, changes: Mapping[str, Any] | None = None, **run: Any
 
 
 def _meaning(name: str) -> str:
-    return MEANINGS.get(name) or f"{name.removesuffix('_work').replace('_', ' ')}: work into the system from the start"
+    """What a column holds, as the page of symbols tells it."""
+    from vibrocap.physics.symbols import QUANTITIES, STATES
+
+    known, work = STATES | QUANTITIES, "_work" * name.endswith("_work")
+    stem, number = (name.removesuffix(work), 1) if name in STATES else name_and_number(name.removesuffix(work))
+    _, meaning = known.get(stem + work, ("", ""))
+    words = name.removesuffix(work).replace("_", " ")
+    if not meaning or meaning.startswith(("its ", "their ")):
+        return f"work of {words} since the start" if work else words
+    return f"{meaning}, of contact {number}" if number > 1 else meaning
 
 
 def motion_dataset(
@@ -114,7 +112,7 @@ def motion_dataset(
     known |= start_of(motion)
     table = table or columns(motion)
     variables = {
-        name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(motion, name))
+        name: ("time", values.astype(np.int8) if name in motion.side_names else values, _attributes(motion, name))
         for name, values in table.items()
         if name != "time"
     }
@@ -143,10 +141,8 @@ def motion_dataset(
 
 def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
     found: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
-    if (context := motion.si_context()) is None:
-        return found
-    found["long_name"] = found["long_name"].removesuffix(" [rad]")
-    return found | {"dimensionless_unit": context.units.factor(name)}
+    context = motion.si_context()
+    return found if context is None else found | {"dimensionless_unit": context.units.factor(name)}
 
 
 def _certificate_text(motion: "Trajectory") -> str:
@@ -183,7 +179,9 @@ class MotionExport(Export):
 
     def parts(self):
         """For each time."""
-        table = self.table | {name: self.table[name].astype(int) for name in ("side",) if name in self.table}
+        table = self.table | {
+            name: self.table[name].astype(int) for name in self.motion.side_names if name in self.table
+        }
         for first in range(0, len(table["time"]), ROWS_AT_A_TIME):
             yield [values[first : first + ROWS_AT_A_TIME].tolist() for values in table.values()]
 

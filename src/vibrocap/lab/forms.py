@@ -71,7 +71,6 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     record = {
         "sections": list(system.parts),
         **{part: record.name for part, record in system.parts.items()},
-        "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
         "events": event_kinds(system.placed.switch_events).tolist(),
@@ -93,7 +92,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         ],
         "tolerance": looser,
         "motion": _places(motion),
-        "ensemble": _places(ensemble) | result_record(ensemble),
+        "ensemble": _places(ensemble) | result_record(system, ensemble),
         "units": _units(system, (*system.state_names, *observed)),
         "measures": measure_records(system, ensemble),
     }

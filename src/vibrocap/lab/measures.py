@@ -72,14 +72,16 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
     return chosen([(way, text_of(value if isinstance(value, float) else math.nan)) for way, value in ends])
 
 
-def result_record(kernel: BrowserKernel) -> dict[str, Any]:
-    """Where the rest of a result stands: its head by name, its mode sequence, how far it is from its mirror image."""
+def result_record(system: System, kernel: BrowserKernel) -> dict[str, Any]:
+    """Where the rest of a result stands: its head by name, the mode sequences of contacts, its distance from its mirror
+    image."""
     layout = kernel.layout
-    letters = layout.gathered_slice("LETTERS")
+    letters, counts = (layout.gathered_slice(name).start for name in ("LETTERS", "LETTER_COUNT"))
+    places = [(letters + k * codes.MODE_PLACES, counts + k) for k in range(len(system.laws))]
     return {
         "head": kernel.result_head,
-        "letters": [letters.start, letters.stop, codes.LETTERS_PER_PLACE],
-        "letter_count": layout.gathered_slice("LETTER_COUNT").start,
+        "letters": [None if law.kind == "smooth" else at for law, at in zip(system.laws, places, strict=True)],
+        "letter_places": [codes.MODE_PLACES, codes.LETTERS_PER_PLACE],
         "asymmetry": layout.gathered_slice("ASYMMETRY").start,
         "mirrored": MIRROR_SHARE,
         "asked": ASKED,

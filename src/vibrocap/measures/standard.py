@@ -74,7 +74,7 @@ def _standard_measures(
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
     each_contact = range(1, 1 + max(len(kind.contact_states) for kind in kinds))
-    channels |= dict.fromkeys(numbered("contact_sliding", number) for number in each_contact[1:])
+    channels |= dict.fromkeys(numbered(name, number) for number in each_contact[1:] for name in STANDING_CHANNELS)
     if system is not None:
         channels = dict.fromkeys(name for name in system.channels if name not in STANDING_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]

@@ -125,7 +125,7 @@ class Trajectory(Result):
     @property
     def heading(self) -> str:
         parts = self.system
-        return f"motion of a {parts.machine.name}, {parts.friction.name} friction, {parts.drive.name} drive"
+        return f"motion of a {parts.machine.name}, {parts.law_names} friction, {parts.drive.name} drive"
 
     @property
     def facts(self) -> dict[str, str]:

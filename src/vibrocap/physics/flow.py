@@ -119,9 +119,9 @@ def flow_of(system: Any, t, y, side) -> Flow:
         after_reversal=_after_reversals(system, y, sides),
         powers=(
             *machine.powers(t, mechanical, drive, worked_against),
-            *_powers_lost(system, acting[1:], 2),
+            *_powers_lost(system, acting[1:]),
             *(() if outside is None else outside.powers),
-            *_powers_lost(system, acting[:1], 1),
+            *_powers_lost(system, acting[:1]),
         ),
         energy=machine.energy(t, mechanical),
         contact_energy=sum((each.law.stored_energy(each.internal) for each in storing), start=0.0),
@@ -146,12 +146,12 @@ def _still(system: Any, rates: tuple, contacts: list[RubbingContact]) -> tuple:
     return tuple(moves.get(name, 1.0) * rate for name, rate in zip(system.placed.states, rates, strict=True))
 
 
-def _powers_lost(system: Any, contacts: tuple[ContactForce, ...], number: int) -> tuple:
-    """Powers lost at contacts from this number on; then, under loads that follow the motion, what they store."""
+def _powers_lost(system: Any, contacts: tuple[ContactForce, ...]) -> tuple:
+    """Powers lost at contacts; then, under loads that follow the motion, what they store."""
     lost, stored = [], []
-    for i, each in enumerate(contacts, start=number):
+    for each in contacts:
         sliding, bristles = each.losses
-        lost += [-sliding, *((-bristles,) if i == 1 or each.contact.law.internal else ())]
+        lost += [-sliding, -bristles]
         if each.contact.law.internal and system.machine.follows_load:
             stored.append(sliding + bristles - each.friction * each.contact.velocity)
     return (*lost, *stored)

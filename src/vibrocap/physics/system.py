@@ -262,6 +262,11 @@ class System:
         return laws_of(self.parts)
 
     @property
+    def law_names(self) -> str:
+        """Their names in words, one for all contacts that have it."""
+        return ", ".join(dict.fromkeys(law.name for law in self.laws))
+
+    @property
     def contact_kinds(self) -> tuple[str, ...]:
         """The kind of each contact: that of its law, which has a kink at rest by the drag of an environment, and by a
         controller that measures to which side it slides.
@@ -287,18 +292,13 @@ class System:
         as `contact_storage`, and none is kept.
         """
         outside = () if self.environment is None else self.environment.channels(self.machine)
-        further, stored = [], []
-        for i, law in enumerate(self.laws[1:], start=2):
-            sliding, bristles, storage = (numbered(channel, i) for channel in CONTACT_CHANNELS)
-            further += [sliding, bristles] if law.internal else [sliding]
-            stored += [storage] if law.internal and self.machine.follows_load else []
-        own = CONTACT_CHANNELS[: 3 if self.stores_under_load else 2]
-        return (*self.placed.channels, *further, *stored, *outside, *own)
-
-    @property
-    def stores_under_load(self) -> bool:
-        """Whether the contact stores energy under a load that follows the motion."""
-        return self.machine.follows_load and bool(self.friction.internal)
+        lost, stored = [], []
+        for i, law in enumerate(self.laws, start=1):
+            *losses, storage = (numbered(channel, i) for channel in CONTACT_CHANNELS)
+            lost.append(losses)
+            stored.append([storage] if law.internal and self.machine.follows_load else [])
+        further = (name for each in (*lost[1:], *stored[1:]) for name in each)
+        return (*self.placed.channels, *further, *outside, *lost[0], *stored[0])
 
     @property
     def law_loads(self) -> tuple:

@@ -22,8 +22,9 @@ from matplotlib.transforms import Affine2D, Transform
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
-from vibrocap.physics.names import numbered
+from vibrocap.physics.names import number_in, numbered
 from vibrocap.plotting.contact_panels import contacts_of
+from vibrocap.plotting.histories import loads_of
 from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from vibrocap.plotting.look.labels import scale
 from vibrocap.plotting.look.style import STYLE, blank_figure
@@ -110,9 +111,9 @@ class Scene:
         self.position = motion.at(times, self.place)
         self.sides = [_shown_side(motion, times, contact) for contact in contacts_of(motion)]
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
-        self.load = motion.at(times, "reaction") if "reaction" in motion.observable_names else None
-        if self.load is not None:
-            self.load_size = ARROW / max(float(np.abs(self.load).max()), 1e-300)
+        self.loads = {number_in(name, "reaction"): motion.at(times, name) for name in loads_of(motion)}
+        if self.loads:
+            self.load_size = ARROW / max(*(float(np.abs(load).max()) for load in self.loads.values()), 1e-300)
         self.shapes = moving_shapes(motion, times)
         environment = motion.system.environment
         self.slope = 0.0 if environment is None else float(environment.inclination)
@@ -125,8 +126,8 @@ class Scene:
         self.inclined = Affine2D().rotate(self.slope) + self.axes.transData  # along the ground, and upright on it
         self._ground()
         self.movers = [_drawn(each, self.axes, self.inclined) for each in self.shapes]
-        if self.load is not None:
-            self._arrow()
+        if self.loads:
+            self._arrows()
         self._words()
 
     def _frame(self) -> None:
@@ -137,7 +138,7 @@ class Scene:
             half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
             low = min(low, float(each.points[:, 1].min()) - tall)
             high = max(high, float(each.points[:, 1].max()) + tall)
-        low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
+        low = low - BELOW if not self.loads else min(low - BELOW, LOADED)
         turned = Affine2D().rotate(self.slope).transform([(x, y) for x in (-half, half) for y in (low, high)])
         (_, self.low), (right, high) = turned.min(axis=0), turned.max(axis=0)
         self.half = max(right + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
@@ -161,13 +162,15 @@ class Scene:
         self.numbers = [self.axes.text(0, -0.1, "", **look) for _ in whole]
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none", **along)[0]
 
-    def _arrow(self) -> None:
-        """The arrow of the load, on the ground, and what is said of it, below."""
+    def _arrows(self) -> None:
+        """The arrow of each load, on the ground, and what is said of them, below."""
         self.load_words = self.axes.text(-0.97 * self.half, self.low + 0.03 * self.half, "", va="bottom", fontsize=10)
-        self.arrow = FancyArrowPatch((0, 0), (0, 0), arrowstyle="-|>", linewidth=2.4, shrinkA=0, shrinkB=0, zorder=7)
-        self.arrow.set_transform(self.inclined)
-        self.arrow.set_path_effects([Stroke(linewidth=5.0, foreground="white"), Normal()])
-        self.axes.add_patch(self.arrow)
+        look: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 2.4, "shrinkA": 0, "shrinkB": 0, "zorder": 7}
+        self.arrows = {contact: FancyArrowPatch((0, 0), (0, 0), **look) for contact in self.loads}
+        for arrow in self.arrows.values():
+            arrow.set_transform(self.inclined)
+            arrow.set_path_effects([Stroke(linewidth=5.0, foreground="white"), Normal()])
+            self.axes.add_patch(arrow)
 
     def _words(self) -> None:
         top, side = self.high - 0.03 * (self.high - self.low), 0.97 * self.half
@@ -194,10 +197,13 @@ class Scene:
         size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
         first = self.step * math.floor((camera - self.reach) / self.step)
         self.ticks.set_xdata(np.repeat(first + self.step * self.marks - camera, 3))
-        under = BARE * self.half if self.load is not None else -1.0
+        soles = [each.points[0, 0] for each in self.shapes if each.shape.kind == "contact"] or [self.position]
+        feet = {contact: float(soles[min(contact, len(soles)) - 1][number]) for contact in self.loads}
+        under = BARE * self.half if self.loads else -1.0
         for i, label in enumerate(self.numbers):
             mark = first + self.step * i
-            label.set(x=mark - camera, text=f"{mark * size:.4g}", visible=abs(mark - position) > under)
+            free = all(abs(mark - x) > under for x in feet.values())
+            label.set(x=mark - camera, text=f"{mark * size:.4g}", visible=free)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
         clock = rf"time $\tau/T$ = {time / self.motion.period:.2f}"
@@ -207,28 +213,31 @@ class Scene:
         if earlier >= 0.0 and self.motion.system.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
-        if self.load is not None:
-            self._show_load(float(self.load[number]), float(position - camera))
+        said = [self._shown_load(i, float(load[number]), feet[i] - camera) for i, load in self.loads.items()]
+        if said:
+            self.load_words.set_text("\n".join(said[:MOST_NAMED]))
         self.clock.set_text("\n".join(lines))
         stopped = not self.motion.run_status.ok and time == self.motion.end
         self.state.set_text(f"ends: {self.motion.run_status.value}" if stopped else words)
         self.state.set_color(VERMILION if stopped else colour)
 
-    def _show_load(self, load: float, x: float) -> None:
-        """The arrow of the true load, and its value in words."""
+    def _shown_load(self, contact: int, load: float, x: float) -> str:
+        """The true load of a contact in words, which is drawn as an arrow."""
         length, colour = abs(load) * self.load_size, PURPLE if load >= 0.0 else VERMILION
         ends = ((x, -length), (x, 0.0)) if load >= 0.0 else ((x, 0.0), (x, -length))
-        self.arrow.set_positions(*ends)
-        self.arrow.set_color(colour)
-        self.arrow.set_mutation_scale(HEAD * min(1.0, length / SHORT))
-        self.arrow.set_visible(length > 1e-3)
+        arrow = self.arrows[contact]
+        arrow.set_positions(*ends)
+        arrow.set_color(colour)
+        arrow.set_mutation_scale(HEAD * min(1.0, length / SHORT))
+        arrow.set_visible(length > 1e-3)
         system = self.motion.system
         size, unit = scale("reaction", system), "" if system.units is None else " N"
         shown = round(load * size, 3) + 0.0  # no minus before a zero
-        words = rf"normal load $N$ = {shown:.3f}{unit}"
+        below = f"_{contact}" * (len(self.sides) > 1)
+        words = rf"normal load $N{below}$ = {shown:.3f}{unit}"
         if not system.machine.follows_load:
-            words = f"true {words}, taken as {float(system.placed.loads()[0]) * size:.4g}{unit}"
-        self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
+            words = f"true {words}, taken as {float(system.placed.loads()[contact - 1]) * size:.4g}{unit}"
+        return words + ("\nthe ground would have to pull" if shown < 0.0 else "")
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
@@ -278,9 +287,7 @@ def _coils(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _shown_side(motion: Trajectory, times: np.ndarray, contact: int) -> np.ndarray:
     """The side of a contact; a stick shorter than the time between two frames is shown in one frame still."""
     if motion.system.laws[contact - 1].kind != "set-valued":
-        moving = np.sign(motion.at(times, numbered("contact_velocity", contact))).astype(int)
-        side = motion.at(times, "side").astype(int)
-        return moving if contact > 1 else np.where(side == 0, moving, side)
+        return np.sign(motion.at(times, numbered("contact_velocity", contact))).astype(int)
     side = motion.at(times, numbered("side", contact)).astype(int)
     for phase in motion.phases_of(contact):
         if phase.side == STUCK and phase.end > times[0]:

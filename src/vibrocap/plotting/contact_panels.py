@@ -47,7 +47,7 @@ def draw_modes(motion: Trajectory, stretch: tuple[float, float], ax: Axes) -> No
     """Which way every contact slides, or that it sticks, over a stretch of time in drive periods: a strip for each."""
     period, contacts, used = motion.period, contacts_of(motion), set()
     for contact in contacts:
-        if contact > 1 and motion.system.contact_kinds[contact - 1] == "smooth":
+        if motion.system.contact_kinds[contact - 1] == "smooth":
             continue  # a smooth law, of which nobody notes the side
         for phase in motion.phases_of(contact):
             low, high = max(phase.start, stretch[0]) / period, min(phase.end, stretch[1]) / period

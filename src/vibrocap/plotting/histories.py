@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.events import IMPACT
-from vibrocap.plotting.contact_panels import contacts_of
+from vibrocap.physics.names import name_and_number, number_in
+from vibrocap.plotting.contact_panels import contacts_of, draw_all
 from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.look.labels import LABELS, quantity_label, scale, with_unit
 from vibrocap.plotting.look.own_lines import in_own_lines
@@ -34,10 +35,11 @@ STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0
 Stretch = tuple[float, float]
 
 
-def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
-    """Shade the times at which the contact sticks, divided by `scale`; returns whether there are any."""
-    stuck = [phase for phase in motion.phases if phase.side == STUCK and phase.end > start and phase.start < end]
-    if motion.system.friction.kind != "set-valued":
+def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float, contact: int) -> bool:
+    """Shade the times at which a contact sticks, divided by `scale`; returns whether there are any."""
+    phases = motion.phases_of(contact)
+    stuck = [phase for phase in phases if phase.side == STUCK and phase.end > start and phase.start < end]
+    if motion.system.laws[contact - 1].kind != "set-valued":
         return False
     for number, phase in enumerate(stuck):
         label = "stuck" if number == 0 else None
@@ -46,10 +48,24 @@ def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale:
 
 
 def hides_lift_off(motion: Trajectory) -> bool:
-    """Whether the load is constant, and the true one negative somewhere: the machine would have lifted off."""
-    if motion.system.machine.follows_load or "reaction" not in motion.observable_names or not len(motion.piece_start):
+    """Whether the loads are constant, and a true one negative somewhere: the machine would have lifted off."""
+    if motion.system.machine.follows_load or not len(motion.piece_start):
         return False
-    return bool(np.min(Trace(motion, motion.start_time, motion.end)["reaction"]) < 0.0)
+    trace = Trace(motion, motion.start_time, motion.end)
+    return any(bool(np.min(trace[name]) < 0.0) for name in loads_of(motion))
+
+
+def loads_of(motion: Trajectory) -> list[str]:
+    """Names of the normal loads that are known, of all contacts."""
+    return [name for name in motion.observable_names if number_in(name, "reaction")]
+
+
+def contact_of(motion: Trajectory, name: str) -> int:
+    """The contact that a quantity belongs to; of what belongs to none the first."""
+    contacts = motion.system.machine.contact_states
+    if name in motion.state_names:
+        return 1 + contacts.index(name) if name in contacts else 1
+    return min(name_and_number(name)[1], len(contacts))
 
 
 def mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
@@ -63,7 +79,7 @@ def mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
 def draw_history(
     motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
 ) -> Axes:
-    """A quantity of a motion over time in drive periods; where the contact sticks is shaded.
+    """A quantity of a motion over time in drive periods; where its contact sticks is shaded.
 
     name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
     Returns the axes: `ax`, or those of a new figure.
@@ -91,10 +107,10 @@ def shown_in_detail(motion: Trajectory) -> Stretch:
 
 
 def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: bool) -> Axes:
-    """A quantity over a stretch of a motion; shaded: where the contact sticks."""
+    """A quantity over a stretch of a motion; shaded: where its contact sticks."""
     trace, period = Trace(motion, *stretch), motion.period
     with style():
-        shaded = shaded and shade_stick(ax, motion, *stretch, period)
+        shaded = shaded and shade_stick(ax, motion, *stretch, period, contact_of(motion, name))
         ax.plot(trace.time / period, trace[name], **LAST)
         if name not in ("position", motion.system.machine.place):
             ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
@@ -112,17 +128,21 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
     """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
 
     A load that follows the motion is drawn as it is, and where it vanishes the end of the run is marked. A constant
-    load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off.
+    load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off. Of
+    several contacts the true loads are drawn.
 
     periods: so many at the end, by default all. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
     for a machine that does not know its load.
     """
-    if "reaction" not in motion.observable_names:
+    if not loads_of(motion):
         raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
     return load_panel(motion, last_periods(motion, periods), given_axes(ax))
 
 
 def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
+    if len(contacts_of(motion)) > 1:
+        draw_all(motion, loads_of(motion), "normal load $N_i$", stretch, ax)
+        return ax
     trace, period, machine = Trace(motion, *stretch), motion.period, motion.system.machine
     load = trace["reaction"]
     with style():

@@ -83,13 +83,8 @@ def motion_figure(motion: Trajectory) -> Figure:
             _time_histories(axes[:4], motion, detail)
         if system.controller is not None:
             control_panels(axes[4 + several : 6 + several], motion, detail)
-        if loaded and several:
-            names = [numbered("reaction", each) for each in contacts_of(motion)]
-            draw_all(motion, names, "normal load $N_i$", detail, axes[-1])
-            axes[-1].set_title("Loads")
-        elif loaded:
-            load_panel(motion, detail, axes[-1])
-            axes[-1].set_title("Load")
+        if loaded:
+            load_panel(motion, detail, axes[-1]).set_title("Loads" if several else "Load")
         _share_time(axes[1:])
         left.align_ylabels()
         shown = _planes(motion)

@@ -213,7 +213,7 @@ def size_in_words(study: Study, threads: int | None = None) -> str:
     runs = study.plan.count
     gigabytes = runs * sum(each.bytes_per_run for each in variables(study)) / 1e9
     cores = threads or available_threads()
-    seconds = runs * study.case.periods * SECONDS[study.case.system.friction.kind] / cores
+    seconds = runs * study.case.periods * max(SECONDS[law.kind] for law in study.case.system.laws) / cores
     return f"{runs:,} runs, {gigabytes:.3g} GB of results, roughly {_duration(seconds)} on {cores} threads"
 
 

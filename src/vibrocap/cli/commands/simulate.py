@@ -107,7 +107,9 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
         works = cite(setup, analyses=split(request.analyses))
         return Answer({"cite": str(works)}, str(works) if request.cite == "text" else works.bibtex.rstrip())
     motion = setup.simulate(report)
-    record = view(in_si(motion_summary(computed(motion)), motion.system))
+    record: dict[str, Any] = {}
+    for name, each in view(in_si(motion_summary(computed(motion)), motion.system)).items():
+        record |= each if name == "sticking" else {name: each}
     if request.out is not None:
         write_motion(motion, request.out, setup, unit_headings=request.unit_headings)
     moved = len(motion.piece_start) > 0

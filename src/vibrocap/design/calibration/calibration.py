@@ -24,6 +24,7 @@ from vibrocap.identification.inference.uncertainty import inverse
 from vibrocap.measures.of_measure import MeasuresInUnits
 from vibrocap.motion.simulate import initial_state
 from vibrocap.motion.trust import NOT_SETTLED
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import NumberAtPath
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
@@ -168,6 +169,8 @@ def calibrate(
     complaints = Complaints()
     case = asked_case(system, settle, complaints, seed=(seed, 0))
     system = case.system
+    if not is_driven(system):
+        complaints.add("system", "should have a drive that changes in time")
     measured = read_table(table, system, complaints)
     space = design_space(system, over, complaints)
     for path in space.paths:

@@ -14,7 +14,6 @@ from vibrocap.measures import of_measure
 from vibrocap.measures.during_run import resolved, unavailable
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.trust import TRAVEL
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 
@@ -159,8 +158,6 @@ def asked_case(system: System | Case, settle: Any, complaints: Complaints, **cou
     counts: further arguments by name, each with its value and the least whole number that it may be
     """
     case = system if isinstance(system, Case) else Case(system)
-    if not is_driven(case.system):
-        complaints.add("system", "should have a drive that changes in time")
     for name, (value, least) in counts.items():
         with complaints.collected():
             check_whole(name, value, least)

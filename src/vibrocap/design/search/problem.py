@@ -13,6 +13,7 @@ from vibrocap.design.search.uncertainty import CRITERIA, Samples, samples_of, un
 from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import varied
@@ -101,6 +102,8 @@ def stated_problem(
     complaints = Complaints()
     case = asked_case(system, settle, complaints, **counts)
     system = case.system
+    if not is_driven(system):
+        complaints.add("system", "should have a drive that changes in time")
     given = [case.initial] if starts is None else list(starts)
     if not given:
         complaints.add("starts", "should hold at least one start")

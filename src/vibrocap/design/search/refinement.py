@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.design.search.ascent import Slopes, ascend, slopes_by_share, vanishes
 from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
-from vibrocap.measures.recorded.sticking import spelled
+from vibrocap.measures.recorded.sticking import spelled_all
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed
@@ -62,10 +62,8 @@ class Refined:
 
     @property
     def mode_sequence(self) -> str:
-        """The mode sequence along the orbit; "" with a smooth law."""
-        if self.solution.system.friction.kind == "smooth":
-            return ""
-        return spelled(self.motion, 0.0, self.motion.end)
+        """The mode sequences of all contacts along the orbit."""
+        return spelled_all(self.motion)
 
 
 class ClosedDesigns:

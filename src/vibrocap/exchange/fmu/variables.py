@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
 from vibrocap.physics.dimensions.units import one_way, parameter_keys
-from vibrocap.physics.names import split_path
+from vibrocap.physics.names import numbered, split_path
 from vibrocap.physics.parameters import parameter_table
 
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
@@ -119,7 +119,7 @@ def observables(stepped: SteppedCase) -> list[Variable]:
 
 def sides(contacts: int) -> list[Variable]:
     """Of each contact whether it rests and which way it slides."""
-    names = ["side", *(f"side_{i}" for i in range(2, contacts + 1))]
+    names = [numbered("side", i) for i in range(1, contacts + 1)]
     meaning = "+1, -1: the contact slides forward, back; 0: it rests"
     return [_whole(name, meaning, i, "Side") for i, name in enumerate(names)]
 

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import LONGEST_PERIOD, Stroboscope
@@ -66,7 +67,8 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     remaining is also at least the distance to the limit of five marks by reduced-rank extrapolation, n periods apart
     (of a motion that stands still up to 16), and ten times what its multipliers leave unexplained of the last step.
 
-    The smallest n with remaining <= threshold is the period of the response.
+    The smallest n with remaining <= threshold is the period of the response. Where nothing drives a system in time, the
+    marks lie no period of its own apart: rest and steady sliding are settled there, a cycle is not (`orbit` closes it).
 
     Limit: a mode that moves by less than a tenth of the threshold in n periods hides below faster ones. Within some
     1e-6 (relative) of a period doubling, 3 of 125 settled runs still moved by 20 to 240 thresholds.
@@ -80,7 +82,7 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
         raise ArgumentError("threshold", f"should be > 0, got {threshold!r}")
     marks = Stroboscope(stroboscopic_states(motion))
     fallback = Settling(False, None, None, None, None, None, threshold)
-    for n in range(1, LONGEST_PERIOD + 1):
+    for n in range(1, 1 + (LONGEST_PERIOD if equations(motion.system).timed else 1)):
         if marks.last < n + 3 * max(n, 3):
             break
         ratio, remaining = marks.distance_to_go(n, motion.tolerance)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -87,6 +88,27 @@ def mode_sequence(motion: Trajectory, period: int = -1, *, contact: int = 1) -> 
 def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> str:
     """The mode sequence of the phases of a contact from start to end, read as a cycle (`mode_sequence`)."""
     return as_cycle([LETTERS[phase.side] for phase in _phases(motion, start, end, contact)])
+
+
+def spelled_all(motion: Trajectory) -> str:
+    """The mode sequences of all contacts over a motion as one text, see `joined`."""
+    return joined(
+        "" if law.kind == "smooth" else spelled(motion, 0.0, motion.end, contact)
+        for contact, law in enumerate(motion.system.laws, 1)
+    )
+
+
+BETWEEN = "|"  # the sequences of two contacts
+
+
+def joined(sequences: Iterable[str]) -> str:
+    """The mode sequences of all contacts, the first one first: "FSB|FB" of two. "" where no contact has one."""
+    return BETWEEN.join(each) if any(each := [*sequences]) else ""
+
+
+def by_contact(sequences: str) -> list[str]:
+    """The mode sequence of each contact, of those `joined`."""
+    return sequences.split(BETWEEN)
 
 
 def as_cycle(letters: list[str]) -> str:

@@ -26,7 +26,7 @@ class MotionSummary(Dimensional):
 
     state, time: at the end; drift: of the last whole period; cost_of_transport: work of the drive per distance, in the
     window of the mean velocity; winding: turns in the last whole period of each coordinate that turns; events: how
-    many of each kind
+    many of each kind; sticking: share of the run in which each contact sticks, by the name of the measure
     """
 
     state: States
@@ -36,7 +36,7 @@ class MotionSummary(Dimensional):
     cost_of_transport: WorkPerDistance | None
     winding: dict[str, Number] | None
     events: dict[str, int]
-    stick_fraction: Number | None
+    sticking: dict[str, Number | None]
     least_reaction: Force | None
     energy: EnergyBalance | None
     certificate: Certificate | None
@@ -58,7 +58,10 @@ def motion_summary(motion: Trajectory) -> MotionSummary:
         cost_of_transport=None if velocity is None else _cost_of_transport(motion, velocity, whole),
         winding=winding(motion) if whole and motion.system.turns else None,
         events={kind: counts[kind] for kind in (*events.MEANINGS, *own_events(motion), *further)},
-        stick_fraction=stick_fraction(motion) if started else None,
+        sticking={
+            numbered("stick_fraction", i): stick_fraction(motion, contact=i) if started else None
+            for i in range(1, 1 + len(motion.system.laws))
+        },
         least_reaction=certificate.least_reaction if certificate else None,
         energy=energy_balance(motion) if started else None,
         certificate=certificate,

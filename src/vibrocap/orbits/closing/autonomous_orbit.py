@@ -44,7 +44,7 @@ def autonomous_orbit(
     as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
     slips, reversals of each contact, the middle of each state), and that is taken at which the motion comes back best.
     The multiplier 1 of the direction along the motion is left out. Where the motion ends at an equilibrium instead of
-    cycling, the status is SLIDES_STEADILY or COMES_TO_REST, the latter also in the limit by ever smaller stops.
+    cycling, the status is SLIDES_STEADILY, CARRIED or COMES_TO_REST, the last also in the limit by ever smaller stops.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -113,8 +113,16 @@ def _equilibrium(motion: Trajectory) -> OrbitStatus | None:
     if not stands_still(np.ptp(late, axis=0), SETTLED):
         return None
     names = [numbered("contact_velocity", k + 1) for k in range(motion.piece_sides.shape[1])]
-    slides = [np.ptp(each) < STEADY * abs(each[-1]) for each in (motion.at(times, name) for name in names)]
-    return OrbitStatus.SLIDES_STEADILY if any(slides) else OrbitStatus.COMES_TO_REST
+    slides = [_even(motion.at(times, name)) for name in names]
+    if any(slides):
+        return OrbitStatus.SLIDES_STEADILY
+    places = () if motion.system.cyclic is None else motion.at(times, motion.system.cyclic)
+    return OrbitStatus.CARRIED if _even(np.diff(places)) else OrbitStatus.COMES_TO_REST
+
+
+def _even(gains: np.ndarray) -> bool:
+    """Whether each is the same way, and of the same size to a share."""
+    return bool(len(gains)) and float(np.ptp(gains)) < STEADY * abs(float(gains[-1]))
 
 
 def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, Any, float]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
-from vibrocap.measures.recorded.sticking import spelled
+from vibrocap.measures.recorded.sticking import spelled_all
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import MOST_RETURNS, autonomous_orbit
@@ -88,12 +88,10 @@ class Orbit(PeriodicSolution):
     def mode_sequence(self) -> str:
         """Phases of the motion over its whole period, read as a cycle: F forward, S stuck, B back.
 
-        "" if friction is smooth, and of an orbit that is not closed.
+        Of several contacts those of each, the first one first: "FSB|FB". Of a smooth law there are none, nor of an
+        orbit that is not closed.
         """
-        if self.system.friction.kind == "smooth" or self.failed:
-            return ""
-        motion = self.motion()
-        return spelled(motion, 0.0, motion.end)
+        return "" if self.failed else spelled_all(self.motion())
 
     def gradients(
         self, over: Iterable[str] | str | None = None, measures: Iterable[str] | str | None = None

@@ -58,6 +58,10 @@ class OrbitStatus(Advised):
         "There is no cycle: the motion ends with a contact that slides at a constant velocity. `equilibria` shows "
         "where; start elsewhere for a cycle.",
     )
+    CARRIED = (
+        "carried along",
+        "There is no cycle: all contacts stick in the end, and the machine moves with the ground that carries it.",
+    )
     CONTRADICTED = (
         "multipliers contradicted",
         "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
@@ -135,7 +139,7 @@ class PeriodicSolution(Result):
     def heading(self) -> str:
         what = f"steady motion of {self.response_period} drive period(s)" if self.response_period else "cycle"
         what = "no closed steady motion" if self.failed else what
-        return f"{what} of a {self.system.machine.name}, {self.system.friction.name} friction"
+        return f"{what} of a {self.system.machine.name}, {self.system.law_names} friction"
 
     @property
     def facts(self) -> dict[str, str]:

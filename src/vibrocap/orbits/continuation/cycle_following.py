@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.measures.recorded.sticking import by_contact
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.equilibria.bifurcations import Located, hopf
 from vibrocap.orbits.equilibria.sliding import Sliding
@@ -36,7 +37,7 @@ SAME_FREQUENCY = 1e-2  # by how much that of the cycle may differ from that of t
 
 def is_smooth(point: BranchPoint) -> bool:
     """Whether nothing happens along the cycle: no stick, no reversal, no impact."""
-    return len(point.closing.mode_sequence) <= 1 and point.closing.impacts <= 0.0
+    return max(map(len, by_contact(point.closing.mode_sequence))) <= 1 and point.closing.impacts <= 0.0
 
 
 def flow_across(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.recorded.sticking import joined
 from vibrocap.motion.recording.equations import equations, turning_states
 from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
@@ -36,8 +37,8 @@ NUDGE = 1e-6  # share of the parameter's range by which the derivative by the pa
 class OrbitClosing(Closing):
     """A closing of a motion: the mismatch of its start and its image after the response.
 
-    mode_sequence: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole
-        turns of each coordinate that turns
+    mode_sequence: phases of all contacts over the whole response; drift: what the cyclic coordinate gains over it
+    winding: whole turns of each coordinate that turns
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     lifts_off: whether the run, or one beside it, ended as a contact lost its load
@@ -271,11 +272,16 @@ class ClosingMap(Residual):
         return Gathered(self.system, ended, ones, lambda: ones > 0.0, 0.0)
 
     def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
-        """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
-        if self.system.friction.kind == "smooth":
-            return [""] * len(runs)
-        gathered = self._gathered(ended[runs])
-        return [closed_sequence(str(word), self.half) for word in gathered.mode_sequences()]
+        """The words of runs over the whole response, of all contacts; none of smooth laws, whose side is not seen."""
+        gathered, laws = self._gathered(ended[runs]), self.system.laws
+        words = [gathered.mode_sequences(k) for k in range(len(laws))]
+        return [
+            joined(
+                "" if law.kind == "smooth" else closed_sequence(str(word), self.half)
+                for law, word in zip(laws, run, strict=True)
+            )
+            for run in zip(*words, strict=True)
+        ]
 
 
 def nudged_slope(

@@ -1,4 +1,4 @@
-"""Itineraries of steady motions: the contact's modes over one response in order, and what changes them.
+"""Itineraries of steady motions: the modes of the contacts over one response in order, and what changes them.
 
 A mode sequence is written in the letters F (forward), S (stuck) and B (back); `Orbit.mode_sequence` shows it.
 """
@@ -6,7 +6,7 @@ A mode sequence is written in the letters F (forward), S (stuck) and B (back); `
 import enum
 import itertools
 
-from vibrocap.measures.recorded.sticking import as_cycle
+from vibrocap.measures.recorded.sticking import BETWEEN, as_cycle, by_contact
 
 MIRROR_LETTERS = str.maketrans("FB", "BF")
 MOST_PHASES = 3  # that one change may take out of a sequence
@@ -29,12 +29,25 @@ def closed_sequence(sequence: str, half: bool = False) -> str:
 
 
 def same_cycle(one: str, other: str) -> bool:
-    """Whether two words are the same cycle of phases, begun at different sections."""
-    return len(one) == len(other) and other in one + one
+    """Whether two words are the same cycle of phases at each contact, begun at different sections."""
+    pairs = zip(by_contact(one), by_contact(other), strict=True)
+    return all(len(before) == len(after) and after in before + before for before, after in pairs)
 
 
 def mode_change(before: str, after: str) -> tuple[ModeChange, str]:
-    """(kind, in words) of the change from one cycle of phases to another."""
+    """(kind, in words) of the change from one cycle of phases to another; of several contacts, at that which changes.
+
+    Where several change at once, it is unnamed unless all do alike.
+    """
+    pairs = enumerate(zip(by_contact(before), by_contact(after), strict=True), 1)
+    changes = {i: _change(*pair) for i, pair in pairs if BETWEEN not in before or not same_cycle(*pair)}
+    kinds = {kind for kind, _ in changes.values()}
+    words = (f"{text} at contact {i}" if BETWEEN in before else text for i, (_, text) in changes.items())
+    return kinds.pop() if len(kinds) == 1 else ModeChange.UNNAMED, "; ".join(words)
+
+
+def _change(before: str, after: str) -> tuple[ModeChange, str]:
+    """The same of one contact."""
     longer, shorter = (before, after) if len(before) >= len(after) else (after, before)
     verb = "vanish" if longer is before else "appear"
     for count in range(1, MOST_PHASES + 1):

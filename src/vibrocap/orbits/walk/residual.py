@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.measures.recorded.sticking import first_turned
+from vibrocap.measures.recorded.sticking import by_contact, first_turned
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.itinerary import ModeChange, mode_change
 from vibrocap.orbits.walk.newton import Levels
@@ -49,7 +49,7 @@ class Closing:
     @property
     def itinerary(self) -> Hashable:
         """What happens along the motion, as far as it can change along a branch."""
-        return first_turned(self.mode_sequence)
+        return tuple(map(first_turned, by_contact(self.mode_sequence)))
 
     def change_to(self, other: "Closing") -> tuple[SpecialKind, ModeChange | None, str]:
         """(kind, change of modes, in words): how the itinerary changes from here to another point."""

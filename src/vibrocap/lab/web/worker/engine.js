@@ -183,7 +183,8 @@ function ensembleRun(form, runs, budget, each) {
 
 // What a result says: status, response, and the measures by name.
 function measured(form, result, begun, threshold) {
-  const { head, letters, letter_count, asymmetry, mirrored } = form.ensemble;
+  const { head, letters, letter_places: [room, perPlace], asymmetry, mirrored } = form.ensemble;
+  const sequences = letters.map((at) => (at ? modeSequenceOf(result.slice(at[0], at[0] + room), result[at[1]], perPlace) : ""));
   const periods = result[head.periods] - result[head.window_start], alike = isMirrored(form, begun);
   return {
     status: result[head.status],
@@ -191,7 +192,7 @@ function measured(form, result, begun, threshold) {
     since: result[head.since],
     windowStart: result[head.window_start],
     windowPeriods: periods,
-    mode_sequence: form.kind === "smooth" ? "" : modeSequenceOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
+    mode_sequence: sequences.some(Boolean) ? sequences.join("|") : "",
     mirrored: alike && result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
     values: READERS[form.number](result, begun.period, threshold, alike),
   };
