@@ -21,12 +21,18 @@ if TYPE_CHECKING:
 # what a fit writes into --out
 OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png", "report.html")
 OF_LAW = (  # options that say nothing to --machine
-    *("fixed", "free", "pendulum", "terms"),
+    *("fixed", "free", "pendulum", "terms", "by_record", "along"),
     *("least_speed", "loss", "weights", "start", "intervals", "bootstrap", "design"),
 )
+DRIVEN = ("prior", "by_record", "along")  # of laws that are driven
 RIG = "amplitude=1e-5:1e-2,frequency=0.2:5"
 BOUNDS = "coulomb_coefficient=1:20"
-TERM_NAMES = "offset, mass, spring, damping, damping_forward, damping_back, drag, gravity, gravity_cosine, delay"
+TERM_NAMES = (
+    "offset, mass, spring, damping, damping_forward, damping_back, drag, gravity, gravity_cosine, delay, gain, "
+    "adhesion, ripple, friction_ripple"
+)
+ALONG = "NAME=CONDITION, such as viscous_damping=temperature_C"
+PRIOR = "NAME=MEAN+-DEVIATION, such as mass=95+-1"
 PENDULUM = "written as mass=0.5,length=0.3"
 
 
@@ -104,6 +110,25 @@ class FitRequest(WithParts, Drawn):
         list[str] | None,
         Option("TERM,TERM,... that the sensor measures too: " + TERM_NAMES),
     ] = None
+    by_record: Annotated[
+        list[str] | None, Option("NAME,NAME,... parameters and terms with a value in each record", advanced=True)
+    ] = None
+    along: Annotated[
+        list[str] | None,
+        Option(
+            "NAME=CONDITION, a parameter or term that changes with a number of its record, or with load; may be "
+            "repeated",
+            advanced=True,
+        ),
+    ] = None
+    prior: Annotated[
+        list[str] | None,
+        Option(
+            "NAME=MEAN+-DEVIATION, known of a parameter, a term or an unknown beforehand, such as mass=95+-1; may be "
+            "repeated",
+            sets=("priors",),
+        ),
+    ] = None
     hold_out: Annotated[
         list[str] | None,
         Option(
@@ -164,6 +189,17 @@ class FitRequest(WithParts, Drawn):
     starts: Annotated[int, Option("searches from different starting points", advanced=True)] = 8
     seed: Seed = 0
 
+    def priors(self, complaints: Complaints) -> dict[str, tuple[float, float]]:
+        """What is known beforehand, by name: (mean, standard deviation)."""
+        found = {}
+        for name, text in pairs("prior", split(self.prior), complaints, PRIOR).items():
+            mean, _, deviation = text.replace("\N{PLUS-MINUS SIGN}", "+-").partition("+-")
+            try:
+                found[name] = float(mean), float(deviation)
+            except ValueError:
+                complaints.add(f"--prior {name}={text}", f"should be {PRIOR}")
+        return found
+
     def changed(self, name: str) -> bool:
         """Whether an option is not its default."""
         return getattr(self, name) != type(self).__dataclass_fields__[name].default
@@ -193,6 +229,8 @@ class FitRequest(WithParts, Drawn):
             wrong.append(f"{'--bootstrap' if self.bootstrap else '--design'}: is for --law, not for --compare")
         if self.compare and self.steady:
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
+        if (self.steady or self.spring) and (others := [each for each in DRIVEN if self.changed(each)]):
+            wrong.append(f"{flag(others[0])}: is for fits without --steady and --spring")
         if self.spring and self.terms:
             wrong.append("--terms: are for fits without --spring")
         other = self.compare or self.steady
@@ -215,12 +253,18 @@ class FitRequest(WithParts, Drawn):
             "loss": self.loss,
         }
         settings |= {"starts": self.starts, "seed": self.seed} | self.given("intervals")
+        if self.prior:
+            settings["priors"] = self.priors(wrong)
         if self.spring is not None:
             settings |= {"machine_stiffness": stiffness}
         else:
             settings |= {"held_out": hidden, "weights": self.weights, "terms": split(self.terms)}
             own = ("least_speed",) if self.steady else ("start",)
             settings |= {name: getattr(self, name) for name in own}
+            if self.by_record:
+                settings["by_record"] = split(self.by_record)
+            if self.along:
+                settings["along"] = pairs("along", split(self.along), wrong, ALONG)
         return FitPlan(records, settings, scales, doubts), wrong
 
     def plan(self, refused: Complaints) -> None:

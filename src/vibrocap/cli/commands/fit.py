@@ -48,7 +48,7 @@ def fit(request: FitRequest, report: Report) -> Answer:
     for doubt in plan.doubts:
         complain(f"warning: {doubt}")
     if request.machine is not None:
-        return _machine(request, plan.records, plan.settings["held_out"], report)
+        return _machine(request, plan.records, plan.settings, report)
     settings = plan.settings | {"progress": report}
     return (_compared if request.compare else _fitted)(request, plan.records, settings, plan.scales)
 
@@ -152,7 +152,7 @@ def write_residuals(found: "Fit", path: Path) -> Path:
     return write_table(path, ("record", "held_out", "time_s", f"velocity_{speed}", *forces), rows)
 
 
-def _machine(request: FitRequest, records: "list[Record]", hidden: list[str], report: Report) -> Answer:
+def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, Any], report: Report) -> Answer:
     """A case fitted to records."""
     from vibrocap.design.calibration.motion_fit import fit_motion
 
@@ -165,7 +165,8 @@ def _machine(request: FitRequest, records: "list[Record]", hidden: list[str], re
         records,
         ranges,
         predict=request.predict,
-        held_out=hidden,
+        held_out=settings["held_out"],
+        priors=settings.get("priors"),
         starts=request.starts,
         seed=request.seed,
         progress=report,

@@ -15,12 +15,20 @@ from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.design.calibration.calibration import CalibratedParameter
-from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column, searched, turns
+from vibrocap.design.calibration.record_model import (
+    RecordModel,
+    courses,
+    measured_column,
+    searched,
+    spread_of,
+    turns,
+    with_priors,
+)
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import WIDE, Verdict
 from vibrocap.identification.inference.residuals import FAR
-from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time, inverse, uncertainty
-from vibrocap.identification.search.loss import Loss
+from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time, inverse
+from vibrocap.identification.problem.priors import MOST, SAYS_MORE, checked_priors
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import available_threads
 from vibrocap.physics.system import System
@@ -50,6 +58,7 @@ class MotionFit(Result):
     rms: root mean square error by record; relative: over the standard deviation of what was measured, 1 for a constant
     noise_ratio: errors over the noise of the samples, which second differences tell
     growth: largest factor by which a change of the start grows in a record
+    pulls: standard deviations by which data and priors disagree, by parameter, where that is no chance
     starts: initial states by record, of the case without units
     not_trusted: why the motion of a record is not to be trusted, by the record's name: it does not reach the end of the
         record, or is not certified. Nothing is said of its errors then, and of no parameter if it was fitted
@@ -70,12 +79,13 @@ class MotionFit(Result):
     relative: dict[str, Number]
     noise_ratio: Number
     growth: Number
+    pulls: dict[str, Number]
     starts: dict[str, ByName]
     not_trusted: dict[str, str]
     converged: bool
 
     rows = "parameters"
-    in_record = "predict parameters correlation records noise_ratio growth not_trusted converged"
+    in_record = "predict parameters correlation records noise_ratio growth pulls not_trusted converged"
 
     @property
     def records(self) -> dict[str, dict[str, Any]]:
@@ -100,6 +110,8 @@ class MotionFit(Result):
             found[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
             if name in self.not_trusted:
                 found[name] = f"{kept}the motion is not to be trusted: {self.not_trusted[name]}"
+        for path, away in self.pulls.items():
+            found[f"prior {path}"] = f"differs from what the data say by {abs(away):.2g} standard deviations"
         if self.noise_ratio > FAR:
             times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
             found["doubt"] = f"{times}: machine or law lack something"
@@ -126,6 +138,7 @@ def fit_motion(
     *,
     predict: str = "position",
     held_out: str | Iterable[str] = (),
+    priors: Mapping[str, tuple[float, float]] | None = None,
     initial: ByName | None = None,
     starts: int = 64,
     seed: int = 0,
@@ -147,6 +160,7 @@ def fit_motion(
         factor of the measured force
     predict: a state: a length or an angle is compared with the records' displacement, a velocity with theirs
     held_out: names of records that the fit does not see and that judge it
+    priors: {path: (mean, standard deviation)} of what is known of unknowns beforehand
     initial: states at the start of every record that are known; the machine's others are found
     starts: points from which the search begins; seed: of them
 
@@ -174,11 +188,14 @@ def fit_motion(
     for path in space.paths:
         if is_kind(path) or path not in numbers:
             complaints.add(path, "should be a number with its bounds, such as 0.1:0.5")
+    with complaints.collected():
+        known_before = checked_priors(priors, space.paths)
     if complaints:
         raise CaseError(complaints, "the fit")
     threads = threads or available_threads()
     model = RecordModel(predict, space, fitted, tolerance, threads)
     point, converged = searched(model, starts, seed, told(progress))
+    point = with_priors(model, point, known_before)
     others = [RecordModel(predict, space, [every[name]], tolerance, threads) for name in hidden]
     return _found(case.system, model, others, point, converged)
 
@@ -222,16 +239,16 @@ def _found(
     counts = model.counts(1.0)
     errors = model.errors(point, counts)
     slopes = model.slopes(point, counts)
-    parts = np.split(errors, np.cumsum(counts)[:-1])
-    spread = uncertainty(parts, slopes, np.eye(model.coordinates), Loss())
+    spread = spread_of(model, point, errors, slopes)
     deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
     growth = model.growth(slopes)
+    pulls = {each.name: each.pull for each in model.priors if abs(each.pull) > MOST}
     reasons = {each.name: model.distrust(k, point) for k, each in enumerate(model.courses)}
-    doubted = growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
+    doubted = bool(pulls) or growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
     doubt = Verdict.UNTRUSTED if any(reasons.values()) else Verdict.DOUBTED if doubted else None
     shares = point[:many]
     own = spread.covariance[:many, :many] if doubt is not Verdict.UNTRUSTED else np.full((many, many), np.nan)
-    parameters = [_parameter(model, k, point, slopes, spread, errors, doubt) for k in range(many)]
+    parameters = [_parameter(model, k, point, slopes, spread, doubt) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
     found = MotionFit(
         system=system.with_parameters(
@@ -245,6 +262,7 @@ def _found(
         **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
         noise_ratio=float(np.linalg.norm(errors)) / max(model.noise, 1e-300),
         growth=growth,
+        pulls=pulls,
         not_trusted={name: why for name, why in reasons.items() if why},
         converged=converged,
     )
@@ -262,7 +280,6 @@ def _parameter(
     point: np.ndarray,
     slopes: np.ndarray,
     spread: Uncertainty,
-    errors: np.ndarray,
     doubt: Verdict | None,
 ) -> CalibratedParameter:
     """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
@@ -275,10 +292,10 @@ def _parameter(
     value = float(each.at(point[k]))
     if doubt is Verdict.UNTRUSTED:
         return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt)
-    limit = float(np.sum(errors**2)) + spread.unit * spread.threshold[k] ** 2
+    limit = model.squares(point, model.counts(1.0)) + spread.unit * spread.threshold[k] ** 2
     error = math.sqrt(spread.covariance[k, k])
     alone = np.eye(len(point))[k]
-    acting = np.any(np.abs(slopes) > FAINT, axis=0)
+    acting = np.any(np.abs(np.concatenate([slopes, model.known_slopes(point)])) > FAINT, axis=0)
     joint = np.where(acting, spread.covariance[:, k] / spread.covariance[k, k], alone)
     half = error * float(spread.threshold[k] / math.sqrt(spread.inflation[k])) if acting[k] else 0.0
     reached = []
@@ -297,6 +314,8 @@ def _parameter(
         verdict = Verdict.BOUNDED_ABOVE if high < 1.0 else Verdict.BOUNDED_BELOW if low > 0.0 else Verdict.UNDETERMINED
     elif doubt:
         verdict = doubt
+    elif spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors):
+        verdict = Verdict.PRIOR
     else:
         verdict = Verdict.WIDE if ends[0] > 0.0 and ends[1] > WIDE * ends[0] else Verdict.DETERMINED
     error *= space.derivative(k, float(point[k]))
@@ -309,7 +328,7 @@ def _reach(model: RecordModel, k: int, point: np.ndarray, way: np.ndarray, begin
     room = (1.0 - point[k]) if way[k] > 0.0 else point[k]
 
     def allowed(change: float) -> bool:
-        return float(np.sum(model.errors(np.clip(point + change * way, low, high), counts) ** 2)) <= limit
+        return model.squares(np.clip(point + change * way, low, high), counts) <= limit
 
     inside, step = 0.0, min(max(begin, LEAST), room)
     while allowed(step):

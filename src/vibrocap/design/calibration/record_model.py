@@ -11,7 +11,17 @@ import numpy as np
 
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
-from vibrocap.identification.search.loss import finite
+from vibrocap.identification.inference.uncertainty import Uncertainty, uncertainty
+from vibrocap.identification.problem.priors import (
+    WEIGHTINGS,
+    Prior,
+    prior_errors,
+    prior_slopes,
+    pulled,
+    settled,
+    weighted,
+)
+from vibrocap.identification.search.loss import Loss, finite
 from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.dimensions.units import state_keys, state_units
@@ -115,6 +125,30 @@ class RecordModel:
         ends = len(space.paths) + np.cumsum([0, *(len(each.free) for each in courses)])
         self.places = [np.arange(begin, end) for begin, end in itertools.pairwise(ends)]
         self.coordinates = int(ends[-1])
+        self.priors: tuple[Prior, ...] = ()
+
+    def values(self, point: np.ndarray) -> np.ndarray:
+        """The unknowns at a point."""
+        ranges: Any = self.space.variables
+        return np.array([each.at(x) for each, x in zip(ranges, point, strict=False)], dtype=float)
+
+    def known(self, point: np.ndarray) -> np.ndarray:
+        """Errors of the priors."""
+        return prior_errors(self.priors, self.space.paths, self.values(point))
+
+    def known_slopes(self, point: np.ndarray) -> np.ndarray:
+        """Their derivatives [priors, coordinates]."""
+        return prior_slopes(self.priors, self.space.paths, self.to_values(point))
+
+    def to_values(self, point: np.ndarray) -> np.ndarray:
+        """Derivatives [coordinates, coordinates] of the unknowns by their shares; a start stays what it is."""
+        many = len(self.space.paths)
+        own = [self.space.derivative(k, float(point[k])) for k in range(many)]
+        return np.diag([*own, *(1.0 for _ in range(self.coordinates - many))])
+
+    def squares(self, point: np.ndarray, counts: Sequence[int]) -> float:
+        """What a search minimises."""
+        return float(np.sum(self.errors(point, counts) ** 2) + np.sum(self.known(point) ** 2))
 
     @property
     def noise(self) -> float:
@@ -223,10 +257,13 @@ class RecordModel:
             found[moving] = x
             return found
 
+        def slopes(x: np.ndarray) -> np.ndarray:
+            return np.concatenate([self.slopes(whole(x), counts), self.known_slopes(whole(x))])[:, moving]
+
         end = least_squares(
-            lambda x: self.errors(whole(x), counts),
+            lambda x: np.concatenate([self.errors(whole(x), counts), self.known(whole(x))]),
             begun[moving],
-            jac=lambda x: self.slopes(whole(x), counts)[:, moving],  # type: ignore[arg-type]
+            jac=slopes,  # type: ignore[arg-type]
             bounds=(low[moving], high[moving]),
             max_nfev=most,
             xtol=1e-10,
@@ -275,7 +312,7 @@ def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple
     points = np.tile(point, (many, SCANNED, 1))
     for k in range(many):
         points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
-    squares = [float(np.sum(model.errors(each, counts) ** 2)) for each in points.reshape(-1, len(point))]
+    squares = [model.squares(each, counts) for each in points.reshape(-1, len(point))]
     return points, np.reshape(squares, (many, SCANNED))
 
 
@@ -284,7 +321,7 @@ def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) 
 
     Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
     """
-    least = float(np.sum(model.errors(point, counts) ** 2))
+    least = model.squares(point, counts)
     for _ in range(PASSES):
         points, squares = _scan(model, point, counts)
         if np.min(squares) >= least - _alike(model, least, counts):
@@ -292,6 +329,27 @@ def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) 
         end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
         least, point = 2.0 * float(end.cost), end.x
     return least, point
+
+
+def spread_of(model: RecordModel, point: np.ndarray, errors: np.ndarray, slopes: np.ndarray) -> Uncertainty:
+    """What the errors of a minimum, with the priors, leave uncertain of the coordinates."""
+    parts = np.split(errors, np.cumsum(model.counts(1.0))[:-1])
+    return uncertainty(parts, slopes, np.eye(model.coordinates), Loss(), model.known_slopes(point))
+
+
+def with_priors(model: RecordModel, point: np.ndarray, priors: Sequence[Prior]) -> np.ndarray:
+    """The minimum with priors, from that without; the model is given them, with their weights."""
+    counts, names, model.priors = model.counts(1.0), model.space.paths, tuple(priors)
+    for k in range(WEIGHTINGS if priors else 0):
+        before, to_values = model.priors, model.to_values(point)
+        spread = spread_of(model, point, model.errors(point, counts), model.slopes(point, counts))
+        if k == 0:
+            model.priors = pulled(priors, names, model.values(point), to_values @ spread.covariance @ to_values.T)
+        model.priors = weighted(model.priors, names, spread.unit, spread.inflation)
+        if settled(before, model.priors):
+            break
+        point = model.refined(_beyond_kinks(model, point, counts)[1], counts, 60).x
+    return point
 
 
 def _alike(model: RecordModel, cost: float, counts: Sequence[int]) -> float:

@@ -136,8 +136,8 @@ def compare(
             part = fit(seen, law, held_out=hidden, **own)
             done += 1
             said(done / total)
-            measured += [each.force for each in hidden]
             results = [r for r in part.records if r.held_out]
+            measured += [r.measured for r in results] or [each.force for each in hidden]
             predicted += [r.predicted for r in results] or [np.full(len(each), math.nan) for each in hidden]
         rows.append((name, whole, relative_rmse(measured, predicted)[0], clock.perf_counter() - begin))
     return _ranked(rows, method)

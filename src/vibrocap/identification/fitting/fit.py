@@ -1,5 +1,6 @@
 """Fits of a friction law to records: the law is driven by the measured motion and answers with the measured force."""
 
+import dataclasses
 import functools
 import time as clock
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,13 +11,18 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_one_of, is_positive, suggestion
 from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
+from vibrocap.identification.inference.diagnosis.patterns import ripple
+from vibrocap.identification.inference.residuals import record_errors
 from vibrocap.identification.problem.data_scales import data_scales
+from vibrocap.identification.problem.differing import differing_parameters
 from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, require_values
-from vibrocap.identification.problem.prediction import DELAY, Prediction, nuisances
+from vibrocap.identification.problem.prediction import BESIDE, GAIN, Prediction, nuisances
+from vibrocap.identification.problem.priors import checked_priors
 from vibrocap.identification.problem.samples import Samples, drafts, samples
-from vibrocap.identification.problem.terms import checked_terms
+from vibrocap.identification.problem.terms import RIPPLES, TERMS, checked_terms
 from vibrocap.identification.result.fit_result import Fit
-from vibrocap.identification.search.loss import Loss
+from vibrocap.identification.search import multistart
+from vibrocap.identification.search.loss import Loss, finite
 from vibrocap.progress import Progress, reporting
 
 DRAFT = 4000  # samples, in all, of a draft
@@ -36,6 +42,9 @@ def fit(
     loss_scale: float | None = None,
     weights: str = "power",
     terms: str | Sequence[str] = (),
+    by_record: Sequence[str] = (),
+    along: Mapping[str, str] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
     start: str = "fitted",
     intervals: str = "profile",
     held_out: Any = (),
@@ -50,8 +59,8 @@ def fit(
 
         sum over records and samples of loss[(R(law; v(t), N) + terms - F) / unit of the record].
 
-    records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not fitted,
-        from a relaxed contact.
+    records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not
+        fitted; their first tenth finds what is of one record alone (the contact's start, `by_record`), the rest judges.
     law: an instance (its values are the first start and the values of what is held), a class or a name (then the data
         suggest the start). free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least
         1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
@@ -67,7 +76,13 @@ def fit(
         "mass" times acceleration, "spring" times displacement (with an offset for its middle), "damping" times velocity
         ("damping_forward" and "damping_back" of one direction), "drag" times v |v|, and where the contact turns
         "gravity" times sin(angle), "gravity_cosine" times cos(angle); "delay", the time (s) by which the force with all
-        of them is late behind the motion.
+        of them is late behind the motion; "ripple", a force periodic in position, and "friction_ripple", a factor of
+        friction that is, whose wavelengths are searched; "adhesion", the load N_0 in mu (N + N_0) = mu N + F_0;
+        "gain", the factor of the force sensor, by record (that of the first is 1) or with a prior.
+    by_record: parameters and terms with a value in each record. along: {parameter or term: condition} of what changes
+        in proportion to a number of the record, one of its `conditions` (a temperature, a time) or "load".
+    priors: {name: (mean, standard deviation)} of what is known of parameters and terms beforehand; a summary tells
+        where they say more than the data, and where both disagree.
     start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
     intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
@@ -87,22 +102,55 @@ def fit(
     require_values(law, free, fixed)
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
-    asked: dict[str, Any] = {"terms": checked_terms(terms, (DELAY,), fitted), "start": start}
+    asked: dict[str, Any] = {"terms": checked_terms(terms, BESIDE, fitted), "start": start}
+    if GAIN in asked["terms"] and GAIN not in by_record and GAIN not in (priors or {}):
+        raise ArgumentError("terms", "gain is part of the law's levels: name it in by_record too, or give its prior")
+    lengths: dict[str, float] = {}
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> Prediction:
-        extra = nuisances(choice.template, fitted, level=scales.level, **asked)
-        return Prediction(choice.template, choice.space.with_more(extra), of, own_units, threads)
+        extra = nuisances(choice.template, fitted, level=scales.level, lengths=lengths, **asked)
+        space = choice.space.with_more(extra)
+        own, conditions = list(by_record), dict(along or {})
+        if choice is not chosen:  # a simpler law has fewer parameters
+            own = [name for name in own if name in space.names]
+            conditions = {name: what for name, what in conditions.items() if name in space.names}
+        differing, more = differing_parameters(space, space.begun(choice.start), fitted, own, conditions)
+        space = space.with_more(more)
+        if GAIN not in (priors or {}):  # the first record's is 1
+            space = dataclasses.replace(space, coordinates=tuple(c for c in space.coordinates if c.name != GAIN))
+        return Prediction(choice.template, space, of, own_units, threads, differing=differing)
 
     def simpler(loss: Loss) -> list[np.ndarray]:
         draft = functools.partial(predicted, of=thinned)
         return SimplerFits(draft, scales, bounds or {}, settings.starts, loss, settings.seed).ends(chosen)
 
+    if ripples := [name for name in asked["terms"] if name in RIPPLES]:
+        without = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
+        lengths |= ripple_lengths(ripples, *without, chosen, settings)
     prediction, draft = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
+    known = checked_priors(priors, prediction.space.names)
+    prediction, draft = (dataclasses.replace(each, priors=known) for each in (prediction, draft))
     options = {"method": "driven by the measured motion", "weights": weights, **asked, "load": load}
+    options |= {"by_record": list(by_record), "along": dict(along or {})}
+    options["priors"] = {each.name: (each.mean, each.deviation) for each in known}
     own_bounds = {name: tuple(pair) for name, pair in (bounds or {}).items()}
     options |= {"fixed": dict(fixed or {}), "bounds": own_bounds}
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
+
+
+def ripple_lengths(
+    names: Sequence[str], prediction: Prediction, draft: Prediction, chosen: Parametrisation, settings: Settings
+) -> dict[str, float]:
+    """Wavelengths at which the errors of a fit without ripples have most, by the ripple's name."""
+    first = [draft.space.begun(chosen.start)]
+    end, _ = multistart.drafts(draft, first, starts=settings.starts, loss=Loss(settings.loss), seed=settings.seed)[0]
+    records = record_errors(prediction, finite(prediction.errors(end.u)))
+    error = np.concatenate([each.error for each in records])
+    found = {name: ripple(records, error, [TERMS[f"{name}_sine"].of_friction])[0] for name in names}
+    if none := [name for name, length in found.items() if not length > 0.0]:
+        raise ArgumentError("terms", f"{none[0]} needs a path of several waves, sampled many times in each")
+    return found
 
 
 def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:

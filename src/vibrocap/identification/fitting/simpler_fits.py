@@ -43,14 +43,14 @@ class SimplerFits:
             best = None if simpler is None else self.best(simpler)
             if best is not None:
                 found.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
-        middle = space.named(_padded(chosen.start, space))
+        middle = space.named(space.begun(chosen.start))
         known = [{k: v for k, v in each.items() if k in middle} for each in found if each is not None]
         return [space.of({**middle, **each}) for each in known]
 
     def best(self, chosen: Parametrisation) -> dict[str, float] | None:
         """Values by name of the best draft of a choice, its own simpler fits among the starts."""
         prediction = self.draft(chosen)
-        first, also = [_padded(chosen.start, prediction.space)], self.ends(chosen)
+        first, also = [prediction.space.begun(chosen.start)], self.ends(chosen)
         end, _ = drafts(prediction, first, also, starts=self.starts, loss=self.loss, seed=self.seed)[0]
         return None if end.status == SearchStatus.FAILED else prediction.space.named(end.u)
 
@@ -80,7 +80,3 @@ class SimplerFits:
             return None
         inner = cls(**{info.name: getattr(template, info.name) for info in infos if hasattr(template, info.name)})
         return self._choice(inner, shared, {k: pair for k, pair in self.bounds.items() if k in shared})
-
-
-def _padded(start: np.ndarray, space: Any) -> np.ndarray:
-    return np.concatenate([start, np.zeros(len(space.coordinates) - len(start))])

@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_one_of, check_whole, is_positive
-from vibrocap.identification.inference.profile import INTERVALS, with_intervals
+from vibrocap.identification.inference.profile import INTERVALS, spread_of, with_intervals
 from vibrocap.identification.problem.coordinates import Space
 from vibrocap.identification.problem.parametrisation import Parametrisation
 from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.problem.priors import WEIGHTINGS, pulled, settled, weighted
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_report import failed_fit, finished_fit
 from vibrocap.identification.result.fit_result import Fit, Problem
 from vibrocap.identification.search.descent import COARSE_STOP, descent
-from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus, robust_scale
+from vibrocap.identification.search.loss import LOSSES, Loss, Minimum, SearchStatus, robust_scale
 from vibrocap.identification.search.multistart import search
 from vibrocap.laboratory.driven import driven_force
 
@@ -67,9 +68,8 @@ def solution(
             f"have {prediction.size} samples for {len(space.coordinates)} free parameters; more samples are needed",
         )
     said = progress or (lambda _: None)
-    rest = np.zeros(len(space.coordinates) - len(chosen.start))
     # the last one is the centre of the other starts
-    first = [np.concatenate([u, rest]) for u in (chosen.own_start, chosen.start) if u is not None]
+    first = [space.begun(u) for u in (chosen.own_start, chosen.start) if u is not None]
     rule = Loss(settings.loss, settings.loss_scale or 1.0)
     if settings.loss != "linear" and settings.loss_scale is None:
         linear = descent(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
@@ -82,6 +82,18 @@ def solution(
     if best.status == SearchStatus.FAILED:
         seconds = clock.perf_counter() - begin
         return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
+    if prediction.priors:
+        alone = prediction.space.values(best.u), spread_of(prediction, best, rule).covariance
+        known = pulled(prediction.priors, prediction.space.names, *alone)
+        prediction = dataclasses.replace(prediction, priors=known)
+        prediction, draft = with_weights(prediction, draft, best, rule)
+        best, ended = search(prediction, draft, first, [*further, best.u], loss=rule, progress=progress, **how)
+        for _ in range(WEIGHTINGS):
+            before = prediction.priors
+            prediction, draft = with_weights(prediction, draft, best, rule)
+            best = descent(prediction, best.u, rule)
+            if settled(before, prediction.priors):
+                break
     ordered = elements_in_order(prediction.space, best.u)
     if ordered is not None:
         best = descent(prediction, ordered, rule, stop=1e-8)
@@ -95,6 +107,17 @@ def solution(
     said(1.0)
     end = best if jumps else low  # a profile may have come upon a lower minimum
     return finished_fit(problem, end, found, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
+
+
+def with_weights(prediction: Prediction, draft: Prediction, best: Minimum, rule: Loss) -> tuple[Prediction, Prediction]:
+    """A prediction and its draft, whose priors have the weights that the errors of a minimum give them."""
+    spread = spread_of(prediction, best, rule)
+    pair = []
+    for each in (prediction, draft):
+        share = each.size / prediction.size
+        known = weighted(prediction.priors, prediction.space.names, spread.unit * share, spread.inflation)
+        pair.append(dataclasses.replace(each, priors=known))
+    return pair[0], pair[1]
 
 
 def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:

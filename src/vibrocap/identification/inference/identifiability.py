@@ -32,6 +32,7 @@ class Verdict(enum.StrEnum):
     UNDETERMINED = "not determined"
     NO_EFFECT = "not determined: without effect in these data"
     TOO_FEW = "not determined: too few samples"
+    PRIOR = "as known beforehand: the data say less"
     DOUBTED = "doubted: the errors are no noise"
     UNTRUSTED = "not determined: not all motions can be trusted"
     HELD = "held"

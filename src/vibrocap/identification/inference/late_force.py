@@ -54,8 +54,8 @@ def late_force(prediction: Prediction, best: Minimum, loss: Loss, hint: float = 
             end = again
         found = end if found is None or end.cost < found.cost else found
     assert found is not None
-    cuts = np.cumsum([len(each) for each in prediction.records])[:-1]
-    spread = uncertainty(np.split(found.errors, cuts), found.slopes, space.slopes(found.u), loss)
+    parts, rows = late.by_record(found.errors), np.split(found.slopes, [late.size])
+    spread = uncertainty(parts, rows[0], space.slopes(found.u), loss, rows[1])
     delay, error = float(space.values(found.u)[-1]), float(np.sqrt(spread.covariance[-1, -1]))
     gain = 2.0 * (best.cost - found.cost) / (spread.unit * float(spread.inflation[-1]))  # of -2 log(likelihood)
     if not (gain > LATE**2 and abs(found.u[-1]) > LEAST_DELAY and not coordinate.at_limit(found.u[-1])):

@@ -14,7 +14,7 @@ import numpy as np
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse
 from vibrocap.identification.problem.coordinates import LARGEST_RATIO, Coordinate
-from vibrocap.identification.problem.prediction import DELAY, Prediction
+from vibrocap.identification.problem.prediction import START, Prediction
 from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.search.loss import Loss, Minimum
 
@@ -51,7 +51,7 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
     -(J^T J)^-1 g_k without it, as far as a straight line tells.
     """
     space = prediction.space
-    names = (*prediction.law_names, *TERMS, DELAY)
+    names = [name for name in space.names if not name.startswith(START)]
     to_parameters = space.slopes(best.u)
     weighted = loss.slope(best.errors)[:, None] * best.slopes
     gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)

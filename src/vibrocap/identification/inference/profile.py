@@ -241,9 +241,9 @@ def with_intervals(
 def spread_of(prediction: Prediction, best: Minimum, rule: Loss) -> Uncertainty:
     """The uncertainty at a minimum of a prediction."""
     counts = prediction.counts
-    errors = np.split(best.errors, np.cumsum([len(each) for each in prediction.records])[:-1])
-    errors = [each[count] for each, count in zip(errors, counts, strict=True)]
-    return uncertainty(errors, best.slopes[np.concatenate(counts)], prediction.space.slopes(best.u), rule)
+    errors = [each[count] for each, count in zip(prediction.by_record(best.errors), counts, strict=True)]
+    slopes, known = np.split(best.slopes, [prediction.size])
+    return uncertainty(errors, slopes[np.concatenate(counts)], prediction.space.slopes(best.u), rule, known)
 
 
 def _draft_profiles(

@@ -8,7 +8,7 @@ negative work, it is the data that are wrong. Each of these is looked for (`diag
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -87,6 +87,11 @@ class ResidualReport:
         worse = (_finding("held out", relative, f"{relative:.0%}"),) if relative >= 1.0 else ()
         return dataclasses.replace(self, findings=(*worse, *self.findings))
 
+    def with_pulls(self, pulls: Mapping[str, float]) -> "ResidualReport":
+        """The same, knowing by how many standard deviations priors and data disagree, by parameter."""
+        found = [_finding("prior", abs(away), name, f"{abs(away):.2g}") for name, away in pulls.items()]
+        return dataclasses.replace(self, findings=(*found, *self.findings))
+
     def sentences(self) -> tuple[str, ...]:
         """The report in words."""
         phase = f"largest {self.largest}, {self.phases[self.largest]:.2g} times the mean" if self.phases else ""
@@ -110,7 +115,7 @@ def residual_report(
     if moved:  # such errors of the motion go with what the force goes with
         causes = tuple(each for each in causes if each.kind not in WITH_MOTION)
     parts = np.split(rest.rest, np.cumsum([int(each.sum()) for each in rest.counts])[:-1])
-    errors = _by_record(prediction, best.errors)
+    errors = prediction.by_record(best.errors)
     counted = [each[count] for each, count in zip(errors, prediction.counts, strict=True)]
     limits = [each for each in limits if each.pressed and each.whose == "law"]
     tau = max(1.0, float(np.mean([correlation_time(each) for each in parts])))
@@ -160,10 +165,10 @@ def _causes(
         units = [np.where(kept, unit, np.inf) for kept, unit in zip(left, prediction.units, strict=True)]
         less = prediction.of(prediction.records, units)
         end = descent(less, best.u, loss, evaluations=REFITTED, stop=1e-6)
-        return _columns(prediction, finite(prediction.errors(end.u))), _absorbed(prediction, end)
+        return record_errors(prediction, finite(prediction.errors(end.u))), _absorbed(prediction, end)
 
     timed = type(prediction) is Prediction and DELAY not in prediction.space.names
-    first = diagnosis(_columns(prediction, best.errors), _absorbed(prediction, best), refit, timed)
+    first = diagnosis(record_errors(prediction, best.errors), _absorbed(prediction, best), refit, timed)
     causes = first.causes
     told = sum(each.share for each in causes)
     if not timed or not (causes or held) or any(each.kind in ("saturation", "quantisation") for each in causes):
@@ -172,7 +177,9 @@ def _causes(
     late = late_force(prediction, best, loss, hint)
     if late is None or late.explained < max(LESS * told, SHARE):
         return causes, first, None
-    second = diagnosis(_columns(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False)
+    second = diagnosis(
+        record_errors(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False
+    )
     left = 1.0 - late.explained
     others = [dataclasses.replace(each, share=left * each.share) for each in second.causes]
     kept = [each for each in others if each.share > max(SHARE, SECOND * late.explained)]
@@ -182,14 +189,10 @@ def _causes(
     return (Cause("delay", late.delay, late.explained, words), *kept), second, late
 
 
-def _by_record(prediction: Prediction, errors: np.ndarray) -> list[np.ndarray]:
-    return np.split(errors, np.cumsum([len(each) for each in prediction.records])[:-1])
-
-
-def _columns(prediction: Prediction, errors: np.ndarray) -> list[RecordErrors]:
+def record_errors(prediction: Prediction, errors: np.ndarray) -> list[RecordErrors]:
     """The records with the errors of a minimum, predicted less measured over the units, as a diagnosis reads them."""
     found = []
-    rows = zip(prediction.records, prediction.units, prediction.counts, _by_record(prediction, errors), strict=True)
+    rows = zip(prediction.records, prediction.units, prediction.counts, prediction.by_record(errors), strict=True)
     for record, units, count, error in rows:
         unit = float(np.min(units))
         finite_units = np.where(np.isfinite(units), units, 0.0)
@@ -217,12 +220,14 @@ def _absorbed(prediction: Prediction, best: Minimum) -> np.ndarray:
         name not in TERMS or TERMS[name].signed or not each.at_limit(u)
         for name, each, u in zip(space.names, space.coordinates, best.u, strict=True)
     ]
-    return best.slopes[:, kept]
+    return best.slopes[: prediction.size, kept]
 
 
 SAID = {
     "held out": "On the records that were held out they are {} of what the force varies by, worse than a constant: the "
     "law with these parameters does not hold there.",
+    "prior": "What is known of {} beforehand and what the data say differ by {} standard deviations: one of both is "
+    "wrong.",
     "work": "Friction does negative work (force times velocity sums to {} of its size): the sign of the force or of "
     "the motion looks swapped, or a drive acts along.",
     "saturation": "The force saturates: {} of the samples lie on its limit of {}, cut off there by a sensor or its "

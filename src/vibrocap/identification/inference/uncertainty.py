@@ -34,6 +34,7 @@ class Uncertainty:
         quantile of Student's t for n/tau - p degrees of freedom, times sqrt(tau).
     covariance [p, p]: of the parameters, with the inflation; huge along what the data do not determine.
     tau: correlation time of each record's errors in samples; effective: sum of the records' n/tau.
+    known [p]: share of what is known of each parameter that the priors contribute, 0 to 1.
     """
 
     unit: float
@@ -42,20 +43,29 @@ class Uncertainty:
     covariance: np.ndarray
     tau: tuple[float, ...]
     effective: float
+    known: np.ndarray
 
 
-def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters: np.ndarray, loss: Loss) -> Uncertainty:
+def uncertainty(
+    errors: Sequence[np.ndarray],
+    slopes: np.ndarray,
+    to_parameters: np.ndarray,
+    loss: Loss,
+    priors: np.ndarray | None = None,
+) -> Uncertainty:
     """The uncertainty at a minimum.
 
     errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; to_parameters
-    [p, p]: derivatives of the parameters by the coordinates.
+    [p, p]: derivatives of the parameters by the coordinates; priors [q, p]: slopes of the errors that they add.
     """
     from scipy.special import stdtrit
 
     n, p = slopes.shape
     psi, bend = _influence(np.concatenate(errors), loss)
     unit = float(np.sum(psi**2) / max(n - p, 1) / bend)
-    base = inverse(slopes.T @ slopes)
+    priors = np.empty((0, p)) if priors is None else priors
+    base = inverse(slopes.T @ slopes + priors.T @ priors)
+    known = 1.0 - np.clip(_own_share(slopes, base, to_parameters), 0.0, 1.0) if len(priors) else np.zeros(p)
     influence = (slopes * psi[:, None]) @ (base @ to_parameters.T)
     cuts = np.cumsum([len(each) for each in errors])[:-1]
     parts = np.split(influence, cuts)
@@ -64,13 +74,19 @@ def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters:
     for j in range(p):
         own, stationary = ([part[:, j] for part in each] for each in (parts, leverage))
         inflation[j] *= max(_inflation(own), _inflation(errors, stationary))
-    spare = np.maximum(n / inflation - p, FEWEST)
+    spare = np.maximum(n / inflation - p, FEWEST) / np.maximum(1.0 - known, FAINT)
     root = np.sqrt(inflation)
     covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)
     threshold = stdtrit(spare, 0.5 + 0.5 * LEVEL) * root
     tau = tuple(correlation_time(each) for each in errors)
     effective = sum(len(each) / t for each, t in zip(errors, tau, strict=True))
-    return Uncertainty(unit, inflation, threshold, covariance, tau, effective)
+    return Uncertainty(unit, inflation, threshold, covariance, tau, effective, known)
+
+
+def _own_share(slopes: np.ndarray, base: np.ndarray, to_parameters: np.ndarray) -> np.ndarray:
+    """Share [p] of the variance of each estimate that the samples make; the priors make the rest."""
+    gain = to_parameters @ base
+    return np.einsum("pi,ij,pj->p", gain, slopes.T @ slopes, gain) / np.sum(gain * to_parameters, axis=1)
 
 
 def _unevenness(influence: np.ndarray, leverage: np.ndarray, unit: float) -> np.ndarray:

@@ -25,10 +25,10 @@ class Coordinate:
 
     log: p = exp(u); foot: p = scale sinh(u), p >= 0; linear: p = scale u;
     above: p = partner exp(u) with u >= 0; below: p = partner exp(-u) with u >= 0 (partner: another parameter's value).
-    low, high: bounds of p. spread: standard deviation of u among the starts. step: change of u for differences; a
-    coarse one for a law whose force is not smooth in a parameter; jumps: whether it is this one (a gap moves the
-    instants at which a joint closes). whose: who sets the ends of the range of u: "law" (zero, the order of two
-    levels), "search" (this package) or "given".
+    low, high: bounds of p. start: where a parameter of the measurement begins. spread: standard deviation of u among
+    the starts. step: change of u for differences; a coarse one for a law whose force is not smooth in a parameter;
+    jumps: whether it is this one (a gap moves the instants at which a joint closes). whose: who sets the ends of the
+    range of u: "law" (zero, the order of two levels), "search" (this package) or "given".
     """
 
     name: str
@@ -37,6 +37,7 @@ class Coordinate:
     high: float
     scale: float = 1.0
     partner: str = ""
+    start: float = 0.0
     spread: float = 0.5
     step: float = STEP
     jumps: bool = False
@@ -151,6 +152,10 @@ class Space:
                 found[i] = found[j] * values[i] / values[j]
             found[i, i] = each.slope(values[i], u[i])
         return found
+
+    def begun(self, start: np.ndarray) -> np.ndarray:
+        """Coordinates of the law, and behind them those of the measurement where they begin."""
+        return np.concatenate([start, [each.start for each in self.coordinates[len(start) :]]])
 
     def with_more(self, coordinates: tuple[Coordinate, ...]) -> "Space":
         """This space and further coordinates after its own."""

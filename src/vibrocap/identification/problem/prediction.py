@@ -7,9 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.problem.coordinates import Coordinate, Space
+from vibrocap.identification.problem.differing import Differing, in_record, own_name
+from vibrocap.identification.problem.priors import Prior, prior_errors, prior_slopes
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.problem.terms import TERMS, coordinate_of, forces_of_terms
+from vibrocap.identification.problem.terms import (
+    RIPPLES,
+    TERMS,
+    coordinate_of,
+    forces_of_terms,
+    length_name,
+    ripple_coordinates,
+)
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 
@@ -38,6 +48,8 @@ class Prediction:
     units: tuple[Any, ...]
     threads: int | None = None
     tolerance: float = TOLERANCE
+    priors: tuple[Prior, ...] = ()
+    differing: tuple[Differing, ...] = ()
 
     @property
     def law_names(self) -> tuple[str, ...]:
@@ -61,8 +73,8 @@ class Prediction:
     def forces(self, table: np.ndarray, which: int) -> np.ndarray:
         """Predicted force [m, n] of record number `which` at coordinates [m, p]; NaN where a run failed."""
         record = self.records[which]
-        values = self.space.values(np.atleast_2d(table))
         names, law_names = self.space.names, self.law_names
+        values = in_record(self.differing, names, self.space.values(np.atleast_2d(table)), record)
         columns = [names.index(name) for name in law_names]
         law_values = values[:, columns]
         lawful = np.array([self._lawful(row) for row in law_values.tolist()])
@@ -70,23 +82,28 @@ class Prediction:
             return np.full((len(values), len(record)), np.nan)
         found = np.full((len(values), len(record)), np.nan)
         start = self._start(values, law_values, record)
-        delays = values[:, names.index(DELAY)] if DELAY in names else np.zeros(len(values))
-        for delay in np.unique(delays[lawful]):
-            rows = lawful & (delays == delay)
+        delays, adhesions = (self._beside(values, name, 0.0) for name in (DELAY, ADHESION))
+        for delay, adhesion in np.unique(np.stack([delays, adhesions], axis=1)[lawful], axis=0):
+            rows = lawful & (delays == delay) & (adhesions == adhesion)
             found[rows] = driven_forces(
                 self.template,
                 law_values[rows],
                 law_names,
                 record.time,
                 _late(record.velocity, record.time, delay),
-                load=record.load,
+                load=record.load + adhesion,
                 internal=None if start is None else start[rows],
                 tolerance=self.tolerance,
                 threads=1 if rows.sum() * len(record) < SMALL else self.threads,
             ).force
             late = functools.partial(_late, time=record.time, delay=delay)
-            found[rows] += forces_of_terms(names, values[rows], record, late)
-        return found
+            found[rows] += forces_of_terms(names, values[rows], record, late, found[rows])
+        return found * self._beside(values, own_name(GAIN, record.name), self._beside(values, GAIN, 1.0))[:, None]
+
+    def _beside(self, values: np.ndarray, name: str, otherwise: Any) -> np.ndarray:
+        """A parameter [m] of the measurement."""
+        names = self.space.names
+        return values[:, names.index(name)] if name in names else np.broadcast_to(otherwise, len(values))
 
     def _lawful(self, row: list[float]) -> bool:
         """Whether the law takes these parameters: some laws check them together."""
@@ -97,14 +114,19 @@ class Prediction:
         return True
 
     def errors(self, u: np.ndarray) -> np.ndarray:
-        """Errors [n] of all samples, over the records' units."""
+        """Errors [n] of all samples, over the records' units, then those of the priors."""
         return self.error_table(u[None])[0]
 
     def error_table(self, table: np.ndarray) -> np.ndarray:
         """Errors [m, n] at coordinates [m, p]."""
         samples = enumerate(zip(self.records, self.units, strict=True))
         errors = [(self.forces(table, i) - record.force) / unit for i, (record, unit) in samples]
-        return np.concatenate(errors, axis=1)
+        known = prior_errors(self.priors, self.space.names, self.space.values(table))
+        return np.concatenate([*errors, known], axis=1)
+
+    def by_record(self, errors: np.ndarray) -> list[np.ndarray]:
+        """Errors [n] of the samples, one array a record, without those of the priors."""
+        return np.split(errors[: self.size], np.cumsum([len(each) for each in self.records])[:-1])
 
     def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
         """Errors' derivatives [n, p] by coordinates, by differences into the box; zero for the `held` ones.
@@ -115,7 +137,9 @@ class Prediction:
         own = np.array([each.step for each in self.space.coordinates])
         steps = np.where(u + own <= high, own, -own)
         steps = np.where((steps < 0) & (u - own < low), 0.5 * (high - low), steps)
-        found = np.zeros((self.size, len(u)))
+        found = np.zeros((self.size + len(self.priors), len(u)))
+        found[self.size :] = prior_slopes(self.priors, self.space.names, self.space.slopes(u))
+        found[self.size :, list(held)] = 0.0
         begin = 0
         for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True)):
             end = begin + len(record)
@@ -132,9 +156,10 @@ class Prediction:
 
     def start(self, u: np.ndarray, which: int) -> np.ndarray | None:
         """Internal states [k] at the first sample of record number `which`; None where the contact is relaxed."""
-        values = self.space.values(u[None])
+        record = self.records[which]
+        values = in_record(self.differing, self.space.names, self.space.values(u[None]), record)
         columns = [self.space.names.index(name) for name in self.law_names]
-        found = self._start(values, values[:, columns], self.records[which])
+        found = self._start(values, values[:, columns], record)
         return None if found is None else found[0]
 
     @property
@@ -165,6 +190,10 @@ class Prediction:
 ALL_STATES = "all"
 LATE_STEP = 0.01  # of a sampling interval
 DELAY = "delay"
+GAIN = "gain"  # of the force sensor
+ADHESION = "adhesion"  # load that the contact has of itself: mu (N + N_0) = mu N + F_0 (Derjaguin 1934)
+BESIDE = (DELAY, GAIN, ADHESION, *RIPPLES)  # what a driven fit may search beside `TERMS`
+LARGEST_GAIN, MOST_ADHESION, LEAST_LOAD = 10.0, 100.0, 0.05  # the latter two over loads
 LATEST, LATEST_SHARE = 20.0, 0.01  # samples that a force may be late or early, or share of the shortest record
 GAP = "gap_position"  # the state of a joint with play
 
@@ -193,12 +222,13 @@ def _late(column: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
 
 def is_nuisance(name: str) -> bool:
     """Whether a name is that of a parameter of the measurement and not of the law."""
-    return name in (*TERMS, DELAY, "machine_stiffness", "drift") or name.startswith(START + "[")
+    lengths = [length_name(each) for each in RIPPLES]
+    return name in (*TERMS, *BESIDE, *lengths, "machine_stiffness", "drift") or "[" in name or "." in name
 
 
 def concerns(name: str, record: str) -> bool:
     """Whether a parameter changes what is predicted for this record."""
-    return not name.startswith(START + "[") or name.startswith(f"{START}[{record}].")
+    return "[" not in name or f"[{record}]" in name
 
 
 def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
@@ -209,16 +239,46 @@ def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     return Coordinate(DELAY, "linear", -reach, reach, scale=interval, spread=0.0, step=step)
 
 
+def _adhesion_coordinate(records: Sequence[Samples]) -> Coordinate:
+    """The load of adhesion, or ArgumentError where no load tells it from a level."""
+    loads = np.concatenate([np.atleast_1d(each.load) for each in records])
+    least, most = float(np.min(loads)), float(np.max(loads))
+    if not least < most:
+        raise ArgumentError("terms", "adhesion needs normal forces that differ; with one load it is part of a level")
+    return Coordinate(ADHESION, "linear", (LEAST_LOAD - 1) * least, MOST_ADHESION * most, scale=0.1 * most, spread=0.0)
+
+
+def _coordinates_beside(
+    name: str, records: Sequence[Samples], level: float, lengths: Mapping[str, float]
+) -> list[Coordinate]:
+    """The coordinates of a term of a driven fit."""
+    if name == DELAY:
+        return [delay_coordinate(records)]
+    if name == ADHESION:
+        return [_adhesion_coordinate(records)]
+    if name == GAIN:
+        return [Coordinate(GAIN, "log", 1.0 / LARGEST_GAIN, LARGEST_GAIN, spread=0.0)]
+    return [*ripple_coordinates(name, lengths[name], records, level)] if name in lengths else []
+
+
 def nuisances(
-    law: Law, records: Sequence[Samples], *, terms: Sequence[str], start: str, level: float
+    law: Law,
+    records: Sequence[Samples],
+    *,
+    terms: Sequence[str],
+    start: str,
+    level: float,
+    lengths: Mapping[str, float] = {},
 ) -> tuple[Coordinate, ...]:
-    """Coordinates of the nuisance parameters, which all start at zero.
+    """Coordinates of the nuisance parameters, which start at nothing; lengths: of ripples, those that are known.
 
     start: "fitted": the states of the contact at the first sample of each record are searched (all by one number where
     the law has more than three); "relaxed": they are zero.
     """
-    asked = [name for name in (*TERMS, DELAY) if name in terms]
-    found = [delay_coordinate(records) if name == DELAY else coordinate_of(name, records, level) for name in asked]
+    found = [coordinate_of(name, records, level) for name in TERMS if name in terms]
+    for name in BESIDE:
+        if name in terms:
+            found += _coordinates_beside(name, records, level, lengths)
     signs = law.internal_symmetry or (-1,) * len(law.internal)
     states = [(s, sign) for s, sign in zip(law.internal, signs, strict=True) if s not in law.switched]
     if GAP in law.internal:  # behind a joint that starts open the contact is at rest

@@ -24,6 +24,7 @@ class Samples:
     rotary: the contact turns (N m, rad, rad/s); guessed_units: those that the record's file did not say.
     position [n] m: displacement, from the first sample where it was not measured
     place [n] m: displacement as it was measured, or none; velocity_made: whether the velocity was made from it.
+    conditions: numbers that the record was made with, by name.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Samples:
     guessed_units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     place: np.ndarray | None = None
     velocity_made: bool = False
+    conditions: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -108,6 +110,7 @@ def samples(record: Any, load: float | None = None) -> Samples:
         guessed_units=dict(getattr(record, "guessed_units", {})),
         place=None if place is None else np.ascontiguousarray(place, dtype=float),
         velocity_made=velocity_made,
+        conditions=dict(getattr(record, "conditions", {})),
     )
 
 

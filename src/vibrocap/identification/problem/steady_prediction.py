@@ -69,4 +69,4 @@ class SteadyPrediction(Prediction):
         columns = {name: values[:, [names.index(name)]] for name in self.law_names}
         rows = np.broadcast_to(record.velocity, (len(values), len(record)))
         found = steady_force(self.template, rows, record.load, columns)
-        return found + forces_of_terms(names, values, record, np.asarray)
+        return found + forces_of_terms(names, values, record, np.asarray, found)

@@ -18,7 +18,7 @@ class Term:
     """A force c s(t): the unknown number c in `unit`, of N, m and s, and the column s of a record.
 
     signed: whether c may be negative; turning: whether the contact has to turn; farthest: bound of |c|, in natural
-    sizes.
+    sizes. wave: of a ripple, s = wave(2 pi column/length); of_friction: s is that times the friction.
     """
 
     meaning: str
@@ -27,6 +27,8 @@ class Term:
     signed: bool = True
     turning: bool = False
     farthest: float = FARTHEST
+    wave: Callable[[np.ndarray], np.ndarray] | None = None
+    of_friction: bool = False
 
 
 TERMS = {
@@ -40,31 +42,76 @@ TERMS = {
     "gravity": Term("weight times arm, times sin(angle)", "N", lambda each: np.sin(each.position), turning=True),
     "gravity_cosine": Term("weight times arm, times cos(angle)", "N", lambda each: np.cos(each.position), turning=True),
 }
+WAVES = {"sine": np.sin, "cosine": np.cos}
+RIPPLES = ("ripple", "friction_ripple")
+for _wave, _function in WAVES.items():
+    TERMS[f"ripple_{_wave}"] = Term(
+        f"{_wave} of a force periodic in position", "N", lambda x: x.position, wave=_function
+    )
+    TERMS[f"friction_ripple_{_wave}"] = Term(
+        f"{_wave} of friction periodic in position, over its mean",
+        "1",
+        lambda each: each.position,
+        farthest=1.0,
+        wave=_function,
+        of_friction=True,
+    )
 
 
 def checked_terms(terms: str | Sequence[str], others: Sequence[str], records: Sequence[Samples]) -> list[str]:
     """The names of terms, or ArgumentError for one that is unknown, or none of such a contact; others: more names."""
     names = [terms] if isinstance(terms, str) else list(terms)
+    known = [*(name for name, term in TERMS.items() if term.wave is None), *others]
     for name in names:
-        if name not in (*TERMS, *others):
-            raise ArgumentError("terms", f"there is no term {name!r}; {suggestion(name, (*TERMS, *others))}")
+        if name not in known:
+            raise ArgumentError("terms", f"there is no term {name!r}; {suggestion(name, known)}")
         if name in TERMS and TERMS[name].turning and not all(each.rotary for each in records):
             raise ArgumentError("terms", f"{name} is of a contact that turns; of one that slides, gravity is an offset")
     return names
 
 
+def length_name(name: str) -> str:
+    """The wavelength of a ripple, or of one of its waves."""
+    return f"{name.removesuffix('_sine').removesuffix('_cosine')}_length"
+
+
+def ripple_coordinates(
+    name: str, length: float, records: Sequence[Samples], level: float
+) -> tuple[Coordinate, Coordinate, Coordinate]:
+    """Both waves of a ripple and its length, which stays within half a wave along the path of where it begins."""
+    path = max(float(np.ptp(each.position)) for each in records)
+    low, high = (1.0 / (1.0 / length + side * 0.5 / path) for side in (1, -1))
+    sine, cosine = (coordinate_of(f"{name}_{wave}", records, level) for wave in WAVES)
+    start = float(np.log(length))
+    return sine, cosine, Coordinate(length_name(name), "log", low, high, start=start, spread=0.0)
+
+
 def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordinate:
     """The coordinate of a term, which starts at zero; level: N of friction."""
     term = TERMS[name]
-    largest = max(float(np.max(np.abs(term.column(each)))) for each in records)
-    scale = level / max(largest, 1e-300)
+    largest = 1.0 if term.wave else max(float(np.max(np.abs(term.column(each)))) for each in records)
+    scale = 1.0 if term.of_friction else level / max(largest, 1e-300)
     if term.signed:
         reach = term.farthest * scale
         return Coordinate(name, "linear", -reach, reach, scale=0.1 * scale, spread=0.0)
     return Coordinate(name, "foot", 0.0, term.farthest * scale, scale=0.1 * scale, spread=0.0, whose=("law", "search"))
 
 
-def forces_of_terms(names: Sequence[str], values: Any, record: Samples, late: Callable) -> np.ndarray | float:
-    """Force [m, n] of the terms among the named parameters [m, p] on a record; late(column): it, a delay before."""
-    columns = [(values[:, [at]], TERMS[name].column(record)) for at, name in enumerate(names) if name in TERMS]
-    return sum((value * late(column) for value, column in columns), start=0.0)
+def forces_of_terms(
+    names: Sequence[str], values: Any, record: Samples, late: Callable, friction: np.ndarray
+) -> np.ndarray | float:
+    """Force [m, n] of the terms among the named parameters [m, p] on a record, beside the friction [m, n].
+
+    late(column): it, a delay before.
+    """
+    total: np.ndarray | float = 0.0
+    for at, name in enumerate(names):
+        if name in TERMS:
+            term = TERMS[name]
+            column = late(term.column(record))
+            if term.wave:
+                column = term.wave(2.0 * np.pi * column / values[:, [names.index(length_name(name))]])
+            if term.of_friction:
+                column = column * friction
+            total = total + values[:, [at]] * column
+    return total

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,14 @@ from vibrocap.identification.inference.identifiability import WIDE, Identifiabil
 from vibrocap.identification.inference.limits import opened, reached_limits
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.residuals import residual_report
-from vibrocap.identification.inference.uncertainty import correlation_time
+from vibrocap.identification.inference.uncertainty import correlation_time, inverse
 from vibrocap.identification.problem.coordinates import Coordinate
+from vibrocap.identification.problem.differing import own_name
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
-from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.problem.terms import TERMS
+from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance, nuisances
+from vibrocap.identification.problem.priors import MOST, SAYS_MORE
+from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
+from vibrocap.identification.problem.terms import RIPPLES, TERMS, length_name
 from vibrocap.identification.result.fit_result import (
     SLIDING,
     TURNING,
@@ -27,10 +29,13 @@ from vibrocap.identification.result.fit_result import (
     RecordResult,
     relative_rmse,
 )
+from vibrocap.identification.search.descent import descent
 from vibrocap.identification.search.loss import Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.parameters import parameter_table
 
+BEGIN = (0.1, 0.2, 0.4)  # shares of an unseen record that find what is of this record alone, until they do
+SURE = 0.05  # of the noise: variance that what they leave open adds to the errors
 EACH = 5  # samples for each parameter, the least with which intervals are given
 
 
@@ -69,12 +74,15 @@ def finished_fit(
         for name, each in found.items():
             low = -math.inf if each.low < 0 else 0.0
             found[name] = dataclasses.replace(each, low=low, high=math.inf, low_open=True, high_open=True)
-    results = _results(prediction, best, held_out)
+    results = _results(prediction, best, held_out, options.get("start", ""))
     fitted = [each for each in results if not each.held_out]
     unseen = [each for each in results if each.held_out]
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
     held_out_relative, _ = relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])
     residuals = residual_report(prediction, problem.best, spread, problem.loss, limits).with_held_out(held_out_relative)
+    residuals = residuals.with_pulls({each.name: each.pull for each in prediction.priors if abs(each.pull) > MOST})
+    beforehand = {each.name for each in prediction.priors if spread.known[space.names.index(each.name)] > SAYS_MORE}
+    report = _beforehand(report, beforehand)
     if residuals.doubtful:
         report = _doubted(report)
     law = prediction.law(best.u)
@@ -104,7 +112,15 @@ def finished_fit(
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(
-            _nuisance(each, values[each.name], found[each.name], standard[each.name], units, residuals.doubtful)
+            _nuisance(
+                each,
+                values[each.name],
+                found[each.name],
+                standard[each.name],
+                units,
+                Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if each.name in beforehand else None,
+                {info.name: (info.meaning, unit_of(info, known_load)) for info in parameter_table(law)},
+            )
             for each in space.coordinates
             if is_nuisance(each.name)
         ),
@@ -159,6 +175,12 @@ def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifi
     return dataclasses.replace(report, verdicts=verdicts, sentences=sentences, experiments=experiments)
 
 
+def _beforehand(report: Identifiability, known: Collection[str]) -> Identifiability:
+    """The report where priors say more of some parameters than the data: these determine none of them."""
+    verdicts = {k: Verdict.PRIOR if k in known and v == Verdict.DETERMINED else v for k, v in report.verdicts.items()}
+    return dataclasses.replace(report, verdicts=verdicts)
+
+
 def _doubted(report: Identifiability) -> Identifiability:
     """The report where the errors show a fault of the data or of the law: nothing is called determined."""
     verdicts = {name: Verdict.DOUBTED if each == Verdict.DETERMINED else each for name, each in report.verdicts.items()}
@@ -171,17 +193,46 @@ def _doubted(report: Identifiability) -> Identifiability:
     )
 
 
-def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples]) -> list[RecordResult]:
-    unseen = prediction.of(held_out, [1.0] * len(held_out))
-    results = []
-    for source, hidden in ((prediction, False), (unseen, True)):
-        for i, record in enumerate(source.records):
-            predicted = source.forces(best.u, i)[0]
-            relative, absolute = relative_rmse([record.force], [predicted])
-            tau = correlation_time(predicted - record.force) if np.isfinite(absolute) else math.nan
-            columns = (record.time, record.velocity, record.force, predicted)
-            results.append(RecordResult(record.name, hidden, *columns, absolute, relative, tau))
+def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], start: str) -> list[RecordResult]:
+    results = [_result(prediction, best.u, k, False, 0) for k in range(len(prediction.records))]
+    for record in held_out:
+        unseen, u, begun = _begun(prediction.of([record], [record.deviation]), best.u, start)
+        results.append(_result(unseen, u, 0, True, begun))
     return results
+
+
+def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool, begun: int) -> RecordResult:
+    """What a fit makes of a record, judged from sample number `begun` on."""
+    record, predicted = prediction.records[which], prediction.forces(u, which)[0]
+    columns = [each[begun:] for each in (record.time, record.velocity, record.force, predicted)]
+    relative, absolute = relative_rmse([columns[2]], [columns[3]])
+    tau = correlation_time(columns[3] - columns[2]) if np.isfinite(absolute) else math.nan
+    time, velocity, force, made = columns
+    return RecordResult(record.name, hidden, time, velocity, force, made, absolute, relative, tau)
+
+
+def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Prediction, np.ndarray, int]:
+    """(prediction of an unseen record, coordinates, samples that found what is of this record alone)."""
+    space, (record,) = prediction.space, prediction.records
+    more = list(nuisances(prediction.template, [record], terms=(), start=start, level=1.0))
+    for each in prediction.differing:
+        of_any = [k for k, name in enumerate(space.names) if name == each.name or name.startswith(f"{each.name}[")]
+        if not each.condition:
+            own = dataclasses.replace(space.coordinates[of_any[0]], name=own_name(each.name, record.name))
+            more.append(dataclasses.replace(own, start=float(u[of_any[0]])))
+    if not more:
+        return prediction, u, 0
+    whole = dataclasses.replace(prediction, space=space.with_more(tuple(more)), priors=())
+    point, count = whole.space.begun(u), 0
+    for share in BEGIN:
+        count = max(round(share * len(record)), FEWEST_SAMPLES)
+        first = whole.of([record.between(0, count)], whole.units)
+        point = descent(first, point, stop=1e-8, held=range(len(u))).u
+        slopes = np.nan_to_num(whole.slopes(point, held=range(len(u))))[:, len(u) :]
+        base = inverse(slopes[:count].T @ slopes[:count])
+        if np.mean(np.einsum("ni,ij,nj->n", slopes, base, slopes)) < SURE:
+            break
+    return whole, point, count
 
 
 def _identifiability(problem: Problem, values: Mapping[str, float], found: Mapping[str, Interval]) -> Identifiability:
@@ -221,17 +272,40 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
+OTHERS = {
+    "delay": ("time by which the force is late behind the motion", "s"),
+    "gain": ("factor of the force sensor", "1"),
+    "adhesion": ("load that the contact has of itself", "N"),
+    "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
+    "drift": ("change of the force with the load point's displacement", "N/m"),
+    **{length_name(each): ("wavelength", "m") for each in RIPPLES},
+    START: ("state of the contact at the first sample, over its natural size", "1"),
+}
+
+
+def _texts(name: str, law: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
+    """Meaning and unit of a parameter of the measurement; law: those of the law's parameters."""
+    whole, _, record = name.partition("[")
+    base, _, condition = whole.partition(".")
+    terms = {term: (each.meaning, each.unit) for term, each in TERMS.items()}
+    text, unit = {**law, **terms, **OTHERS}[base]
+    if condition:
+        return f"{text}, change with {condition}", f"{unit} per {condition}"
+    return (f"{text}, in {record.rstrip(']')}", unit) if record and base != START else (text, unit)
+
+
 def _nuisance(
-    coordinate: Coordinate, value: float, interval: Interval, error: float, units: MeasuredUnits, doubted: bool
+    coordinate: Coordinate,
+    value: float,
+    interval: Interval,
+    error: float,
+    units: MeasuredUnits,
+    verdict_of_all: Verdict | None,
+    law: Mapping[str, tuple[str, str]],
 ) -> FittedParameter:
     """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
     name = coordinate.name
-    text, unit = {
-        **{term: (each.meaning, each.unit) for term, each in TERMS.items()},
-        "delay": ("time by which the force is late behind the motion", "s"),
-        "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
-        "drift": ("change of the force with the load point's displacement", "N/m"),
-    }.get(name, ("state of the contact at the first sample, over its natural size", "1"))
+    text, unit = _texts(name, law)
     low, high = interval.low, interval.high
     if name.startswith(START):
         low, high = max(low, coordinate.low), min(high, coordinate.high)
@@ -239,6 +313,6 @@ def _nuisance(
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
     if name in TERMS and not TERMS[name].signed and interval.low_open and not interval.high_open:
         verdict = Verdict.BOUNDED_ABOVE
-    if doubted and verdict == Verdict.DETERMINED:
-        verdict = Verdict.DOUBTED
+    if verdict_of_all and verdict == Verdict.DETERMINED:
+        verdict = verdict_of_all
     return FittedParameter(name, "", text, units.of_parameter(unit), value, low, high, error, verdict)

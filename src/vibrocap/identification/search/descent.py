@@ -18,6 +18,8 @@ The minima are the same and SciPy was quicker nowhere; profiles, which start war
 times as long. So the own one stays.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vibrocap.identification.problem.prediction import Prediction
@@ -32,20 +34,26 @@ HALVINGS = 40  # of the interval in which the damping of a step is sought
 
 
 def descent(
-    prediction: Prediction, start: np.ndarray, loss: Loss | None = None, *, evaluations: int = 60, stop: float = STOP
+    prediction: Prediction,
+    start: np.ndarray,
+    loss: Loss | None = None,
+    *,
+    evaluations: int = 60,
+    stop: float = STOP,
+    held: Sequence[int] = (),
 ) -> Minimum:
     """The minimum from a start anywhere: slopes are made anew after every step.
 
-    It ends when a step is predicted to reduce the cost by less than `stop` of it, moves nothing, or after so many
-    evaluations.
+    Coordinates that are held stay. It ends when a step is predicted to reduce the cost by less than `stop` of it, moves
+    nothing, or after so many evaluations.
     """
     loss = loss or Loss()
     bounds = prediction.space.low, prediction.space.high
     u = np.clip(start, *bounds)
     errors = finite(prediction.errors(u))
     cost, used, radius = float(loss.cost(errors)), 1, LONGEST
-    slopes = sound_slopes(prediction, u, errors)
-    free = np.ones(len(u), bool)
+    slopes = sound_slopes(prediction, u, errors, held)
+    free = ~np.isin(np.arange(len(u)), held)
     ended = False
     while used < evaluations and not ended:
         move, predicted_reduction = step(u, errors, slopes, loss, free, bounds, radius)
@@ -61,8 +69,8 @@ def descent(
             # a step that reduced the cost as predicted and by next to nothing is the last
             ended = gained <= stop * cost and gained > 0.25 * predicted_reduction
             u, errors, cost = u + move, tried, cost - gained
-            slopes = sound_slopes(prediction, u, errors)
-    failed = bool(np.all(errors == FAILED_ERROR))
+            slopes = sound_slopes(prediction, u, errors, held)
+    failed = bool(np.all(errors[: prediction.size] == FAILED_ERROR))
     status = SearchStatus.FAILED if failed else SearchStatus.CONVERGED if ended else SearchStatus.STOPPED
     return Minimum(u, float(loss.cost(errors)), errors, slopes, used, status)
 
@@ -114,7 +122,7 @@ def warm_descent(
     return Minimum(u, cost, errors, slopes, used, SearchStatus.STOPPED)
 
 
-def sound_slopes(prediction: Prediction, u: np.ndarray, errors: np.ndarray, held: tuple[int, ...] = ()) -> np.ndarray:
+def sound_slopes(prediction: Prediction, u: np.ndarray, errors: np.ndarray, held: Sequence[int] = ()) -> np.ndarray:
     """Slopes [n, p], zero where a difference could not be made."""
     return np.nan_to_num(prediction.slopes(u, errors, held), nan=0.0, posinf=0.0, neginf=0.0)
 

@@ -115,7 +115,9 @@ def waves(records: Sequence[RecordErrors], length: float, directed: bool) -> np.
     return np.stack([np.concatenate(one) for one in pair], axis=1)
 
 
-def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, bool, Pattern]:
+def ripple(
+    records: Sequence[RecordErrors], error: np.ndarray, directions: Sequence[bool] = (False, True)
+) -> tuple[float, bool, Pattern]:
     """(wavelength m, whether it has the direction, pattern): the sine along the place of which an error has most.
 
     The spectrum of the error over the place, from one and a half waves along the whole path on, up to waves that have
@@ -134,7 +136,7 @@ def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, b
     which = np.minimum(((place - place.min()) / path * bins).astype(int), bins - 1)
     numbers = np.arange(FINER * most + 1) / FINER
     best = (-1.0, 0.0, False)
-    for directed in (False, True):
+    for directed in directions:
         sign = side if directed else np.ones_like(side)
         weighted = error * sign / units
         spectrum = np.abs(np.fft.rfft(np.bincount(which, weighted, bins), FINER * bins)[: len(numbers)]) ** 2

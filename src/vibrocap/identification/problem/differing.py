@@ -1,0 +1,116 @@
+"""Parameters that differ between records: each record has its own value, or a condition of the record decides.
+
+Each is a sum of coordinates, so that the records still are one fit. A static level keeps its ratio to its Coulomb level
+where that one differs.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.identification.problem.coordinates import Coordinate, Space
+from vibrocap.identification.problem.samples import Samples
+
+LOAD = "load"  # the condition that is the mean normal force
+STEEPEST = 10.0  # times its own value, by which a parameter changes over half the range of a condition
+
+
+@dataclasses.dataclass(frozen=True)
+class Differing:
+    """A parameter p that differs between records.
+
+    condition: "": a record has its own value p[record], of which the first record's is p; else in a record with the
+        condition x it is p + p.condition (x - middle). low, high: bounds of p. followers: what keeps its ratio to p
+    """
+
+    name: str
+    low: float
+    high: float
+    condition: str = ""
+    middle: float = 0.0
+    followers: tuple[str, ...] = ()
+
+    def value(self, values: np.ndarray, names: Sequence[str], record: Samples) -> np.ndarray:
+        """[...] in a record, of parameters [..., p]."""
+        if not self.condition:
+            own = own_name(self.name, record.name)
+            return values[..., names.index(own if own in names else self.name)]
+        slope = values[..., names.index(slope_name(self.name, self.condition))]
+        changed = values[..., names.index(self.name)] + slope * (condition_of(record, self.condition) - self.middle)
+        return np.clip(changed, self.low, self.high)
+
+
+def own_name(name: str, record: str) -> str:
+    """What the value of a parameter in one record is called."""
+    return f"{name}[{record}]"
+
+
+def slope_name(name: str, condition: str) -> str:
+    """What the change of a parameter with a condition is called."""
+    return f"{name}.{condition}"
+
+
+def condition_of(record: Samples, name: str) -> float:
+    """A number that the record was made with, or ArgumentError."""
+    if name == LOAD:
+        return float(np.mean(record.load))
+    if name not in record.conditions:
+        known = (LOAD, *record.conditions)
+        raise ArgumentError("along", f"record {record.name!r} has no condition {name!r}; {suggestion(name, known)}")
+    return record.conditions[name]
+
+
+def in_record(differing: Sequence[Differing], names: Sequence[str], values: np.ndarray, record: Samples) -> np.ndarray:
+    """Parameters [..., p] as they are in a record."""
+    found = values.copy() if differing else values
+    for each in differing:
+        if each.name not in names:  # a gain, of which the first record's is 1
+            continue
+        at = names.index(each.name)
+        found[..., at] = each.value(values, names, record)
+        for name in each.followers:
+            found[..., names.index(name)] *= found[..., at] / values[..., at]
+    return found
+
+
+def differing_parameters(
+    space: Space,
+    start: np.ndarray,
+    records: Sequence[Samples],
+    by_record: Sequence[str],
+    along: Mapping[str, str],
+) -> tuple[tuple[Differing, ...], tuple[Coordinate, ...]]:
+    """What differs, and the further coordinates of it, which begin where nothing differs.
+
+    by_record: parameters with a value for each record; along: conditions, by the parameter that follows them.
+    """
+    found, more = [], []
+    for name in (*sorted(by_record, key=lambda name: [*space.names, name].index(name)), *along):
+        argument = "along" if name in along else "by_record"
+        if name not in space.names:
+            raise ArgumentError(argument, f"{name!r} is not searched; {suggestion(name, space.names)}")
+        if name in by_record and (name in along or list(by_record).count(name) > 1):
+            raise ArgumentError(argument, f"{name} is named twice")
+        if len(records) < 2:
+            raise ArgumentError(argument, "needs several records to fit")
+        each, begin = space.coordinates[space.names.index(name)], float(start[space.names.index(name)])
+        others = [other.name for other in space.coordinates if other.partner == name]
+        followers = tuple(other for other in others if other not in by_record and other not in along)
+        if name in by_record:
+            found.append(Differing(name, each.low, each.high, followers=followers))
+            for record in records[1:]:
+                partner = own_name(each.partner, record.name) if each.partner in by_record else each.partner
+                own = own_name(name, record.name)
+                more.append(dataclasses.replace(each, name=own, partner=partner, start=begin))
+            continue
+        conditions = [condition_of(record, along[name]) for record in records]
+        half = 0.5 * (max(conditions) - min(conditions))
+        if not half > 0.0:
+            raise ArgumentError(argument, f"{along[name]} is the same in all records")
+        size = max(abs(float(space.values(start)[space.names.index(name)])), each.scale if each.form != "log" else 0.0)
+        found.append(Differing(name, each.low, each.high, along[name], float(np.mean(conditions)), followers))
+        reach, scale = STEEPEST * size / half, 0.1 * size / half
+        more.append(Coordinate(slope_name(name, along[name]), "linear", -reach, reach, scale=scale, spread=0.0))
+    return tuple(found), tuple(more)
