@@ -80,6 +80,7 @@ METHODS = (
     Method("Sobol indices", "saltelli2010", ("robust",)),
     Method("largest speed at a stroke", "chernousko2002", ("bound",)),
     Method("intervals that hold where errors are not alike", "white1980; mackinnon1985", ("fit",)),
+    Method("adhesion beside friction", "derjaguin1934", ("fit",)),
     Method("errors that are correlated in time", "sokal1997; cochrane1949; ljung1978", ("fit",)),
     Method("rate-and-state fits with the spring of the machine", "sandu1997", ("fit",)),
     Method("comparison of laws by AIC and BIC", "akaike1974; schwarz1978", ("fit",)),
