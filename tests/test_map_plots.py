@@ -268,7 +268,7 @@ def test_scale_of_costs_ends_five_decades_above_the_least():
     low, high, _, above, logarithmic = limits(study_view(study(), "cost_of_transport", dead_band=0.0))
     assert logarithmic
     assert above
-    assert high == 1e5 * low
+    assert high == 1e3 * low
 
 
 def test_words_have_colours_by_frequency_and_the_rest_is_grey():

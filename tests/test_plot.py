@@ -237,9 +237,10 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     motion = vc.simulate(system, periods=30)
     panels = {ax.get_title(loc="left"): ax for ax in vc.figure(motion).axes}
     assert [*panels] == [
-        "Place over the whole run", "Block", "Contact", "Controller", "Actuator", "Friction",
+        "Place over the whole run", "Block", "Contact", "Controller", "Actuator", "Friction, detail",
     ]  # fmt: skip
-    low, high = (edge * motion.period for edge in panels["Contact"].get_xlim())
+    assert panels["Actuator"].get_xlabel() == r"time $\tau$"  # nothing drives it in periods
+    low, high = panels["Contact"].get_xlim()
     assert low == motion.start_time
     still = motion.time > low + (high - low) / 1.25 + motion.period / 128
     for name in motion.state_names:
@@ -248,8 +249,8 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     assert error[[0, -1]] == pytest.approx([1.0, 1.0 - motion.state["position"]], abs=1e-9)
     assert np.max(np.abs(panels["Actuator"].lines[0].get_ydata())) == pytest.approx(5.0, abs=1e-13)
     assert panels["Actuator"].get_legend_handles_labels()[1] == ["limit"]
-    assert panels["Place over the whole run"].get_legend_handles_labels()[1] == ["reference", "shown below"]
-    assert {line.get_label() for line in panels["Friction"].lines} == {"stuck", "accelerating", "decelerating"}
+    assert panels["Place over the whole run"].get_legend_handles_labels()[1] == ["reference", "detail"]
+    assert {line.get_label() for line in panels["Friction, detail"].lines} >= {"stuck", "accelerating", "decelerating"}
 
 
 @pytest.mark.exhaustive
@@ -476,7 +477,8 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
             time, value = np.asarray(line.get_xdata()) * motion.period, np.asarray(line.get_ydata())
             inside = np.min(abs(time[:, None] - np.append(motion.piece_start, motion.end)), axis=1) > 1e-6
             assert value[inside] == pytest.approx(motion.at(time[inside], name), abs=1e-12)
-    for title in ("Contacts", "Friction"):
+    assert "velocity $v_2$" not in [ax.get_ylabel() for ax in fig.axes]  # over a gap, of which it is not the rate
+    for title in ("Contacts", "Friction, last period"):
         assert [line.get_label() for line in named[title].lines][:3] == ["1", "2", "3"]
     strips = named["Modes"].collections
     for contact in (1, 2, 3):
@@ -503,7 +505,31 @@ def test_the_sheet_of_an_imposed_motion_shows_the_body_and_what_the_motion_takes
     assert ("Body", "", r"body velocity $X'$") in shown
     assert ("Actuator", "imposed displacement $z$", "actuator force") in shown
     block = vc.simulate(vc.System(vc.ModeCouplingBlock(), vc.Coulomb(), vc.Constant()), periods=1)
-    assert "sliding velocity $v$, last period" in [x for _, x, _ in texts(vc.figure(block))]
+    assert ("Friction, detail", "sliding velocity $v$", "friction force $R$") in texts(vc.figure(block))
+
+
+def test_a_settled_sheet_says_so_and_shows_the_whole_response():
+    """Of a motion that repeats after two periods the planes close; what does not settle is said not to."""
+    row = vc.read_case("examples/three-blocks-shaken-on-a-belt.toml").simulate()
+    fig = vc.figure(row)
+    assert fig._supxlabel.get_text().endswith("Settled from period 20 on; it repeats every 2 periods.")
+    panels = {ax.get_title(loc="left"): ax for ax in fig.axes}
+    (mark,) = [line for line in panels["Place over the whole run"].lines if line.get_label() == "settled"]
+    assert mark.get_xdata() == [20.0, 20.0]
+    assert [line.get_label() for line in panels["Bodies"].lines][:3] == ["1", "2", "3"]
+    for line in panels["Friction, last 2 periods"].lines[:3]:
+        assert np.nanmax(line.get_xdata()) == pytest.approx(
+            row["sliding_velocity"][row.time > 58 * row.period].max(), abs=1e-3
+        )
+    assert "ettled" not in vc.figure(vc.simulate(SYSTEM, periods=3))._supxlabel.get_text()
+
+
+def test_an_angle_that_turns_without_end_is_drawn_within_a_turn():
+    rotor = vc.read_case("examples/vibration-motor-travels.toml").simulate()
+    assert abs(rotor["angle"][-1]) > 100.0
+    angle = vc.plot(rotor, "angle").lines[0].get_ydata()
+    assert np.nanmax(np.abs(angle)) <= np.pi
+    assert np.nanmax(np.abs(np.diff(angle))) < np.pi
 
 
 def test_the_waveform_of_a_signal_is_named_in_the_head():

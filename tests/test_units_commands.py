@@ -154,7 +154,7 @@ def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
     plane = "angle_deg=-60:60,velocity_m_per_s=-1:1"
     arguments = ["basins", str(tmp_path / "case.toml"), "--plane", plane, "--resolution", "2"]
     assert cli.main([*arguments, "--plot", str(tmp_path / "plane.png")]) == 0
-    assert seen[0].get_xlabel() == r"initial pendulum angle $\theta$ [deg]"
+    assert seen[0].get_xlabel() == r"initial angle $\theta$ [deg]"
     assert seen[0].get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
     assert seen[0].get_ylim() == pytest.approx((-1.0, 1.0), rel=1e-12)
 
@@ -165,17 +165,17 @@ def test_basins_remember_the_keys_of_their_plane():
     assert found.keys == ("angle_deg", "velocity")
     for each in (found, pickle.loads(pickle.dumps(found))):
         for axes in (vc.plot(each), vc.figure(each).axes[0]):
-            assert axes.get_xlabel() == r"initial pendulum angle $\theta$ [deg]"
+            assert axes.get_xlabel() == r"initial angle $\theta$ [deg]"
             assert axes.get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
     bare = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
-    assert vc.plot(bare).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
+    assert vc.plot(bare).get_xlabel() == r"initial angle $\theta$ [rad]"
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():
     from vibrocap.plotting.steady.basins import draw_basins
 
     found = computed(vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2))
-    assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
+    assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial angle $\theta$ [rad]"
     for keys in (("velocity", "angle"), ("angle_deg",), "angle_deg"):
         with pytest.raises(
             ArgumentError, match="axes should be angle and velocity, each with a unit such as angle_deg"

@@ -6,12 +6,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.measures.recorded.settling import Settling, settling
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.events import IMPACT
-from vibrocap.physics.names import name_and_number, number_in
-from vibrocap.plotting.contact_panels import contacts_of, draw_all
-from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
-from vibrocap.plotting.look.labels import LABELS, quantity_label, scale, with_unit
+from vibrocap.physics.names import name_and_number, number_in, numbered
+from vibrocap.plotting.contact_panels import Stretch, clock, contacts_of, draw_all, numbers_above
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, SKY, VERMILION
+from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
 from vibrocap.plotting.look.own_lines import in_own_lines
 from vibrocap.plotting.look.style import (
     STICK_SHADE,
@@ -22,6 +24,8 @@ from vibrocap.plotting.look.style import (
 from vibrocap.plotting.look.trace import Trace
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
+MANY = 40  # turns to and fro, of which a line is drawn thinner
+FAR = 3.0  # times the largest command: a limit that is not drawn
 AT_REST, NEARLY_AT_REST = 1e-6, 1e-3  # of the range of every state: by how much it still differs from its end
 FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
 LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
@@ -30,9 +34,8 @@ TRUE: dict[str, Any] = {"color": BLUE, "linewidth": 0.8, "zorder": 3}
 PULLING: dict[str, Any] = {"facecolor": "none", "edgecolor": VERMILION, "hatch": "////", "linewidth": 0.0, "zorder": 2}
 STRUCK: dict[str, Any] = {"color": VERMILION, "marker": "^", "markersize": 5, "linestyle": "none", "zorder": 5}
 STRUCK |= {"clip_on": False, "label": "impact"}
+SETTLED: dict[str, Any] = {"color": GREEN, "linewidth": 1.2, "linestyle": (0, (1, 1)), "zorder": 4}
 STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0, (2, 1.5)), "zorder": 4}
-
-Stretch = tuple[float, float]
 
 
 def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float, contact: int) -> bool:
@@ -94,8 +97,8 @@ def last_periods(motion: Trajectory, periods: float | None) -> Stretch:
 
 
 def shown_in_detail(motion: Trajectory) -> Stretch:
-    """What histories show in detail: the last periods; of a motion that is at rest in them, how it came to rest."""
-    start, end = last_periods(motion, DETAIL_PERIODS)
+    """What histories show in detail: the last periods, of a longer response all of it; or how a motion came to rest."""
+    start, end = last_periods(motion, max(DETAIL_PERIODS, repeats_after(motion)))
     states = np.array([motion[name] for name in motion.state_names])
     ranges = np.maximum(np.ptp(states, axis=1, keepdims=True), np.finfo(float).tiny)
     moved = np.abs(states - states[:, -1:]) / ranges
@@ -106,18 +109,40 @@ def shown_in_detail(motion: Trajectory) -> Stretch:
     return begin, min(end, begin + 1.25 * float(np.max(moving, initial=begin) - begin))
 
 
+def settlement(motion: Trajectory) -> Settling | None:
+    """Whether a motion has settled; None where nothing drives it in time, or the run is too short to tell."""
+    found = settling(motion) if equations(motion.system).timed else None
+    return None if found is None or found.residual is None else found
+
+
+def repeats_after(motion: Trajectory) -> int:
+    """The drive periods after which a motion repeats; 1 where it has not settled."""
+    found = settlement(motion)
+    return 1 if found is None else found.period or 1
+
+
+def settled_words(motion: Trajectory) -> str:
+    """Whether a motion has settled, as a sentence; empty where that is not known."""
+    found = settlement(motion)
+    if found is None or found.since is None:
+        return "" if found is None else "Not settled."
+    after = repeats_after(motion)
+    return f"Settled from period {found.since} on; it repeats every {'period' if after == 1 else f'{after} periods'}."
+
+
 def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: bool) -> Axes:
     """A quantity over a stretch of a motion; shaded: where its contact sticks."""
-    trace, period = Trace(motion, *stretch), motion.period
+    trace, (unit, time) = Trace(motion, *stretch), clock(motion)
+    whole = stretch == last_periods(motion, None)
     with style():
-        shaded = shaded and shade_stick(ax, motion, *stretch, period, contact_of(motion, name))
-        ax.plot(trace.time / period, trace[name], **LAST)
+        shaded = shaded and shade_stick(ax, motion, *stretch, unit, contact_of(motion, name))
+        ax.plot(trace.time / unit, trace[name], **LAST)
         if name not in ("position", motion.system.machine.place):
             ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        ax.set(ylabel=label_of(motion, name), xlabel=LABELS["periods"])
-        stopped = mark_stop(ax, motion, period)
-        if stretch != last_periods(motion, None):
-            ax.set_xlim(stretch[0] / period, stretch[1] / period)
+        ax.set(ylabel=label_of(motion, name), xlabel=time)
+        stopped = mark_stop(ax, motion, unit)
+        if not whole:
+            ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
         if shaded or stopped:
             legend_above(ax)
     return ax
@@ -143,69 +168,93 @@ def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
     if len(contacts_of(motion)) > 1:
         draw_all(motion, loads_of(motion), "normal load $N_i$", stretch, ax)
         return ax
-    trace, period, machine = Trace(motion, *stretch), motion.period, motion.system.machine
+    trace, (unit, time), machine = Trace(motion, *stretch), clock(motion), motion.system.machine
     load = trace["reaction"]
     with style():
         ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
         if machine.follows_load:
-            ax.plot(trace.time / period, load, **LAST)
+            ax.plot(trace.time / unit, load, **LAST)
         else:
             given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
-            ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
-            ax.plot(trace.time / period, load, **TRUE, label="true load")
+            ax.plot(trace.time[[0, -1]] / unit, [given, given], **GIVEN, label="constant load")
+            ax.plot(trace.time / unit, load, **TRUE, label="true load")
             if np.min(load) < 0.0:
                 below = np.minimum(load, 0.0)
-                ax.fill_between(trace.time / period, below, 0.0, **PULLING, label="the ground would have to pull")
-        mark_stop(ax, motion, period)
-        ax.set(ylabel=label_of(motion, "reaction"), xlabel=LABELS["periods"])
+                ax.fill_between(trace.time / unit, below, 0.0, **PULLING, label="the ground would have to pull")
+        mark_stop(ax, motion, unit)
+        ax.set(ylabel=label_of(motion, "reaction"), xlabel=time)
         if stretch != last_periods(motion, None):
-            ax.set_xlim(stretch[0] / period, stretch[1] / period)
+            ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
         if ax.get_legend_handles_labels()[0]:
             legend_above(ax)
     return ax
 
 
 def whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
-    """The place over the whole run, beside the reference where it is what is controlled."""
-    period, place = motion.period, place_of(motion)
-    what = ("Place" if motion.system.cyclic is None else "Travel") + f" of {body_of(motion)}" * (
-        len(contacts_of(motion)) > 1
-    )
-    history(motion, place, last_periods(motion, None), ax, shaded=False).set_title(f"{what} over the whole run")
-    if motion.system.controller is not None and motion.system.controller.compared(motion.system.machine) == place:
-        trace = Trace(motion, *last_periods(motion, None))
-        ax.plot(trace.time / period, trace["reference"], **GIVEN, label="reference")
-    if detail != last_periods(motion, None):
-        ax.axvspan(detail[0] / period, detail[1] / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+    """The places of all bodies over the whole run, beside the reference where that is what is controlled.
+
+    Marked are when the motion had settled, and what the other panels show.
+    """
+    (unit, _), whole, controller = clock(motion), last_periods(motion, None), motion.system.controller
+    first, places = place_of(motion), places_of(motion)
+    what = "Place" if motion.system.cyclic is None else "Travel"
+    if len(places) > 1:
+        draw_all(motion, places, "position $x_i$", whole, ax)
+    else:
+        history(motion, first, whole, ax, shaded=False)
+        what += f" of {body_of(motion)}" * (len(contacts_of(motion)) > 1)
+    if np.count_nonzero(np.diff(np.sign(np.diff(motion[first])))) > MANY:
+        for line in ax.lines:
+            line.set_linewidth(0.6 * line.get_linewidth())
+    if controller is not None and controller.compared(motion.system.machine) == first:
+        trace = Trace(motion, *whole)
+        ax.plot(trace.time / unit, trace["reference"], **GIVEN, label="reference")
+    if (found := settlement(motion)) is not None and found.since is not None:
+        ax.axvline((motion.start_time + found.since * motion.period) / unit, **SETTLED, label="settled")
+    if detail != whole:
+        ax.axvspan(detail[0] / unit, detail[1] / unit, color=SKY, alpha=0.25, linewidth=0, label="detail")
+    ax.set_title(f"{what} over the whole run")
     if ax.get_legend_handles_labels()[0]:
-        legend_above(ax)
+        numbers_above(ax) if len(places) > 1 else legend_above(ax)
 
 
 def mark_impacts(ax: Axes, motion: Trajectory, stretch: Stretch) -> None:
     """A mark at every impact within a stretch, on the edge of the panel."""
     times = [event.time for event in motion.events if event.kind == IMPACT and stretch[0] <= event.time <= stretch[1]]
     if times:
-        ax.plot(np.array(times) / motion.period, np.zeros(len(times)), transform=ax.get_xaxis_transform(), **STRUCK)
+        ax.plot(np.array(times) / clock(motion)[0], np.zeros(len(times)), transform=ax.get_xaxis_transform(), **STRUCK)
         legend_above(ax)
 
 
-def control_panels(axes: Any, motion: Trajectory, stretch: Stretch) -> None:
-    """What a controller sees and does: the error, or the reference of a function of states, and the command."""
-    controller, system = motion.system.controller, motion.system
-    followed, trace, period = controller.compared(system.machine), Trace(motion, *stretch), motion.period
-    error = trace["reference"] - (trace[followed] if followed else 0.0)
-    with style():
-        axes[0].plot(trace.time / period, error, **LAST)
-        axes[0].axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        label = "error $r - y$" if followed else "reference $r$"
-        axes[0].set(title="Controller", ylabel=with_unit(label, followed or "reference", system))
-        axes[0].set_xlim(stretch[0] / period, stretch[1] / period)
-        history(motion, "drive", stretch, axes[1], shaded=False).set_title("Actuator")
-        axes[1].set_xlim(stretch[0] / period, stretch[1] / period)
-        if (limit := getattr(controller, "limit", None)) is not None:
-            for sign in (1.0, -1.0):
-                axes[1].axhline(sign * limit * scale("drive", system), **GIVEN, label="limit" if sign > 0 else None)
-            legend_above(axes[1])
+def error_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
+    """What a controller sees: the error, or the reference of a function of states."""
+    system, trace, (unit, time) = motion.system, Trace(motion, *stretch), clock(motion)
+    followed = system.controller.compared(system.machine)
+    label = "error $r - y$" if followed else "reference $r$"
+    ax.plot(trace.time / unit, trace["reference"] - (trace[followed] if followed else 0.0), **LAST)
+    ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+    ax.set(ylabel=with_unit(label, followed or "reference", system), xlabel=time)
+    ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
+
+
+def command_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
+    """What a controller does: its command, and the limit of it; one that would flatten the command stands in words."""
+    history(motion, "drive", stretch, ax, shaded=False)
+    if (limit := getattr(motion.system.controller, "limit", None)) is None:
+        return
+    limit *= scale("drive", motion.system)
+    if limit > FAR * np.max(np.abs(Trace(motion, *stretch)["drive"])):
+        ax.set_title(f"Actuator, far from its limit {limit:.4g}")
+        return
+    for sign in (1.0, -1.0):
+        ax.axhline(sign * limit, **GIVEN, label="limit" if sign > 0 else None)
+    legend_above(ax)
+
+
+def places_of(motion: Trajectory) -> list[str]:
+    """The places of all bodies that rub, as far as they are known."""
+    names = [place_of(motion), *(numbered("position", each) for each in contacts_of(motion)[1:])]
+    return [name for name in names if name in motion.names]
 
 
 def body_of(motion: Trajectory) -> str:

@@ -23,6 +23,7 @@ from vibrocap.plotting.look.style import (
     footnote,
     given_axes,
     legend,
+    legend_above,
     legend_below,
     letters,
     logarithmic,
@@ -135,8 +136,7 @@ def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0,
             ax.plot(loop.displacement[last], loop.force[last], color=colour, linewidth=1.5, label=label)
         ax.locator_params(axis="x", nbins=6)
         ax.set(xlabel="displacement $x$, quasi-static", ylabel="friction force $R$")
-        above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.01, 0.99), "borderaxespad": 0.0}
-        legend(ax, **above, ncols=len(loops), fontsize=8, columnspacing=0.8, handlelength=1.0, handletextpad=0.4)
+        legend_above(ax, ncols=len(loops), columnspacing=0.8, handlelength=1.0, handletextpad=0.4)
     return ax
 
 

@@ -1,21 +1,35 @@
 """Pictures of motions: time histories, phase planes, the friction loop and the normal load."""
 
+import re
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.physics.names import number_in, numbered
-from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
+from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.plotting.contact_panels import (
+    Stretch,
+    colour_of,
+    contacts_of,
+    draw_all,
+    draw_all_loops,
+    draw_modes,
+    numbers_above,
+    width_of,
+)
 from vibrocap.plotting.histories import (
     FAINT,
     LAST,
-    Stretch,
     body_of,
-    control_panels,
+    command_panel,
+    error_panel,
     hides_lift_off,
     history,
     label_of,
@@ -23,6 +37,9 @@ from vibrocap.plotting.histories import (
     load_panel,
     mark_impacts,
     place_of,
+    places_of,
+    repeats_after,
+    settled_words,
     shown_in_detail,
     whole_run,
 )
@@ -44,6 +61,7 @@ from vibrocap.plotting.look.trace import Trace
 
 FIRST_PERIODS = 12  # grey in the phase planes
 JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
+LEAST_WHOLE = 3.0  # on an axis of time, from which its numbers are whole ones
 WIDTH = 11.5  # inches of the whole picture
 PRINTED = 1.25  # inches: the height of a panel that is fitted to a page
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
@@ -58,16 +76,17 @@ def motion_figure(motion: Trajectory) -> Figure:
     The histories show the last periods in detail; of a motion that comes to rest, how it does. The phase plane of the
     capsule shows its position relative to the mean travel, in which a steady motion closes. Of a load that follows the
     motion, and of a constant one that hides a lift-off, the load is shown as well; of a machine on several contacts
-    velocity, friction and mode of every one; of a controlled one the reference, the error and the command.
+    velocity, friction and mode of every one; of a controlled one the reference, the error and the command. Marked is
+    from when on a driven motion has settled.
     """
     system = motion.system
     width, narrow = page().width_or(WIDTH), page().narrow
     title = parts_title(system.parts, width) if system.units is None else parts_in_si(system, width)
-    loaded, several = system.machine.follows_load or hides_lift_off(motion), len(system.machine.contact_states) > 1
-    more = loaded + several + 2 * (system.controller is not None)
-    rows, below = 4 + more, 1.2 * (len(_planes(motion)) + 1)
+    detail, recent = shown_in_detail(motion), _recent(motion)
+    histories, planes = _histories(motion), _planes(motion)
+    rows, below = 1 + len(histories), 1.2 * len(planes)
     if page().width is None:
-        height = 7.7 + 1.6 * more + 0.17 * (title.count("\n") + 1)
+        height = 1.3 + 1.6 * rows + 0.17 * (title.count("\n") + 1)
     else:
         height = PRINTED * (rows + below * narrow)
     fig = blank_figure((width, height))
@@ -76,34 +95,37 @@ def motion_figure(motion: Trajectory) -> Figure:
             left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, below))[:, 0]
         else:
             left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        axes, detail = left.subplots(rows, 1), shown_in_detail(motion)
-        if several:
-            _histories_of_all(axes[:5], motion, detail)
-        else:
-            _time_histories(axes[:4], motion, detail)
-        if system.controller is not None:
-            control_panels(axes[4 + several : 6 + several], motion, detail)
-        if loaded:
-            load_panel(motion, detail, axes[-1]).set_title("Loads" if several else "Load")
-        _share_time(axes[1:])
+        whole, *axes = left.subplots(rows, 1)
+        whole_run(whole, motion, detail)
+        for ax, (words, draw) in zip(axes, histories, strict=True):
+            ax.set_title(words)
+            draw(motion, detail, ax)
+        _share(axes)
         left.align_ylabels()
-        shown = _planes(motion)
-        *planes, loop = right.subplots(len(shown) + 1, 1)
-        recent = last_periods(motion, 1) if detail[1] == motion.end else detail
-        for ax, (what, x, y) in zip(planes, shown, strict=True):
-            _phase_plane(motion, x, y, recent, ax).set_title(what)
-            if ax is not planes[0] and (legend := ax.get_legend()):
+        for number, (ax, (words, draw)) in enumerate(zip(right.subplots(len(planes), 1), planes, strict=True)):
+            ax.set_title(words)
+            draw(motion, recent, ax)
+            if 0 < number < len(planes) - 1 and words != "Bodies" and (legend := ax.get_legend()):
                 legend.remove()  # as above
-        if several:
-            draw_all_loops(motion, recent, loop)
-        else:
-            _friction_loop(motion, 1, recent, loop)
-        loop.set_title("Friction")
         right.align_ylabels()
         setting(fig, title)
         own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
-        footnote(fig, own if system.units is None else IN_SI)
+        footnote(fig, f"{own if system.units is None else IN_SI} {settled_words(motion)}".strip())
     return fig
+
+
+def _share(axes: Any) -> None:
+    """The axis of time below the last of some histories serves them all, and one legend says what sticks."""
+    explained = False
+    for ax in axes:
+        if ax is not axes[-1]:
+            ax.tick_params(labelbottom=False)
+            ax.set_xlabel("")
+        if np.ptp(ax.get_xlim()) >= LEAST_WHOLE:
+            ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+        if (legend := ax.get_legend()) and [text.get_text() for text in legend.get_texts()] == ["stuck"]:
+            legend.remove() if explained else None
+            explained = True
 
 
 # --- single panels ----------------------------------------------------------------------------------------------------
@@ -111,58 +133,104 @@ def motion_figure(motion: Trajectory) -> Figure:
 
 @in_own_lines
 def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = None, *, ax: Axes | None = None) -> Axes:
-    """One quantity of a motion over another: the last period over the first ones.
+    """One quantity of a motion over another: the last response over the first periods.
 
     x, y: by default the first state and its rate, of an imposed motion itself and the force it takes; "position" of
         what travels is drawn less the steady travel, so that a steady motion closes
     Returns the axes: `ax`, or those of a new figure.
     """
-    return _phase_plane(motion, x, y, last_periods(motion, 1), given_axes(ax, (5.0, 3.6)))
+    inner, rate = _inner_plane(motion) or (place_of(motion), _velocity(motion))
+    return _phase_plane(x or inner, y or rate, motion, _recent(motion), given_axes(ax, (5.0, 3.6)))
 
 
-def _phase_plane(motion: Trajectory, x: str | None, y: str | None, recent: Stretch, ax: Axes) -> Axes:
-    inner, rate = _inner_plane(motion)
-    x, y = x or inner, y or rate
+def _recent(motion: Trajectory) -> Stretch:
+    """What planes and loops show: the last response; the detail of what comes to rest, or is not driven in time."""
+    detail = shown_in_detail(motion)
+    if detail[1] < motion.end or not equations(motion.system).timed:
+        return detail
+    return last_periods(motion, repeats_after(motion))
+
+
+def _words(motion: Trajectory, recent: Stretch) -> str:
+    """What a stretch of time is called."""
+    after = repeats_after(motion)
+    if recent == last_periods(motion, after) and equations(motion.system).timed:
+        return "last period" if after == 1 else f"last {after} periods"
+    return "detail"
+
+
+def _phase_plane(x: str, y: str, motion: Trajectory, recent: Stretch, ax: Axes) -> Axes:
     period, begin, (last, end) = motion.period, motion.start_time, recent
-    parts = [(Trace(motion, last, end), LAST, "last period" if recent == last_periods(motion, 1) else "to rest")]
+    parts = [(Trace(motion, last, end), LAST, _words(motion, recent))]
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
-        parts.insert(0, (first, FAINT, "first periods"))
-    travels = x == place_of(motion) and motion.system.cyclic is not None and end - begin >= period
-    size = scale(x, motion.system)
-    speed = size * float(np.diff(motion.at([last, end], x))[0]) / period if travels else 0.0
-    origin = _relative(parts[-1][0], x, speed).mean() if travels else 0.0
+        parts.insert(0, (first, FAINT, "first periods" if parts[0][2] != "detail" else "before"))
     with style():
+        shift = _travel(motion, x, recent)
         for trace, look, label in parts:
-            ax.plot(_relative(trace, x, speed) - origin, trace[y], **look, label=label)
+            ax.plot(trace[x] - shift(trace), trace[y], **look, label=label)
         trace = parts[-1][0]
-        ax.plot(_relative(trace, x, speed)[-1:] - origin, trace[y][-1:], **END, label="end")
-        words, symbol = ("position", "$X$") if x == "position" else quantity_label(x, motion.system).rsplit(" ", 1)
-        steady = rf"{words} less steady travel {symbol[:-1]} - \langle {symbol[1:-1]}' \rangle\,\tau$"
-        place = with_unit(steady, x, motion.system) if travels else label_of(motion, x)
-        ax.set(xlabel=place, ylabel=label_of(motion, y))
+        ax.plot((trace[x] - shift(trace))[-1:], trace[y][-1:], **END, label="end")
+        ax.set(xlabel=_place_label(motion, x, recent), ylabel=label_of(motion, y))
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
     return ax
 
 
-def _relative(trace: Trace, name: str, speed: float) -> np.ndarray:
-    return trace[name] - speed * trace.time
+def _planes_of_all(motion: Trajectory, recent: Stretch, ax: Axes) -> None:
+    """Place and velocity of every body that rubs."""
+    trace, places = Trace(motion, *recent), places_of(motion)
+    for number, (x, y) in enumerate(zip(places, _velocities(motion), strict=True), start=1):
+        look = {"color": colour_of(number, len(places)), "linewidth": width_of(number, len(places))}
+        ax.plot(trace[x] - _travel(motion, x, recent)(trace), trace[y], label=f"{number}", **look)
+    ax.set_xlabel(re.sub(r"(?<=\$)([xX])(_1)?", r"\1_i", _place_label(motion, places[0], recent), count=1))
+    ax.set_ylabel(with_unit("velocity $v_i$", _velocity(motion), motion.system))
+    ax.locator_params(axis="x", nbins=7)
+    numbers_above(ax)
+
+
+def _travels(motion: Trajectory, name: str, recent: Stretch) -> bool:
+    """Whether a place is that of what travels, with a period before the end from which its speed is known."""
+    long_enough = recent[1] - motion.start_time >= motion.period
+    return name == place_of(motion) and motion.system.cyclic is not None and long_enough
+
+
+def _travel(motion: Trajectory, name: str, recent: Stretch) -> Callable[[Trace], Any]:
+    """What a place is drawn less of, at the times of a trace: the steady travel, and its mean; 0 of what stays."""
+    if not _travels(motion, name, recent):
+        return lambda trace: 0.0
+    start, end = recent
+    start = min(start, end - motion.period)
+    ways = motion.at([start, end], name) * scale(name, motion.system)
+    speed = float(np.diff(ways)[0]) / (end - start)
+    shown = Trace(motion, *recent)
+    origin = float(np.mean(shown[name] - speed * shown.time))
+    return lambda trace: speed * trace.time + origin
+
+
+def _place_label(motion: Trajectory, name: str, recent: Stretch) -> str:
+    """The label of a quantity, of what travels less its steady travel."""
+    if not _travels(motion, name, recent):
+        return label_of(motion, name)
+    words, symbol = ("position", "$X$") if name == "position" else quantity_label(name, motion.system).rsplit(" ", 1)
+    time = r"\tau" if motion.system.units is None else "t"
+    steady = rf"{words} less steady travel {symbol[:-1]} - \langle {symbol[1:-1]}' \rangle\,{time}$"
+    return with_unit(steady, name, motion.system)
 
 
 @in_own_lines
 def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None = None) -> Axes:
-    """Friction over sliding velocity in the last period: accelerating, decelerating and stuck.
+    """Friction over sliding velocity in the last response: accelerating, decelerating and stuck.
 
     contact: which, of a machine with several. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
     for a contact that there is not.
     """
     if contact not in (contacts := contacts_of(motion)):
         raise ArgumentError("contact", f"should be a whole number from 1 to {contacts[-1]}, got {contact!r}")
-    return _friction_loop(motion, contact, last_periods(motion, 1), given_axes(ax, (5.0, 3.6)))
+    return _friction_loop(motion, _recent(motion), given_axes(ax, (5.0, 3.6)), contact)
 
 
-def _friction_loop(motion: Trajectory, contact: int, recent: Stretch, ax: Axes) -> Axes:
+def _friction_loop(motion: Trajectory, recent: Stretch, ax: Axes, contact: int = 1) -> Axes:
     trace = Trace(motion, *recent)
     names = numbered("contact_velocity", contact), numbered("friction", contact)
     velocity, friction = (trace[name] for name in names)
@@ -181,8 +249,10 @@ def _friction_loop(motion: Trajectory, contact: int, recent: Stretch, ax: Axes) 
         ):
             if chosen.any():
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        last = ", last period" if recent == last_periods(motion, 1) else ""
-        ax.set(xlabel=label_of(motion, names[0]) + last, ylabel=label_of(motion, names[1]))
+        if stuck.any() and np.ptp(friction[stuck]) < JUMP * np.ptp(friction):  # one force: no line, but a dot
+            ax.plot([0.0], [np.mean(friction[stuck])], "s", color=HELD["color"], markersize=4.0)
+        ax.set(xlabel=label_of(motion, names[0]), ylabel=label_of(motion, names[1]))
+        ax.set_title(f"Friction, {_words(motion, recent)}")
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
     return ax
@@ -205,87 +275,101 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
     return np.where(empty, np.nan, x[index]), np.where(empty, np.nan, y[index])
 
 
-def _time_histories(axes: Any, motion: Trajectory, detail: Stretch) -> None:
-    """The position over the whole run, then angle, velocity and friction in detail."""
-    whole_run(axes[0], motion, detail)
-    moving = _body_velocity(motion)
-    names = (_inner_plane(motion)[0], moving, "friction")
-    for ax, name, title in zip(
-        axes[1:], names, (_inner_name(motion), body_of(motion).capitalize(), "Contact"), strict=True
-    ):
-        history(motion, name, detail, ax, shaded=True).set_title(title)
-        mark_impacts(ax, motion, detail) if name == moving else None
-        if name != moving and (legend := ax.get_legend()):
-            legend.remove()
+# --- what a sheet shows -----------------------------------------------------------------------------------------------
+Draw = Callable[[Trajectory, Stretch, Axes], Any]
 
 
-def _share_time(axes: Any) -> None:
-    """The axis of time below the last of some histories serves them all."""
-    for ax in axes[:-1]:
-        ax.tick_params(labelbottom=False)
-        ax.set_xlabel("")
+def _histories(motion: Trajectory) -> list[tuple[str, Draw]]:
+    """(title, how it is drawn) of the histories of a sheet below the whole run."""
+    machine, several = motion.system.machine, len(contacts_of(motion)) > 1
+    inner, moving = _inner(motion), body_of(motion).capitalize()
+    panels: list[tuple[str, Draw]] = [(_inner_title(motion), _over_time(inner))]
+    if several:
+        frictions = [numbered("friction", each) for each in contacts_of(motion)]
+        panels += [("Bodies", _over_time(_velocities(motion), "velocity $v_i$"))]
+        panels += [("Contacts", _over_time(frictions, "friction force $R_i$")), ("Modes", draw_modes)]
+    else:
+        panels += [(moving, _over_time([_velocity(motion)])), ("Contact", _over_time(["friction"]))]
+    if motion.system.controller is not None:
+        panels += [("Controller", error_panel), ("Actuator", command_panel)]
+    if machine.follows_load or hides_lift_off(motion):
+        panels += [("Loads" if several else "Load", load_panel)]
+    return panels
 
 
-def _histories_of_all(axes: Any, motion: Trajectory, detail: Stretch) -> None:
-    """The position over the whole run, then all gaps, velocities, friction forces and modes in detail."""
-    whole_run(axes[0], motion, detail)
-    contacts = contacts_of(motion)
-    gaps = [name for name in motion.state_names if number_in(name, "displacement")]
-    machine = motion.system.machine
-    imposed = machine.imposes_distances  # its velocities are no states, and its gaps are shares of the drive
-    bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contact_states
-    places = [name for name in (numbered("position", each) for each in contacts) if name in motion.names]
-    second = ["drive"] if imposed else gaps or places or [place_of(motion)]
-    words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
-    draw_all(motion, second, words, detail, axes[1])
-    draw_all(motion, bodies, "velocity $v_i$", detail, axes[2])
-    draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", detail, axes[3])
-    draw_modes(motion, detail, axes[4])
-    titles = "Gaps" if imposed or gaps else "Positions", "Bodies", "Contacts", "Modes"
-    for ax, title in zip(axes[1:], titles, strict=True):
-        ax.set(title=title)
-    mark_impacts(axes[2], motion, detail)
+def _over_time(names: list[str], label: str = "") -> Draw:
+    """Quantities of one kind over time; of one where it sticks is shaded. Impacts are marked below velocities."""
+
+    def draw(motion: Trajectory, detail: Stretch, ax: Axes) -> None:
+        several = len(contacts_of(motion)) > 1
+        if several or len(names) > 1:
+            words = label or re.sub(r"_(\{1\}|1)", "_i", quantity_label(names[0], motion.system))
+            draw_all(motion, names, words, detail, ax)
+        else:
+            history(motion, names[0], detail, ax, shaded=True)
+        if names[0] == _velocity(motion):
+            mark_impacts(ax, motion, detail)
+
+    return draw
 
 
-def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:
-    """(title, x, y) of the phase planes of a sheet: what moves within, and the body that rubs if it is another."""
-    inner, body = _inner_plane(motion), (place_of(motion), _body_velocity(motion))
-    title = "Actuator" if motion.system.machine.imposes_motion else _inner_name(motion)
-    return [(title, *inner)] + ([(body_of(motion).capitalize(), *body)] if body != inner else [])
+def _planes(motion: Trajectory) -> list[tuple[str, Draw]]:
+    """(title, how it is drawn) of the phase planes of a sheet and of its friction loop."""
+    several, inner = len(contacts_of(motion)) > 1, _inner_plane(motion)
+    body = place_of(motion), _velocity(motion)
+    title = "Actuator" if motion.system.machine.imposes_motion else _inner_title(motion)
+    planes: list[tuple[str, Draw]] = [(title, partial(_phase_plane, *inner))] if inner else []
+    if len(places_of(motion)) == len(contacts_of(motion)) > 1:
+        planes += [("Bodies", _planes_of_all)]
+    else:
+        planes += [(body_of(motion).capitalize(), partial(_phase_plane, *body))]
+    loop: tuple[str, Draw] = (
+        f"Friction, {_words(motion, _recent(motion))}",
+        draw_all_loops if several else _friction_loop,
+    )
+    return [*planes, loop]
 
 
-def _inner_plane(motion: Trajectory) -> tuple[str, str]:
-    """(inner motion, its rate); of an imposed one (the motion, the force or torque that it takes)."""
+def _inner(motion: Trajectory) -> list[str]:
+    """What moves within: what is imposed, or a coordinate and its like; where there is no other, the place."""
+    machine, place = motion.system.machine, place_of(motion)
+    if machine.imposes_motion:
+        return ["drive"]
+    first = next(iter(machine.coordinates))
+    if len(machine.contact_states) > 1:
+        first = next((name for name in machine.coordinates if name != place), place)
+    alike = [name for name in machine.coordinates if name_and_number(name)[0] == name_and_number(first)[0]]
+    return [first] if first == place and len(machine.contact_states) == 1 else alike
+
+
+def _inner_title(motion: Trajectory) -> str:
+    inner = _inner(motion)
+    if inner == ["drive"]:
+        return "Imposed motion"
+    if inner == [place_of(motion)]:
+        return body_of(motion).capitalize()
+    words = re.sub(r" \$.*", "", quantity_label(inner[0], motion.system))
+    return words.capitalize() + "s" * (len(inner) > 1)
+
+
+def _inner_plane(motion: Trajectory) -> tuple[str, str] | None:
+    """(inner motion, its rate), of an imposed one (the motion, the force or torque that it takes); None where no state
+    is its rate, or it is the body itself."""
     if motion.system.machine.imposes_motion:
         taken = [name for name in motion.observable_names if name.startswith("actuator_") and name != "actuator_power"]
         return "drive", (*taken, "contact_velocity")[0]
-    inner, rate = motion.state_names[2:4] if _held_row(motion) else motion.state_names[:2]
-    return inner, rate
+    first = _inner(motion)[0]
+    rate = motion.system.machine.coordinates[first]
+    return None if first == place_of(motion) or rate not in motion.names else (first, rate)
 
 
-def _held_row(motion: Trajectory) -> bool:
-    """Whether it is one of a row of blocks that are held to their places, whose states stand block by block."""
-    machine = motion.system.machine
-    return len(machine.contact_states) > 1 and machine.cyclic is None
-
-
-def _body_velocity(motion: Trajectory) -> str:
+def _velocity(motion: Trajectory) -> str:
     """The velocity of the body that rubs; with an imposed motion the state is that of the common centre."""
-    machine = motion.system.machine
-    return "contact_velocity" if machine.imposes_motion else machine.contact_states[0]
+    return _velocities(motion)[0]
 
 
-def _inner_name(motion: Trajectory) -> str:
-    """What moves within the capsule, or the block; of a row of bodies, the first gap, or the second of held ones."""
+def _velocities(motion: Trajectory) -> list[str]:
     machine = motion.system.machine
-    if _held_row(motion):
-        return "Body 2"
     if machine.imposes_motion:
-        return "Imposed motion"
-    first = motion.state_names[0]
-    if len(machine.contact_states) > 1 and first == "displacement":
-        return "Gap 1"
-    if first == place_of(motion):
-        return body_of(motion).capitalize()
-    known = {"approach": "Block, across the belt", "angle": "Pendulum", "displacement": "Inner motion"}
-    return known.get(first, first.replace("_", " ").capitalize())
+        return [numbered("contact_velocity", each) for each in contacts_of(motion)]
+    return list(machine.contact_states)

@@ -37,16 +37,17 @@ MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREE
 
 def stick_slip_figure(found: StickSlip) -> Figure:
     """The whole record above; below a detail with its phases and levels, the slider's velocity there, the periods."""
-    moves = found.velocity is not None
-    narrow_height = PRINTED * (4.0 + moves)
+    moves, periods = found.velocity is not None, np.diff([slip.start for slip in found.main_slips])
+    counted = len(periods) > 1
+    heights = [1.6, 1.0 + moves, 1.4][: 2 + counted]
+    narrow_height = PRINTED * sum(heights)
     fig = blank_figure((page().width_or(10.0), narrow_height if page().narrow else page().width_or(10.0) * 0.74))
     with style():
-        if page().narrow:
-            ratios = (1.6, 1.0 + moves, 1.4)
-            top, left, right = fig.subfigures(3, 1, squeeze=False, height_ratios=ratios)[:, 0]
+        if page().narrow or not counted:
+            top, left, *others = fig.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
         else:
             top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.35))[:, 0]
-            left, right = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
+            left, *others = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
         _whole(top.subplots(), found)
         window = _detail_window(found)
         if not moves:
@@ -57,7 +58,8 @@ def stick_slip_figure(found: StickSlip) -> Figure:
             _velocity(axes[1], found, window)
             axes[0].set_xlabel("")
             left.align_ylabels()
-        _periods(right.subplots(), found)
+        for part in others:
+            _periods(part.subplots(), found, periods)
         heading(fig, f"{found.name}: {found.regime.name}")
         reason = found.regime.reason
         footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
@@ -148,15 +150,9 @@ def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
     ax.set(xlabel="time [s]", ylabel=f"velocity [{prefix}m/s]", title="Slider (pulling speed dashed)", xlim=window)
 
 
-def _periods(ax: Axes, found: StickSlip) -> None:
-    periods = np.diff([slip.start for slip in found.main_slips])
-    if len(periods) < 2:
-        ax.text(0.5, 0.5, "no periods", ha="center", va="center", transform=ax.transAxes, color="#555555")
-        ax.set(title="Periods", xticks=[], yticks=[])
-        return
+def _periods(ax: Axes, found: StickSlip, periods: np.ndarray) -> None:
+    """How often each period occurs, from zero on, so that their spread is seen beside their size."""
     assert found.period is not None
-    bins = int(np.clip(2 * np.sqrt(len(periods)), 5, MOST_BINS))
-    ax.hist(periods, bins=bins, color="#BFD9EA", edgecolor="white", linewidth=0.5)
     lines: list[tuple[float | None, str, str, Any]] = [
         (found.period.mean, f"mean {found.period.mean:.4g} s", BLUE, "-"),
         (found.period.median, f"median {found.period.median:.4g} s", BLUE, (0, (1, 1.5))),
@@ -164,10 +160,13 @@ def _periods(ax: Axes, found: StickSlip) -> None:
         (found.recurrence.correlation_period, "correlation {:.4g} s", ORANGE, (0, (3, 1, 1, 1))),
         (found.regime.inertial_period, r"$2\pi\sqrt{{m/k}}$ = {:.4g} s", VERMILION, (0, (8, 2))),
     ]
+    known = [value for value, *_ in lines if value is not None]
+    shown = (0.0, 1.05 * max(*known, float(np.max(periods))))
+    ax.hist(periods, bins=MOST_BINS, range=shown, color="#BFD9EA", edgecolor="white", linewidth=0.5)
     for value, text, colour, dashes in lines:
         if value is not None:
             ax.axvline(value, color=colour, linestyle=dashes, linewidth=1.2, label=text.format(value))
-    ax.set(xlabel="period [s]", ylabel="number of periods", title="Periods", xlim=(0.0, 1.05 * ax.get_xlim()[1]))
+    ax.set(xlabel="period [s]", ylabel="number of periods", title="Periods", xlim=shown)
     ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     legend_below(ax, ax.get_legend_handles_labels()[0], ncols=2)

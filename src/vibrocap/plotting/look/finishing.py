@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -19,12 +20,12 @@ from vibrocap.files import replacing
 from vibrocap.plotting.look.labels import filled, letters_seen
 from vibrocap.plotting.look.own_lines import own_lines
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import STYLE, settings_of, style
+from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, settings_of, style
 
 GAP = 3.0  # points between what stands side by side
 LEAST_TICKS = 2
 LEAST_HEIGHT = 0.75  # of the height for a screen: labels and legends do not shrink as panels do
-ROUNDS = 3  # each changes the room that the next finds
+ROUNDS = 6  # at most: each changes the room that the next finds
 
 
 def save(fig: Figure, path: str | Path, settings: dict[Any, Any] = STYLE) -> Path:
@@ -53,8 +54,12 @@ def finished(fig: Figure) -> Figure:
 
 
 def fitted(fig: Figure) -> Figure:
-    """The figure, with texts broken to the room that there is, fewer ticks, and legends in fewer columns."""
-    before = 0.0
+    """The figure, with texts broken to the room that there is, fewer ticks, and legends in fewer columns.
+
+    It is laid out until nothing changes any more.
+    """
+    before, last, shown = 0.0, None, fig.dpi
+    fig.set_dpi(PAGE_STYLE["savefig.dpi"])  # as fine as it is printed: letters of a screen are wider or narrower
     for _ in range(ROUNDS):
         fig.draw_without_rendering()
         for text in _heads(fig):
@@ -63,12 +68,22 @@ def fitted(fig: Figure) -> Figure:
             _narrow(legend, fig)
         for ax in fig.findobj(Axes):
             _fit_axes(ax)
-        fig.draw_without_rendering()
         height = sum(text.get_window_extent().height for text in _heads(fig)) / fig.dpi
         fig.set_figheight(fig.get_figheight() + height - before)  # the panels keep their height
-        before = height
-    fig.draw_without_rendering()
+        looks = _looks(fig)
+        if looks == last:
+            break
+        before, last = height, looks
+    fig.set_dpi(shown)
     return fig
+
+
+def _looks(fig: Figure) -> list[Any]:
+    """What changes from one layout to the next: texts, places of panels and titles, and columns of legends."""
+    axes, legends = fig.findobj(Axes), fig.findobj(Legend)
+    texts = [text.get_text() for text in fig.findobj(Text)]
+    places = [np.round([*ax.get_position().bounds, ax.titleOffsetTrans.get_matrix()[1, 2]], 2).tolist() for ax in axes]  # type: ignore[attr-defined]
+    return [texts, places, [legend._ncols for legend in legends]]  # type: ignore[attr-defined]
 
 
 def _heads(fig: Figure) -> list[Text]:
@@ -79,10 +94,8 @@ def _heads(fig: Figure) -> list[Text]:
 def _fit_axes(ax: Axes) -> None:
     """Labels no longer than the axes, ticks apart, and a legend in the line of the title only where both have room."""
     box = ax.get_window_extent()
-    if ax.xaxis.label.get_text():
-        _break(ax.xaxis.label, box.width)
-    if ax.yaxis.label.get_text():
-        _break(ax.yaxis.label, box.height, upright=True)
+    _break(ax.xaxis.label, box.width)
+    _break(ax.yaxis.label, box.height, upright=True)
     for axis in (ax.xaxis, ax.yaxis):
         _thin_out(axis)
     title = ax._left_title if ax._left_title.get_text() else ax.title  # type: ignore[attr-defined]
@@ -90,16 +103,17 @@ def _fit_axes(ax: Axes) -> None:
         return
     _break(title, box.width)
     legend = ax.get_legend()
-    gap = GAP * ax.get_figure(root=True).dpi / 72.0  # type: ignore[union-attr]
-    if legend is not None:
+    points = 72.0 / ax.get_figure(root=True).dpi  # type: ignore[union-attr]
+    if legend is not None and legend.get_window_extent().y0 >= box.y1 - GAP / points:
         there = legend.get_window_extent()
-        if there.y0 >= box.y1 - gap and there.overlaps(title.get_window_extent().expanded(1.02, 1.05)):
-            points = 72.0 / ax.get_figure(root=True).dpi  # type: ignore[union-attr]
+        if title.get_window_extent().width + there.width + 2 * GAP / points > box.width:
             ax.set_title(title.get_text(), pad=there.height * points + 2 * GAP)
 
 
 def _break(text: Text, room: float, upright: bool = False) -> None:
-    """Break a text that is longer than its room in pixels."""
+    """Break a text that is longer than its room in pixels, into lines that are about as long as each other."""
+    if not text.get_text():
+        return
     box = text.get_window_extent()
     length = box.height if upright else box.width
     words = text.get_text()
@@ -108,8 +122,11 @@ def _break(text: Text, room: float, upright: bool = False) -> None:
         letters = max(int(longest * room / length), 8)
         if not upright and words.count("\n"):
             text.set_text("\n".join(filled(line, letters, "  ") for line in words.splitlines()))
-        else:
-            text.set_text(filled(words.replace("\n", " "), letters))
+            return
+        words = words.replace("\n", " ")
+        while letters > 8 and filled(words, letters - 1).count("\n") == filled(words, letters).count("\n"):
+            letters -= 1
+        text.set_text(filled(words, letters))
 
 
 def _narrow(legend: Legend, fig: Figure) -> None:
@@ -119,7 +136,6 @@ def _narrow(legend: Legend, fig: Figure) -> None:
         if box.x0 >= fig.bbox.x0 and box.x1 <= fig.bbox.x1 and box.width <= _room(legend, fig):
             return
         _rearrange(legend, legend._ncols - 1)  # type: ignore[attr-defined]
-        fig.draw_without_rendering()
 
 
 def _rearrange(legend: Legend, columns: int) -> None:
@@ -139,22 +155,18 @@ def _room(legend: Legend, fig: Figure) -> float:
 
 def _thin_out(axis: Axis) -> None:
     """Fewer ticks, until their numbers do not touch."""
-    if axis.get_scale() != "linear" or not isinstance(axis.get_major_locator(), MaxNLocator):
+    locator = axis.get_major_locator()
+    if axis.get_scale() != "linear" or not isinstance(locator, MaxNLocator):
         return
     count = len(_tick_boxes(axis))
     while count > LEAST_TICKS and any(
         a.padded(GAP / 2).overlaps(b.padded(GAP / 2)) for a, b in itertools.pairwise(_tick_boxes(axis))
     ):
         count -= 1
-        axis.set_major_locator(MaxNLocator(max(count - 1, 1)))
+        locator.set_params(nbins=max(count - 1, 1))
 
 
 def _tick_boxes(axis: Axis) -> list:
     """Where the numbers of an axis stand that are shown."""
-    low, high = sorted(axis.get_view_interval())
-    room = 1e-9 * (high - low)
-    return [
-        tick.label1.get_window_extent()
-        for tick in axis.get_major_ticks()
-        if tick.label1.get_visible() and tick.label1.get_text() and low - room <= tick.get_loc() <= high + room
-    ]
+    shown = [tick.label1 for tick in axis._update_ticks()]  # type: ignore[attr-defined]
+    return [label.get_window_extent() for label in shown if label.get_visible() and label.get_text()]

@@ -17,7 +17,7 @@ from vibrocap.physics.system import System
 LABELS = {
     "time": r"time $\tau$",
     "periods": r"time in drive periods $\tau/T$",
-    "angle": r"pendulum angle $\theta$",
+    "angle": r"angle $\theta$",
     "angle_rate": r"angular velocity $\theta'$",
     "displacement": r"inner displacement $z$",
     "displacement_rate": r"inner velocity $z'$",
@@ -29,7 +29,7 @@ LABELS = {
     "bristle_rate": r"bristle rate $\xi'$",
     "friction": r"friction force $R$",
     "reaction": r"normal load $N$",
-    "drive": r"drive $h\cos\omega\tau$",
+    "drive": "drive",
 }
 LETTERS_PER_INCH = 14.5  # of the type of a title, roughly
 EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
@@ -146,10 +146,11 @@ def quantity_label(name: str, system: System) -> str:
         label = LABELS["velocity"].replace("capsule", body)
     elif name == "contact_velocity" and machine.contact_states[0] != "velocity":
         label = LABELS["sliding_velocity"]
-    elif name == "drive" and machine.imposes_motion:
-        label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
-    elif name == "drive" and system.controller is not None:
+    if name == "drive" and system.controller is not None:
         label = "command $u$"
+    elif name == "drive":
+        imposed = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
+        label = imposed if machine.imposes_motion else f"drive {machine.effort}"
     return label
 
 
@@ -228,7 +229,9 @@ def _by_symbol(name: str, part: Any, varied: set[str], fixed: Mapping[str, str])
         path = f"{name}.{info.name}"
         value = fixed.get(path, getattr(part, info.name))
         if value is not None and path not in varied and not (name == "environment" and value == info.default):
-            found.append(f"{symbol_text(info.symbol or info.name)}{EQUALS}{value_text(value)}")
+            words = isinstance(value, str)  # a word chosen says nothing beside a symbol
+            name_in_print = info.name.replace("_", " ") if words else symbol_text(info.symbol or info.name)
+            found.append(f"{name_in_print}{EQUALS}{value_text(value)}")
     return found
 
 

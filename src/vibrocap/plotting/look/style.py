@@ -185,13 +185,9 @@ def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
 
 def legend_above(axes: Axes, **options: Any) -> None:
     """A legend in the line of the title, where it covers no data."""
-    look = {
-        "ncols": 3,
-        "columnspacing": 1.0,
-        "handlelength": 1.5,
-        "fontsize": 8 if page().width is None else 6.5,
-    } | options
-    axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0, **look})
+    look: dict[str, Any] = {"ncols": 3, "columnspacing": 1.0, "handlelength": 1.4, "handletextpad": 0.5}
+    look |= {"fontsize": 8 if page().width is None else 6.5, "frameon": False, "borderpad": 0.1, "borderaxespad": 0.3}
+    axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), **look, **options})
 
 
 def letters(points: float) -> float:

@@ -13,7 +13,7 @@ from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.orbits.walk.special_kind import SpecialKind
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
-from vibrocap.plotting.look.labels import scale, with_unit
+from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
 from vibrocap.plotting.look.own_lines import in_own_lines
 from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
 from vibrocap.plotting.steady.branches import LINE, LINES, fixed_parameters, parameter_label
@@ -95,7 +95,7 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
             look["markeredgecolor"] = VERMILION
         ax.plot(along * each.parameter, up * each.state[state], marker=marker, markersize=size, **look)
         used.add(each.kind.value)
-    ax.set_ylabel(with_unit(state.replace("_", " "), state, found.system))
+    ax.set_ylabel(with_unit(quantity_label(state, found.system), state, found.system))
     return used
 
 
@@ -117,7 +117,7 @@ def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> set[str]:
     real = np.real(found.eigenvalues) * rate
     ax.axhline(0.0, color="#9A9A9A", linewidth=0.8, zorder=1)
     largest = real[:, 0]
-    for column in range(real.shape[1]):
+    for column in range(real.shape[1])[::-1]:  # the one that decides above the others
         ax.plot(along * found.parameter, real[:, column], color=BLACK if column == 0 else "#8A8A8A", linewidth=1.2)
     size = 2.5 * float(np.max(np.abs(largest)))
     low = max(float(np.min(real)), -size) if size > 0.0 else float(np.min(real))

@@ -16,7 +16,7 @@ FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7
 MOST_TOGETHER = 3  # cells of no travel between travel one way and the other, that are a passage through zero
 CROWDED = 0.1  # share of a scale below the median, under which it is logarithmic
-MOST_DECADES = 1e5  # largest over least value of a logarithmic scale
+MOST_DECADES = 1e3  # largest over least value of a logarithmic scale
 # (percentile, how many times farther from the median the largest value is) where a scale ends before the largest
 TRIMS = ((99.5, 2.0), (98.0, 5.0), (95.0, 10.0))
 
@@ -192,10 +192,18 @@ def limits(view: View) -> tuple[float, float, bool, bool, bool]:
     low, high = -_trimmed(-base), _trimmed(base)
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    logarithmic = bool((values > 0.0).all() and np.median(base) - low < CROWDED * (high - low))
+    logarithmic = bool((values > 0.0).all() and spread(np.clip(base, low, high)))
     if logarithmic:
         high = min(high, MOST_DECADES * low)
     return low, high, bool((values < low).any()), bool((values > high).any()), logarithmic
+
+
+def spread(values: np.ndarray) -> bool:
+    """Whether positive values crowd at the lower end of their range, so that their scale should be logarithmic."""
+    values = values[np.isfinite(values)]
+    if not len(values) or values.min() <= 0.0:
+        return False
+    return bool(np.median(values) - values.min() < CROWDED * np.ptp(values))
 
 
 def _shown(view: View) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 from vibrocap.plotting.look.style import logarithmic
-from vibrocap.plotting.studies.cells import Cell, cell_labels, cells, unsettled, unsettled_label
+from vibrocap.plotting.studies.cells import Cell, cell_labels, cells, spread, unsettled, unsettled_label
 from vibrocap.plotting.studies.view import Panel, View, value_label
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, BLACK)
@@ -73,6 +73,8 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
         ax.set_ylim(-0.6, len(ticks) - 0.4)
     else:
         ax.margins(y=0.12)
+        if view.kind == "plain" and spread(np.concatenate([panel.values.ravel() for panel in view.panels])):
+            logarithmic(ax, "y")
     ax.set(xlabel=axis.label, ylabel=view.label)
     ax.grid(color="#E4E4E4", linewidth=0.5)
     if axis.logarithmic:

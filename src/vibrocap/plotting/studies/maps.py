@@ -145,10 +145,10 @@ def draw_study(
 # --- the frame: title above, legend below -----------------------------------------------------------------------------
 def study_axes(view: View, panels: int) -> tuple[Figure, list[Axes]]:
     """An empty figure in the project's style and its axes, in reading order."""
-    columns = 1 if panels == 1 else 3 if panels in (3, 5, 6) else 2
+    columns = 1 if panels == 1 or page().narrow else 3 if panels in (3, 5, 6) else 2
     rows = math.ceil(panels / columns)
-    width = COLUMN if panels == 1 else PAGE
-    fig = Figure(figsize=(width, rows * 0.8 * width / columns), layout="constrained")
+    width = page().width_or(COLUMN if panels == 1 else PAGE)
+    fig = Figure(figsize=(width, rows * 0.8 * min(width / columns, COLUMN)), layout="constrained")
     FigureCanvasAgg(fig)
     axes = fig.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel().tolist()
     for ax in axes[panels:]:
@@ -168,7 +168,7 @@ def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
     if handles:
         for handle in handles:
             handle.set_label(textwrap.fill(handle.get_label(), round(15 * width), subsequent_indent="  "))
-        below = _legend(fig, handles, 4 if width > COLUMN else 3)
+        below = _legend(fig, handles, 4 if broad > COLUMN else 3)
     whole = height + above + below
     fig.set_size_inches(width, whole)
     if page().header:

@@ -317,7 +317,7 @@ def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
         meaning = meaning.replace(plain, nice)
     words = [meaning, symbol_text(str(attributes.get("symbol", "")))]
     unit = "rad" if "[rad]" in str(attributes.get("long_name", "")) else unit
-    return "  ".join(word for word in words if word) + bracketed(unit)
+    return " ".join(word for word in words if word) + bracketed(unit)
 
 
 def case_of(dataset: Any) -> Case | None:
