@@ -381,9 +381,14 @@ def test_loads_and_rests_of_every_contact_are_drawn():
     at = np.linspace(motion.start_time, motion.end, 20_001)  # loads jump, between the times of the grid
     assert [np.max(each) for each in drawn] == pytest.approx([np.max(motion.at(at, name)) for name in names], rel=1e-3)
     panels = [vc.draw_history(motion, name, periods=2) for name in ("friction", "friction_2", "velocity_2")]
-    rests = [sum(phase.side == 0 for phase in motion.phases_of(i) if phase.end > motion.period) for i in (1, 2, 2)]
-    assert [len(panel.patches) for panel in panels] == rests
-    assert rests[0] != rests[1]
+    shaded = [sum(patch.get_width() for patch in panel.patches) * motion.period for panel in panels]
+    start, rests = (
+        motion.period,
+        [[p for p in motion.phases_of(i) if p.side == 0 and p.end > motion.period] for i in (1, 2)],
+    )
+    lasted = [sum(phase.end - max(phase.start, start) for phase in each) for each in rests]
+    assert shaded == pytest.approx([*lasted, lasted[1]], rel=1e-9)
+    assert abs(lasted[0] - lasted[1]) > 0.01
     scene = Scene(motion, np.array([1.0, 2.0]))
     scene.show(1)
     sizes = [np.ptp([y for _, y in arrow._posA_posB]) / scene.load_size for arrow in scene.arrows.values()]

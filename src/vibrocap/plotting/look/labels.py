@@ -229,8 +229,8 @@ def _by_symbol(name: str, part: Any, varied: set[str], fixed: Mapping[str, str])
         path = f"{name}.{info.name}"
         value = fixed.get(path, getattr(part, info.name))
         if value is not None and path not in varied and not (name == "environment" and value == info.default):
-            words = isinstance(value, str)  # a word chosen says nothing beside a symbol
-            name_in_print = info.name.replace("_", " ") if words else symbol_text(info.symbol or info.name)
+            chosen = isinstance(getattr(part, info.name), str)  # a word says nothing beside a symbol
+            name_in_print = info.name.replace("_", " ") if chosen else symbol_text(info.symbol or info.name)
             found.append(f"{name_in_print}{EQUALS}{value_text(value)}")
     return found
 
