@@ -61,7 +61,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
         known = {"friction": lambda: friction(t, side[0]), "contact_velocity": lambda: states[3]}
         known["contact_sliding_work"] = lambda: -friction(t, side[0]) * states[3]
         known["impulse"] = known["friction"]
-        return [known.get(name, lambda: zero)() for name in names]
+        return np.array([np.broadcast_to(known.get(name, lambda: zero)(), t.shape) for name in names])
 
     return Trajectory(
         system=system,

@@ -3,6 +3,7 @@
 Where a part of the contact velocity is imposed, a reversal leaves of a push what the imposed part makes of its delay.
 """
 
+import dataclasses
 import functools
 import math
 
@@ -51,7 +52,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     images = map_.images(state[None], map_.parameters()[None])
     assert not differences.contradicted(map_, state, images, map_.parameters())
     for factor, sure in ((0.5, True), (1.05, True), (-1.0, False)):
-        wrong = type(images)(images.state, factor * images.jacobian, images.finished, images.certified)
+        wrong = dataclasses.replace(images, jacobian=factor * images.jacobian)
         with monkeypatch.context() as planted:
             if not sure:
                 planted.setattr(differences, "slopes_along", lambda *_: (images.state, np.array([False])))
@@ -59,7 +60,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     monkeypatch.setattr(
         StroboscopicMap,
         "images",
-        lambda *given: (got := sound(*given)) and type(got)(got.state, 0.5 * got.jacobian, got.finished, got.certified),
+        lambda *given: (got := sound(*given)) and dataclasses.replace(got, jacobian=0.5 * got.jacobian),
     )
     found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
     assert found.status is vc.OrbitStatus.CONTRADICTED
@@ -107,7 +108,7 @@ def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
 
     def planted(*given, **more):
         got = sound(*given, **more)
-        return got if got.jacobian is None else type(got)(got.state, 0.1 * got.jacobian, got.finished, got.certified)
+        return got if got.jacobian is None else dataclasses.replace(got, jacobian=0.1 * got.jacobian)
 
     monkeypatch.setattr(StroboscopicMap, "images", planted)
     wrong = lyapunov_exponent(TURNING, periods=60, transient=60)

@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError, check_whole, is_number, is_positiv
 from vibrocap.motion.recording.equations import is_recorded
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import DrivenEquations, codes, driven_runs, sharpness
-from vibrocap.numerics.expressions.graph import Graph, evaluate
+from vibrocap.numerics.expressions.graph import Graph, evaluated
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 
@@ -291,8 +291,8 @@ def _steady(equations: DrivenEquations, parameters: np.ndarray, given: np.ndarra
     last = np.maximum.accumulate(np.where(moving, np.arange(len(velocity)), -1))  # sample of the last motion
     side = np.sign(velocity[np.maximum(last, np.argmax(moving))]) if moving.any() else np.ones(len(velocity))
     with np.errstate(all="ignore"):
-        (force,) = evaluate([equations.force], 0.0, [velocity, load, 0.0, 0.0], side, parameters.T[:, :, None])
-    force = np.array(np.broadcast_to(force, (len(parameters), len(velocity))), dtype=float)
+        asked = [equations.force], 0.0, [velocity, load, 0.0, 0.0], side, parameters.T[:, :, None]
+        (force,) = evaluated(*asked, (len(parameters), len(velocity)))
     if equations.set_valued:
         force[:, last < 0] = 0.0
     return force

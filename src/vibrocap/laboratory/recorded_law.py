@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.laboratory.driven import check_numbers
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluated
 from vibrocap.physics.friction.law import Law
 
 
@@ -40,11 +40,8 @@ class RecordedLaw:
         velocity = np.asarray(velocity, dtype=float)
         internal = np.asarray(internal, dtype=float)
         shape = np.broadcast_shapes(velocity.shape, internal.shape[1:], np.shape(side))
-        found = np.empty((len(expressions), *shape))
         with np.errstate(all="ignore"):
-            for i, value in enumerate(evaluate(expressions, 0.0, [velocity, *internal], side, ())):
-                found[i] = value
-        return found
+            return evaluated(expressions, 0.0, [velocity, *internal], side, (), shape)
 
     @functools.cached_property
     def force_slopes(self) -> tuple[Expression, ...]:

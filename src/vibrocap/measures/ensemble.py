@@ -27,7 +27,7 @@ from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_room, check_run, initial_state
 from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluated
 from vibrocap.physics.closed_loop.sampling import MOST_SAMPLES
 from vibrocap.physics.dimensions.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
@@ -173,10 +173,10 @@ def _measured(
     if budget.threshold > 0.0 and not recording.timed:
         budget = dataclasses.replace(budget, returns=True, asked=budget.asked | numerics.codes.ASK_EXTREMES)
     results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
-    period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
+    quantities = [recording.period, *recording.scales]
+    period, *scales = evaluated(quantities, 0.0, states.T, 1.0, parameters.T, (runs,))
     status = STATUS_CODES[results.status]
     finished = status == FINISHED
-    scales = [np.broadcast_to(each, runs) for each in evaluate(recording.scales, 0.0, states.T, 1.0, parameters.T)]
     sizes = np.column_stack(scales)
 
     def mirrored() -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.evidence import BALANCE_BOUND, BALANCE_PER_STEP, LEAST_TOLERANCE
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Expression, derivative, evaluated
 
 
 def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, tolerance: float) -> np.ndarray:
@@ -27,8 +27,7 @@ def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, t
     values = parameters.T
 
     def at(expressions: tuple[Expression, ...], states: np.ndarray) -> np.ndarray:
-        found = evaluate(expressions, 0.0, states, 1.0, values)
-        return np.array([np.broadcast_to(np.asarray(each, dtype=float), (count,)) for each in found])
+        return evaluated(expressions, 0.0, states, 1.0, values, (count,))
 
     scales = at(recording.scales, before)
     reach = np.zeros(count)

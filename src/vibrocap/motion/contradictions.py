@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Expression, derivative, evaluated
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.names import name_and_number
 
@@ -61,7 +61,7 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
     terms += [derivative(stored, -1), *(-each for each in inflows)]
     states, (local, parameters) = at_starts(motion)
     sides = tuple(motion.piece_sides.T)
-    values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, sides, parameters)]
+    values = evaluated(terms, local, states, sides, parameters, local.shape)
     gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
     worst = int(np.argmax(gap - INCONSISTENT * size))
     if not gap[worst] > INCONSISTENT * size[worst]:

@@ -12,7 +12,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, MANY, PIECES_AT_A_TIME, Trajectory, along
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.numerics.expressions.graph import derivative, evaluate, evaluated
 from vibrocap.physics.names import numbered
 
 POINTS = 9  # per piece at which a certificate looks
@@ -30,8 +30,13 @@ ROUNDING = 64 * EPSILON  # of a velocity at rest, over the largest one or 1
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
 
 
-def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio_of_tolerances: float) -> Certificate:
-    """Evidence for a motion, from points within every piece and from a second run whose tolerance is tighter."""
+def certificate(
+    motion: Trajectory, recorded: Recorded, tighter: Recorded | None, ratio_of_tolerances: float
+) -> Certificate:
+    """Evidence for a motion, from points within every piece and from a second run whose tolerance is tighter.
+
+    tighter: None: without what is held to no bound, the estimated error, the least reaction and the warnings
+    """
     if not len(motion.piece_start):
         return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, None, 0, 0, 0.0, finished=False)
     recording, parameters = equations(motion.system), parameter_values(motion.system)
@@ -64,9 +69,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
     ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
     defect = _defect(motion, seen, scales, DEFECT_BOUND * tolerance)
-    # States that only events change jump at instants that are an error apart.
-    lasting = [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
-    estimate = _estimated_error(recorded, tighter, scales, lasting, ratio_of_tolerances)
+    estimate = tighter and _estimated_error(motion, recorded, tighter, scales, ratio_of_tolerances)
     event_velocity, verdicts = recorded.contact_residual, []
 
     def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
@@ -101,7 +104,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     judge("defect", defect, DEFECT_BOUND * tolerance, words)
     if estimate is not None:
         judge("estimated_error", estimate, None)
-    reaction, warnings = _reaction(motion, seen)
+    reaction, warnings = (None, ()) if tighter is None else _reaction(motion, seen)
     return Certificate(
         stick_force_ratio=ratio,
         slip_shortfall=shortfall,
@@ -271,13 +274,12 @@ def changes(
 
     To the second order. scales: [states] or [states, n]; states: [states, n]
     """
-    found = np.zeros(states.shape)
-    for i, scale in enumerate(scales):
-        slopes = [derivative(recording.observables[name], i) for name in names]
-        bends = [derivative(slope, i) for slope in slopes]
-        slope, bend = (sum(evaluate(each, t, states, 1.0, parameters)) for each in (slopes, bends))
-        found[i] = scale * np.maximum(np.abs(slope), np.abs(0.5 * scale * bend))
-    return found
+    slopes = [(i, derivative(recording.observables[name], i)) for name in names for i in range(len(scales))]
+    asked = [*(slope for _, slope in slopes), *(derivative(slope, i) for i, slope in slopes)]
+    values = evaluated(asked, t, states, 1.0, parameters, states.shape[1:])
+    slope, bend = values.reshape(2, len(names), *states.shape).sum(axis=1)
+    scale = scales.reshape(len(scales), -1)
+    return scale * np.maximum(np.abs(slope), np.abs(0.5 * scale * bend))
 
 
 def velocity_names(recording: Equations) -> tuple[str, ...]:
@@ -338,12 +340,15 @@ def _outer_impulse(motion: Trajectory) -> Any:
 
 
 def _estimated_error(
-    recorded: Recorded, tighter: Recorded, scales: np.ndarray, kept: Sequence[int], ratio_of_tolerances: float
+    motion: Trajectory, recorded: Recorded, tighter: Recorded, scales: np.ndarray, ratio_of_tolerances: float
 ) -> float | None:
     """Error of a run from a tighter one, at the period marks that both reached, and at the end if both did.
 
-    kept: the states that are compared; ratio_of_tolerances: the share of the error that the tighter run has, too
+    Of states that only events change, nothing: they jump at instants that are an error apart.
+    ratio_of_tolerances: the share of the error that the tighter run has, too
     """
+    switched = motion.system.switched
+    kept = [i for i, name in enumerate(motion.state_names) if name not in switched]
     count = min(len(recorded.sections), len(tighter.sections))
     differences = list(recorded.sections[1:count] - tighter.sections[1:count])
     if recorded.status == tighter.status == codes.DONE:

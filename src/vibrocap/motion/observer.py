@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrocap.motion.recording.equations import equations, integrals, parameter_values
-from vibrocap.numerics.expressions.graph import Expression, evaluate
+from vibrocap.numerics.expressions.graph import Expression, evaluate, evaluated
 from vibrocap.physics.names import name_and_number
 from vibrocap.physics.system import System
 
@@ -42,13 +42,12 @@ class Observer:
 
     def __call__(
         self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, sides: tuple, drive: tuple
-    ) -> list[np.ndarray]:
-        """Values by name at times t, with states [states, *t.shape] and the side of each contact: an array each.
+    ) -> np.ndarray:
+        """Values by name at times t, with states [states, *t.shape] and the side of each contact: [names, *t.shape].
 
         drive: (times since it began its period, parameter vector), see `Trajectory.drive_at`
         """
-        found = evaluate([self.known[name] for name in names], drive[0], states, sides, drive[1])
-        return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
+        return evaluated([self.known[name] for name in names], drive[0], states, sides, drive[1], t.shape)
 
     def at_many(self, motion: "Trajectory", names: Sequence[str], index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """States, observables and rates of integrals, see `Trajectory.piece_observables`, in a compiled loop."""

@@ -5,7 +5,7 @@ import numpy as np
 from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, ROUNDING, STICK_SLACK, changes, velocity_names
 from vibrocap.numerics.api import DEFECT_BOUND, RunResults
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.numerics.expressions.graph import derivative, evaluated
 
 
 def certified(recording: Equations, results: RunResults, parameters: np.ndarray, tolerance: float) -> np.ndarray:
@@ -22,10 +22,9 @@ def certified(recording: Equations, results: RunResults, parameters: np.ndarray,
     states = results.start[:, : recording.base].T
     values = recording.filled(parameters).T
     with np.errstate(all="ignore"):  # of runs that failed
-        scales = [np.broadcast_to(each, count) for each in evaluate(recording.scales, 0.0, states, 1.0, values)]
-        speeds = np.zeros(count)
+        scales, speeds = evaluated(recording.scales, 0.0, states, 1.0, values, (count,)), np.zeros(count)
         for name in velocity_names(recording):
-            speeds = np.maximum(speeds, changes(recording, (name,), np.array(scales), 0.0, states, values).sum(axis=0))
+            speeds = np.maximum(speeds, changes(recording, (name,), scales, 0.0, states, values).sum(axis=0))
     slowest = EVENT_BOUND * tolerance * speeds
     found = results.head("contact_residual") <= slowest
     rounding = ROUNDING * np.maximum(1.0, speeds)

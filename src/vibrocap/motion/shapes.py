@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.motion.recording.recorded_machine import recorded_scene
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluated
 from vibrocap.physics.bodies import Shape
 
 
@@ -26,8 +26,8 @@ def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
     states = motion.states(times)
     found = []
     for shape in shapes:
-        values = evaluate([each for point in shape.points for each in point], local, states, 1.0, parameters)
-        rows = np.array([np.broadcast_to(value, times.shape) for value in values])
+        places = [each for point in shape.points for each in point]
+        rows = evaluated(places, local, states, 1.0, parameters, times.shape)
         found.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
     for box in [each for each in found if each.shape.kind == "box"]:
         inside = [each for each in found if each.shape.kind == "disc" and each.shape.box == box.shape.name]

@@ -361,7 +361,10 @@ class Certifier:
         """Pieces and events are not asked for, and are with the motion."""
         return type(self), (dataclasses.replace(self.recorded, pieces=NOTHING, events=NOTHING), self.budget)
 
-    def __call__(self, motion: Trajectory) -> Certificate:
+    def __call__(self, motion: Trajectory, whole: bool = True) -> Certificate:
+        """whole: False: without what is held to no bound, which a second run tells."""
+        if not whole:
+            return certificate(motion, self.recorded, None, COMPANION)
         own, order = self.budget, series_order(motion.tolerance)  # of the same kernel
         more = dataclasses.replace(own, tolerance=COMPANION * own.tolerance, max_steps=MORE_STEPS * own.max_steps)
         start = dict(motion.initial)

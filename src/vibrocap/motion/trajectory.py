@@ -38,7 +38,7 @@ PIECES_AT_A_TIME = 10_000  # where many are looked at
 MANY = 100_000  # instants from which on a compiled loop looks at them, whose kernel is made in a tenth of a second
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
-GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)  # a piece is short against the way to the nearest singularity
 AT_ONCE = 1e-12  # of a period: so soon after a piece of no length, an event at the end, its drive is asked for
 
 
@@ -103,7 +103,7 @@ class Trajectory(Result):
     event_states: StateColumns  # [events, states]
     observe: Observer = dataclasses.field(compare=False)
     observable_names: tuple[str, ...]
-    certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
+    certify: Callable[..., Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
     start_time: Time = 0.0
     start_phase: Number = 0.0  # of the drive at the start, a share of its period
@@ -196,6 +196,11 @@ class Trajectory(Result):
         """Evidence of exactness; made when first asked for."""
         return self.certify(self)
 
+    @property
+    def certified(self) -> bool:
+        """Whether its certificate is in order, of which only what is held to a bound is made."""
+        return (vars(self).get("certificate") or self.certify(self, whole=False)).ok
+
     @functools.cached_property
     def state(self) -> States:
         """The final state by name."""
@@ -254,8 +259,7 @@ class Trajectory(Result):
         if s.size >= MANY or np.any(self.piece_implicit[index]):
             return self.observe.at_many(self, names, index, s)
         t, sides = along(self.piece_start[index], s) + s, tuple(along(side, s) for side in self.sides(index))
-        values = self.observe(names, t, self.piece_states(index, s), sides, self.drive_at(index, s))
-        return np.array([np.broadcast_to(value, s.shape) for value in values])
+        return self.observe(names, t, self.piece_states(index, s), sides, self.drive_at(index, s))
 
     def states(self, t: Moments) -> StateRows:
         """States at times t: array [states, len(t)]."""
@@ -312,15 +316,14 @@ class Trajectory(Result):
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of observables: array [integrals, *s.shape]."""
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
         names = names or self.integral_names
         found = np.empty((len(names), *s.shape))
         for first in range(0, len(s), PIECES_AT_A_TIME):
             block = slice(first, first + PIECES_AT_A_TIME)
             half = 0.5 * s[block, ..., None]
-            points = (half * (1.0 + nodes)).reshape(len(half), -1)
+            points = (half * (1.0 + NODES)).reshape(len(half), -1)
             powers = self.piece_observables(names, index[block], points).reshape(len(names), *half.shape[:-1], -1)
-            found[:, block] = (powers @ weights) * half[..., 0]
+            found[:, block] = (powers @ WEIGHTS) * half[..., 0]
         return found
 
     def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:

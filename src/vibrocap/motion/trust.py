@@ -96,7 +96,6 @@ def residue(system: System, measure: str, threshold: float) -> float:
     if measure not in TRAVEL:
         return 0.0
     recording, parameters = equations(system), parameter_values(system)
-    sizes = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), dtype=float)
-    (period,) = evaluate([recording.period], 0.0, [], 1.0, parameters)
+    *sizes, period = evaluate([*recording.scales, recording.period], 0.0, [], 1.0, parameters)
     size = sizes[system.state_names.index(system.cyclic)] if system.cyclic is not None else 0.0
     return RESIDUE * threshold * float(size / period if measure == "mean_velocity" else size)

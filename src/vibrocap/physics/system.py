@@ -147,8 +147,8 @@ class System:
                 what = contract.__name__.lower()
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
         check_contacts(self.machine, 1 + len(self.further))
-        for number, (law, load) in enumerate(zip(self.laws, self.machine.loads(), strict=True), 1):
-            if law.internal and load == 0:
+        for number, law in enumerate(self.laws, 1):
+            if law.internal and self.machine.loads()[number - 1] == 0:
                 path = numbered("machine.normal_load", number)
                 raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
         if self.machine.imposes_motion:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.expressions.graph import Expression, evaluate, reachable
+from vibrocap.numerics.expressions.graph import Expression, evaluate, evaluated, reachable
 
 NEAR = 2.0 * float(np.finfo(float).eps)  # of the period, as in the kernel: a segment that ends so soon is over
 
@@ -70,10 +70,7 @@ class Corners:
             parameters = parameters[:1]
         runs, parts = len(parameters), self.count(parameters)
         begins = np.arange(parts)[:, None] * (self.periods(parameters) / parts)
-        values = evaluate(self.numbers, begins, (), 1.0, parameters.T)
-        columns = np.empty((len(values), parts, runs))
-        for column, value in zip(columns, values, strict=True):  # at once, as a measured drive has thousands
-            column[...] = value
+        columns = evaluated(self.numbers, begins, (), 1.0, parameters.T, (parts, runs))
         found = np.ascontiguousarray(columns.T).reshape(runs, parts, -1, self.row_size)
         found[..., 0] = np.cumsum(found[..., 0], axis=2) + (np.arange(parts) / parts)[:, None]
         found[:, :, -1, 0] = np.arange(1, parts + 1) / parts  # where no rounding adds up
@@ -81,8 +78,7 @@ class Corners:
 
     def periods(self, parameters: np.ndarray) -> np.ndarray:
         """[runs] periods of the drive."""
-        (period,) = evaluate([self.period], 0.0, (), 1.0, parameters.T)
-        return np.broadcast_to(np.asarray(period, dtype=float), (len(parameters),))
+        return evaluated([self.period], 0.0, (), 1.0, parameters.T, (len(parameters),))[0]
 
     def of_one(self, parameters: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
         """([1, segments, row_size] table, [1] period) of one parameter vector, whatever segment it holds."""

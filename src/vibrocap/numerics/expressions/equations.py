@@ -1,6 +1,7 @@
 """The equations of a system as they are recorded: what all writers and runs of the numerics are given."""
 
 import dataclasses
+import functools
 from collections.abc import Container, Sequence
 from typing import Any
 
@@ -35,7 +36,7 @@ class ContactEquations:
         """Whether it can rest."""
         return self.hold is not None
 
-    @property
+    @functools.cached_property
     def is_state(self) -> bool:
         """Whether its velocity is one of the states, whose series is then its own."""
         return self.velocity.index == self.velocity.graph.node("state", self.state).index

@@ -5,6 +5,7 @@ Jacobians, NumPy) meets every operation once.
 """
 
 import math
+import operator
 from collections.abc import Sequence
 from typing import Any
 
@@ -290,6 +291,9 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
     return (da - f * db) / b
 
 
+BINARY = {"add": operator.add, "sub": operator.sub, "mul": operator.mul, "div": np.divide}
+
+
 @np.errstate(over="ignore", invalid="ignore")  # what is beyond all numbers shows in the values
 def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:
     """Values of expressions on NumPy arrays: `states[i]`, `side` and `t` are numbers or arrays of one shape.
@@ -301,10 +305,11 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
         return []
     graph = expressions[0].graph
     values: dict[int, Any] = {}
-    binary = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}
     for index in graph.reached_from(tuple(e.index for e in expressions)):
         op, *operands = graph.nodes[index]
-        if op == "constant":
+        if op in BINARY:
+            values[index] = BINARY[op](values[operands[0]], values[operands[1]])
+        elif op == "constant":
             values[index] = operands[0]
         elif op == "time":
             values[index] = t
@@ -314,8 +319,6 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
             values[index] = states[operands[0]]
         elif op == "parameter":
             values[index] = parameters[operands[0]]
-        elif op in binary:
-            values[index] = binary[op](values[operands[0]], values[operands[1]])
         elif op == "neg":
             values[index] = -values[operands[0]]
         elif op == "power":
@@ -323,6 +326,14 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
         else:
             values[index] = getattr(np, op)(values[operands[0]])
     return [values[e.index] for e in expressions]
+
+
+def evaluated(expressions: Sequence[Expression], t, states, side, parameters, shape: tuple[int, ...]) -> np.ndarray:
+    """The same as one array [expressions, *shape]."""
+    found = np.empty((len(expressions), *shape))
+    for i, value in enumerate(evaluate(expressions, t, states, side, parameters)):
+        found[i] = value
+    return found
 
 
 def reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
@@ -347,4 +358,4 @@ def operands_of(graph: Graph, index: int) -> list[int]:
 def depends_on_time(expressions: Sequence[Expression]) -> bool:
     """Whether any of the expressions of a graph contains the time itself."""
     graph = expressions[0].graph
-    return any(graph.nodes[i][0] == "time" for i in reachable(graph, [e.index for e in expressions]))
+    return any(graph.nodes[i][0] == "time" for i in graph.reached_from(tuple(e.index for e in expressions)))

@@ -178,12 +178,12 @@ class Layout(Traits):
         """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period, delay."""
         return 2 * self.states + self.parameters + 3
 
-    @property
+    @functools.cached_property
     def result_size(self) -> int:
         """Numbers per result of a run on the trace: RESULT_HEAD, states at the window's start and end, measured."""
         return len(RESULT_HEAD) + 2 * self.states + self.measured
 
-    @property
+    @functools.cached_property
     def real_size(self) -> int:
         """Numbers in `floats`."""
         return self.places["WORK"] + self.work_size

@@ -182,8 +182,7 @@ def write_runs(
     parameters = equations.filled(parameters, time)
     states, count = initial.shape[1], parameters.shape[1]
     columns = parameters.T
-    scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
-    (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
+    *scales, period = evaluate([*equations.scales, equations.period], 0.0, initial.T, 1.0, columns)
     runs[:, :states] = initial
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):

@@ -82,9 +82,9 @@ class RunResults:
         A sequence is its letters (1 forward, 2 at rest, 3 back), and whether there was room for all of them.
         """
         own = slice(contact * codes.MODE_PLACES, (contact + 1) * codes.MODE_PLACES)
-        keys = np.column_stack((self.entries("LETTERS")[:, own], self.entry("LETTER_COUNT", contact)))
-        different, which = np.unique(keys, axis=0, return_inverse=True)
-        return [_unpacked(key) for key in different], which.ravel()
+        keys = np.column_stack((self.entries("LETTERS")[:, own], self.entry("LETTER_COUNT", contact))).tolist()
+        different = {key: number for number, key in enumerate(dict.fromkeys(map(tuple, keys)))}
+        return [_unpacked(key) for key in different], np.array([different[tuple(key)] for key in keys], dtype=int)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class PieceSeries:
         return found
 
 
-def _unpacked(key: np.ndarray) -> tuple[tuple[int, ...], bool]:
+def _unpacked(key: tuple[float, ...]) -> tuple[tuple[int, ...], bool]:
     """The letters in the numbers of the entry LETTERS followed by their count, two bits each."""
     *places, count = (int(number) for number in key)
     room = codes.LETTERS_PER_PLACE

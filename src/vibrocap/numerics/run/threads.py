@@ -18,6 +18,8 @@ def share(work: Callable[[threading.Event], None], workers: int) -> None:
     What a thread raises is raised here.
     """
     stop = threading.Event()
+    if workers == 1:
+        return work(stop)
     with concurrent.futures.ThreadPoolExecutor(workers) as pool:
         others = [pool.submit(work, stop) for _ in range(workers - 1)]
         try:

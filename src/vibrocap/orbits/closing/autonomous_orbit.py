@@ -16,7 +16,7 @@ from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, recurre
 from vibrocap.orbits.closing.shooting import CLOSED, Closure
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.settling_runs import SETTLED
-from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap, named_states, state_vector
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 
@@ -73,8 +73,7 @@ def _closed(map_: StroboscopicMap, state: np.ndarray, side: Any, period: float) 
     if best.residual > CLOSED.rounding:
         status = OrbitStatus.NOT_CONVERGED if best.finished else OrbitStatus.RUN_FAILED
     else:
-        images = Images(best.image[None], best.jacobian[None], np.array([True]), np.array([True]))
-        if contradicted(map_, best.state, images, closure.parameters, mark_distance=np.array([period])):
+        if contradicted(map_, best.state, best.images, closure.parameters, mark_distance=np.array([period])):
             status = OrbitStatus.CONTRADICTED
     return _record(map_, best.state, best.image, period, best.jacobian, best.residual, status, steps)
 

@@ -21,7 +21,7 @@ from vibrocap.measures.of_measure import MeasureInUnit, SlopeInUnit
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, ensemble_run
-from vibrocap.numerics.expressions.graph import Expression, evaluate, sensitivity
+from vibrocap.numerics.expressions.graph import Expression, evaluate, evaluated, sensitivity
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.maps.stroboscopic_map import (
     MOST_EVENTS,
@@ -308,7 +308,7 @@ def _by(expression: Expression, row: np.ndarray, places: list[int], times: Any =
     """Derivatives [places, times] of an expression of the parameters alone, or of these and of time, by parameters."""
     graph = expression.graph
     slopes = [sensitivity(expression, graph.node("parameter", j).index) for j in places]
-    return np.array([np.broadcast_to(value, np.shape(times)) for value in evaluate(slopes, times, (), 1.0, row)])
+    return evaluated(slopes, times, (), 1.0, row, np.shape(times))
 
 
 def _rates(motion: Trajectory, time: float, size: int) -> np.ndarray:

@@ -227,8 +227,7 @@ def judged(found: Solution) -> Solution:
     if not found.closes:
         return found
     motion = found.motion(tolerance=max(found.tolerance, CERTIFIED))
-    good = motion.status.ok and motion.certificate.ok
-    status = OrbitStatus.CONVERGED if good else OrbitStatus.NOT_CERTIFIED
+    status = OrbitStatus.CONVERGED if motion.certified else OrbitStatus.NOT_CERTIFIED
     return found if status is found.status else dataclasses.replace(found, status=status)
 
 

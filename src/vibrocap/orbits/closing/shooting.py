@@ -22,7 +22,7 @@ SAME_STATE = 1e-7  # distance over natural sizes within which an image of a clos
 class _Try:
     """A state of Newton's method, x: the states, and of a cycle its period; what the map makes of it, and the mismatch.
 
-    mismatch: over natural sizes
+    mismatch: over natural sizes; images: those of this one state
     """
 
     closure: "Closure"
@@ -31,7 +31,7 @@ class _Try:
     jacobian: np.ndarray
     mismatch: np.ndarray
     residual: float
-    certified: bool
+    images: Images
 
     @property
     def state(self) -> np.ndarray:
@@ -143,8 +143,7 @@ class Closure:
         assert found.jacobian is not None
         lasts = not self.cycle or x[-1] > self.shortest
         good = lasts and bool(found.finished[0]) and bool(np.isfinite(residual))
-        certified = bool(found.certified[0])
-        return _Try(self, x, image, found.jacobian[0], mismatch, residual if good else np.inf, certified)
+        return _Try(self, x, image, found.jacobian[0], mismatch, residual if good else np.inf, found)
 
 
 def mapped(
@@ -153,33 +152,38 @@ def mapped(
     """Image and derivative over the whole response, or over the half of it with the mirror."""
     if not half:
         return map_.images(state[None], parameters[None], response_period)
-    total, finished, good = np.eye(map_.states), True, True
-    here = state[None]
-    for _ in range(response_period):
-        found = map_.mirrored_half(here, parameters[None])
-        assert found.jacobian is not None
-        here, total, finished = found.state, found.jacobian[0] @ total, finished and bool(found.finished[0])
-        good = good and bool(found.certified[0])
-    return Images(here, total[None], np.array([finished]), np.array([good]))
+    halves, total = mirrored_halves(map_, state, parameters, response_period), np.eye(map_.states)
+    for each in halves:
+        assert each.jacobian is not None
+        total = each.jacobian[0] @ total
+    finished = np.all([each.finished for each in halves], axis=0)
+    return Images(halves[-1].state, total[None], finished, lambda: np.all([each.certified for each in halves], axis=0))
+
+
+def mirrored_halves(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, count: int) -> list[Images]:
+    """Images of a state [states] under the half of the map with the mirror, applied once, twice, ..."""
+    halves: list[Images] = []
+    for _ in range(count):
+        halves.append(map_.mirrored_half(halves[-1].state if halves else state[None], parameters[None]))
+    return halves
 
 
 def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) -> PeriodicSolution:
     """The record of a solution, with its whole map, its multipliers and its mirror image."""
     map_, parameters, response_period = closure.map_, closure.parameters, closure.response_period
     system = map_.system
-    whole = map_.images(found.state[None], parameters[None], response_period)
+    whole = map_.images(found.state[None], parameters[None], response_period) if closure.half else found.images
     assert whole.jacobian is not None
     if status is OrbitStatus.CONVERGED and contradicted(map_, found.state, whole, parameters, response_period):
         status = OrbitStatus.CONTRADICTED
     symmetric, twin = None, None
     if system.mirrored:
         # With tangents that nobody asks for: the kernel that has them is compiled, one without them may not be.
-        image = map_.mirrored_half(found.state[None], parameters[None]).state[0]
-        symmetric = closure.half
-        if not symmetric and response_period % 2 == 1:
-            away = map_.away(mapped(map_, found.state, parameters, response_period, True).state[0], found.state)
-            symmetric = bool(np.max(np.abs(away / closure.scales)[closure.kept]) <= SAME_STATE)
-        twin = named_states(system, brought_back(system, image))
+        asked = not closure.half and response_period % 2 == 1
+        halves = mirrored_halves(map_, found.state, parameters, response_period if asked else 1)
+        away = map_.away(halves[-1].state[0], found.state)
+        symmetric = closure.half or (asked and bool(np.max(np.abs(away / closure.scales)[closure.kept]) <= SAME_STATE))
+        twin = named_states(system, brought_back(system, halves[0].state[0]))
     gained, drift = whole.state[0] - found.state, None
     if map_.cyclic >= 0:
         drift = 0.0 if symmetric else float(gained[map_.cyclic])
@@ -199,4 +203,4 @@ def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) ->
         mirrored_state=twin,
         winding=winding(system, gained),
     )
-    return solution if found.certified else judged(solution)
+    return solution if found.images.certified[0] else judged(solution)

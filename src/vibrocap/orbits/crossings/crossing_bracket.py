@@ -49,8 +49,7 @@ class SettledMotion:
     @property
     def certified(self) -> bool:
         """Whether the certificate of the motion over one response is in order."""
-        motion = self.motion(max(self.tolerance, CERTIFIED))
-        return motion.status.ok and motion.certificate.ok
+        return self.motion(max(self.tolerance, CERTIFIED)).certified
 
     def value(self, measure: str) -> float:
         """A measure of one response."""

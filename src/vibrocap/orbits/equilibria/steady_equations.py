@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate, sensitivity
+from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate, evaluated, sensitivity
 from vibrocap.orbits.maps.closing_map import recorded_with
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
@@ -83,13 +83,10 @@ class SteadyEquations:
     ) -> np.ndarray:
         """Values [expressions, ...] of recorded expressions; what is not defined there is not finite."""
         row, shape = self.row if row is None else row, y.shape[1:]
-        if not expressions:
-            return np.empty((0, *shape))
         # Nothing depends on the time. Sides of several contacts are a tuple.
         side = tuple(np.broadcast_to(each, shape).astype(float) for each in sides)
         with np.errstate(all="ignore"):
-            found = evaluate(expressions, 0.0, self.states(y, switched), side, row)
-        return np.stack([np.broadcast_to(np.asarray(value, dtype=float), shape) for value in found])
+            return evaluated(expressions, 0.0, self.states(y, switched), side, row, shape)
 
     def jacobian(self, y: np.ndarray, sides: np.ndarray, switched: np.ndarray, row: Any = None) -> np.ndarray:
         """Derivative of the rates by the states, [unknowns, unknowns, ...]."""

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,6 @@ from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
 APART = 0.1  # of their sum, by which the slopes to both sides differ where something changes between them
-NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -42,15 +41,20 @@ class OrbitClosing(Closing):
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     lifts_off: whether the run, or one beside it, ended as a contact lost its load
-    certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
+    judge: makes `certified`
     """
 
     drift: float = 0.0
     image: np.ndarray = dataclasses.field(kw_only=True)
     winding: tuple[int, ...] = dataclasses.field(default=(), kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
-    certified: bool = dataclasses.field(default=True, kw_only=True)
+    judge: Callable[[], np.ndarray] | None = dataclasses.field(default=None, kw_only=True)
     lifts_off: bool = dataclasses.field(default=False, kw_only=True)
+
+    @functools.cached_property
+    def certified(self) -> bool:
+        """Whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`."""
+        return self.judge is None or bool(self.judge().all())
 
     @property
     def itinerary(self) -> Hashable:
@@ -81,6 +85,8 @@ class ClosingMap(Residual):
     never what closes.
     """
 
+    nudge = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
+
     def __init__(
         self,
         system: System,
@@ -106,6 +112,7 @@ class ClosingMap(Residual):
         self.sizes = self.map.scales(self.row)  # the same along the whole branch
         names = system.state_names
         self.unknowns = self.map.smooth_states
+        self.resting = np.isin(self.unknowns, self.map.resting)
         self.switched = np.array([i for i, name in enumerate(names) if name in system.switched], dtype=int)
         self.mirror = self.map.mirror if half else np.ones(len(names))
         turning = {place: period for place, period in turning_states(system) if place in self.unknowns}
@@ -135,9 +142,17 @@ class ClosingMap(Residual):
 
     def period(self, x: np.ndarray) -> float:
         """Length of the response at a point."""
+        return self.response_period * self.map.period(self.row_at(x))
+
+    def row_at(self, x: np.ndarray) -> np.ndarray:
+        """Parameter vector at a point."""
         row = self.row.copy()
         row[self.index] = self.parameter(x)
-        return self.response_period * self.map.period(row)
+        return row
+
+    def lengths(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Of runs from a point with parameters [runs, parameters], over what the map takes of the response."""
+        return (0.5 if self.half else 1.0) * self.response_period * self.map.periods(rows)
 
     def drift(self, closing: OrbitClosing) -> float:
         """What the cyclic coordinate gains over a response; NaN where there is none."""
@@ -202,8 +217,7 @@ class ClosingMap(Residual):
     def tangents_and_neighbours(self, x: np.ndarray, state: np.ndarray, nudge: float) -> tuple[np.ndarray, np.ndarray]:
         """(parameters, starts) of m + 2 runs: with the tangent along each unknown, and two beside in the parameter."""
         m, n = len(self.unknowns), self.map.states
-        rows = np.tile(self.row, (m + 2, 1))
-        rows[:, self.index] = self.parameter(x)
+        rows = np.tile(self.row_at(x), (m + 2, 1))
         rows[m:, self.index] += (nudge, -nudge)
         start = np.zeros((m + 2, 2 * n))
         start[:, :n] = state
@@ -214,12 +228,8 @@ class ClosingMap(Residual):
     def attempt(self, x: np.ndarray, like: OrbitClosing | None = None) -> OrbitClosing:
         map_, m, n = self.map, len(self.unknowns), self.map.states
         state = self.state(x, like)
-        nudge = NUDGE * (self.between[1] - self.between[0])
-        rows, start = self.tangents_and_neighbours(x, state, nudge)
-        response = 0.5 * self.response_period if self.half else float(self.response_period)
-        lengths = np.full(m + 2, response * map_.period(rows[0]))
-        if self.path.startswith("drive."):
-            lengths[m:] = [response * map_.period(row) for row in rows[m:]]
+        rows, start = self.tangents_and_neighbours(x, state, self.nudge * (self.between[1] - self.between[0]))
+        lengths = self.lengths(x, rows)
         budget = Budget(1, self.tolerance, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_MODES, evidence=1)
         recording = variational_equations(map_.equations)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
@@ -232,17 +242,18 @@ class ClosingMap(Residual):
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        at_rest = np.isin(self.unknowns, map_.resting) & (image[0] == 0.0)
+        at_rest = self.resting & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
+        near = None if like is None else like.slope[:m]
         return OrbitClosing(
             x=x,
-            mismatch=image[0] - x[:-1] - turned[self.unknowns] / sizes,
+            mismatch=image[0] - x[:m] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
-            slope=nudged_slope(image[0], image[m], image[m + 1], alike, like=None if like is None else like.slope),
+            slope=nudged_slope(image[0], image[m], image[m + 1], alike, self.nudge, near),
             at_rest=at_rest,
             finished=bool(np.all(ended.finished)) and possible,
             mode_sequence=words[0],
@@ -251,7 +262,7 @@ class ClosingMap(Residual):
             winding=tuple(winding(self.system, np.zeros(n) if self.half else turned).values()),
             turns=np.append(self.turns, np.inf),
             impacts=impacts[0],
-            certified=bool(map_.certified(ended[:1], rows[:1])[0]),
+            judge=functools.partial(map_.certified, ended[:1], rows[:1]),
             lifts_off=self.lifts_off(ended),
         )
 
@@ -259,7 +270,7 @@ class ClosingMap(Residual):
         """Whether a run ended as a contact lost its load."""
         kinds = [BOUNDS[kind] for kind in self.map.equations.bound_kinds]
         bound = [codes.BEYOND_BOUND + i for i, kind in enumerate(kinds) if kind == LIFT_OFF]
-        return bool(np.any(np.isin(ended.status, bound)))
+        return any(status in bound for status in ended.status.tolist())
 
     def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""
@@ -289,7 +300,7 @@ def nudged_slope(
     above: np.ndarray,
     below: np.ndarray,
     words: list[str],
-    nudge: float = NUDGE,
+    nudge: float,
     like: np.ndarray | None = None,
 ) -> np.ndarray:
     """Derivative of the image by the parameter, from the side on which the modes are those of the image itself.

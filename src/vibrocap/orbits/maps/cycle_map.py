@@ -5,15 +5,10 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
-from vibrocap.numerics.api import Budget, codes
-from vibrocap.orbits.maps.closing_map import ClosingMap, OrbitClosing, nudged_slope
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
-from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.orbits.maps.closing_map import ClosingMap, OrbitClosing
 from vibrocap.physics.system import System
 
-NUDGE = 1e-7  # share of the parameter's range for the derivative by it: cycles end where a nudge may lead beyond
 SAMPLES = 256  # of a cycle, to see how far its states reach
 PUSHED = 1e-9  # velocity over its natural size up to which a contact that sticks in a neighbour counts as at rest
 
@@ -40,6 +35,8 @@ class CycleMap(ClosingMap):
 
     The section is the plane across the flow n at a cycle of the branch, amid one of its phases.
     """
+
+    nudge = 1e-7  # shorter: cycles end where a nudge may lead beyond
 
     def __init__(
         self,
@@ -103,47 +100,26 @@ class CycleMap(ClosingMap):
         other.start_period = 0.5 * self.start_period
         return other
 
+    def lengths(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        return np.full(len(rows), self.period(x))
+
     def attempt(self, x: np.ndarray, like: OrbitClosing | None = None) -> CycleClosing:
-        map_, m, n = self.map, len(self.unknowns), self.map.states
         x = self._at_rest_again(x, like)
-        state, length = self.state(x, like), self.period(x)
-        nudge = NUDGE * (self.between[1] - self.between[0])
-        rows, start = self.tangents_and_neighbours(x, state, nudge)
-        sizes = self.sizes[self.unknowns]
-        if not 0.0 < length < np.inf:
-            return self._failed(x, state)
-        budget = Budget(1, self.tolerance, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_MODES, evidence=1)
-        recording, lengths = variational_equations(map_.equations), np.full(m + 2, length)
-        ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
-        ends = ended.state
-        image = ends[:, self.unknowns] / sizes
-        at_rest = np.zeros(m + 1, dtype=bool)
-        at_rest[:m] = np.isin(self.unknowns, map_.resting) & (image[0] == 0.0)
-        words = self._words(ended, [0, m, m + 1])
-        turned = whole_turns(self.system, ends[0, :n] - state)
-        monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]
-        flow = map_.rates(ends[0, :n], map_.contact_side(ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
-        near = None if like is None else like.slope[:-1]
-        slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE, near)
-        above = np.column_stack((monodromy - np.eye(m), flow * self.start_period, slope))
-        section = np.append(self.normal, (0.0, 0.0))
-        return CycleClosing(
-            x=x,
-            mismatch=np.append(image[0] - x[:m] - turned[self.unknowns] / sizes, self.normal @ x[:m] - self.level),
-            jacobian=self._returned(monodromy, flow),
-            slope=np.append(slope, 0.0),
-            at_rest=at_rest,
-            finished=bool(np.all(ended.finished)),
-            mode_sequence=words[0],
-            drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
-            image=ends[0, :n],
-            bordered=np.vstack((above, section)),
-            winding=tuple(winding(self.system, turned).values()),
-            turns=np.append(self.turns, (np.inf, np.inf)),
-            impacts=self.impacts_of(ended)[0],
-            certified=bool(map_.certified(ended[:1], rows[:1])[0]),
-            lifts_off=self.lifts_off(ended),
-        )
+        if not 0.0 < self.period(x) < np.inf:
+            return self._failed(x, self.state(x, like))
+        map_, m, row, found = self.map, len(self.unknowns), self.row_at(x), super().attempt(x, like)
+        flow = map_.rates(found.image, map_.contact_side(found.image, row), row)[self.unknowns]
+        flow = flow / self.sizes[self.unknowns]
+        above = np.column_stack((found.jacobian - np.eye(m), flow * self.start_period, found.slope))
+        changed = {
+            "mismatch": np.append(found.mismatch, self.normal @ x[:m] - self.level),
+            "jacobian": self._returned(found.jacobian, flow),
+            "slope": np.append(found.slope, 0.0),
+            "at_rest": np.append(found.at_rest, False),
+            "turns": np.append(self.turns, (np.inf, np.inf)),
+            "bordered": np.vstack((above, np.append(self.normal, (0.0, 0.0)))),
+        }
+        return CycleClosing(**vars(found) | changed)
 
     def _at_rest_again(self, x: np.ndarray, like: OrbitClosing | None) -> np.ndarray:
         """x with the velocity of a contact that sticks in a neighbour at exactly zero, where rounding has moved it.

@@ -46,7 +46,7 @@ def slopes_along(
     starts = starts[:, :, :width].reshape(-1, width)
     ended = map_.run(budget, starts, rows, recording=recording, order=ORDER, mark_distance=distance)
     ends = ended.state.reshape(len(steps), runs, width)[:, :, :n]
-    sizes = np.stack([map_.scales(row) for row in parameters])
+    sizes = map_.scales(parameters)
     slopes = (ends - images) / steps[:, None, None] / sizes
     mean = slopes.mean(axis=0)
     apart = np.max(np.abs(slopes - mean), axis=(0, 2))

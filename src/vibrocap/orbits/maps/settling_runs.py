@@ -7,7 +7,6 @@ import numpy as np
 
 from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, RunResults, codes, device
-from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
@@ -95,8 +94,7 @@ def _measured(map_: StroboscopicMap, ends: RunResults, parameters: np.ndarray) -
     if not ends.layout.returns:
         return periods
     turn = ends.entry("CYCLE_TIME")
-    (period,) = evaluate([map_.equations.period], 0.0, [], 1.0, parameters.T)
-    return np.where(turn > 0.0, turn / period, periods)
+    return np.where(turn > 0.0, turn / map_.periods(parameters), periods)
 
 
 def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:

@@ -1,6 +1,7 @@
 """The stroboscopic map: the state whole drive periods later, and its derivative, for many states at once."""
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -12,7 +13,7 @@ from vibrocap.motion.recording.section import section_states, whole_turns
 from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate, evaluated
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.closed_loop.sampling import check_smooth
 from vibrocap.physics.system import System
@@ -31,14 +32,18 @@ class Images:
 
     state: [runs, states]; jacobian: [runs, states, states], entry (i, j) the derivative of image i by start j, or None
     finished: [runs] whether the run came to its end
-    certified: [runs] whether its evidence is within the bounds of a certificate, see `motion.run_evidence`; without
-        tangents that of its events alone
+    judge: makes `certified` when it is asked for
     """
 
     state: np.ndarray
     jacobian: np.ndarray | None
     finished: np.ndarray
-    certified: np.ndarray
+    judge: Callable[[], np.ndarray]
+
+    @functools.cached_property
+    def certified(self) -> np.ndarray:
+        """[runs] whether its evidence, without tangents that of its events alone, is within a certificate's bounds."""
+        return self.judge()
 
 
 class StroboscopicMap:
@@ -62,9 +67,10 @@ class StroboscopicMap:
         self.states = len(system.state_names)
         self.mirror = np.array(self.equations.symmetry, dtype=float)
         self.cyclic = self.equations.cyclic_state
-        switched = [name in system.switched for name in system.state_names]
+        switched = system.switched
+        self.switched = np.array([name in switched for name in system.state_names])
         self.section_states = np.flatnonzero(np.arange(self.states) != self.cyclic)  # all but the cyclic coordinate
-        self.smooth_states = self.section_states[~np.array(switched)[self.section_states]]  # nor what a law switches
+        self.smooth_states = self.section_states[~self.switched[self.section_states]]  # nor what a law switches
 
     def __reduce__(self):
         return type(self), (self.system, self.tolerance, self.threads, self.plain)  # the equations are recorded anew
@@ -87,18 +93,21 @@ class StroboscopicMap:
         return np.array(parameter_values(self.system))
 
     def scales(self, parameters: np.ndarray) -> np.ndarray:
-        """Natural size of each state."""
-        return np.array([float(value) for value in evaluate(self.equations.scales, 0.0, [], 1.0, parameters)])
+        """Natural size of each state [..., states], of parameters [..., parameters]."""
+        return evaluated(self.equations.scales, 0.0, [], 1.0, parameters.T, parameters.shape[:-1]).T
 
     def period(self, parameters: np.ndarray) -> float:
         """Period of the drive."""
-        return float(evaluate([self.equations.period], 0.0, [], 1.0, parameters)[0])
+        return float(self.periods(parameters))
+
+    def periods(self, parameters: np.ndarray) -> np.ndarray:
+        """The same [...] of parameters [..., parameters]."""
+        return evaluated([self.equations.period], 0.0, [], 1.0, parameters.T, parameters.shape[:-1])[0]
 
     def rates(self, state: np.ndarray, side: Any, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
         """y' at a state [states] or [states, runs] and a time since the start of the drive's period."""
         parameters = self.equations.filled(parameters, time)
-        values = evaluate(self.equations.rates, time, state, side, parameters)
-        return np.array(np.broadcast_arrays(state[0], *values)[1:], dtype=float)
+        return evaluated(self.equations.rates, time, state, side, parameters, state.shape[1:])
 
     def section(self, states: np.ndarray) -> np.ndarray:
         """Where states [..., states] are, see `section_states`: [..., kept]."""
@@ -131,9 +140,7 @@ class StroboscopicMap:
         free = np.ones(states.shape, dtype=bool)
         for contact, (_, rests) in zip(self.equations.contacts, self._at_rest(states, parameters, 0.0), strict=True):
             free[rests, contact.state] = False
-        for i, name in enumerate(self.system.state_names):
-            if name in self.system.switched:
-                free[:, i] = False
+        free[:, self.switched] = False
         for switch, names in self.system.placed.locked.items():
             closed = states[:, self.system.state_names.index(switch)] != 0.0
             for name in names:
@@ -145,8 +152,10 @@ class StroboscopicMap:
         contacts, scales = self.equations.contacts, self.equations.scales
         values, found = self.equations.filled(parameters, time).T, []
         for contact in contacts:
-            velocity, size = evaluate([contact.velocity, scales[contact.state]], time, states.T, 1.0, values)
-            none = 0.0 if contact.is_state else AT_REST * (np.abs(states[:, contact.state]) + size)
+            velocity, none = states[:, contact.state], 0.0
+            if not contact.is_state:
+                velocity, size = evaluate([contact.velocity, scales[contact.state]], time, states.T, 1.0, values)
+                none = AT_REST * (np.abs(states[:, contact.state]) + size)
             found.append((velocity, contact.sticks & ~(np.abs(velocity) > none)))
         return found
 
@@ -203,7 +212,7 @@ class StroboscopicMap:
         start, scales = states, np.ones((runs, n))
         if tangents:
             recording, each = variational_equations(self.equations), n
-            scales = np.stack([self.scales(row) for row in parameters])
+            scales = self.scales(parameters)
             start = np.zeros((runs, n, 2 * n))
             start[:, :, :n] = states[:, None, :]
             start[:, np.arange(n), n + np.arange(n)] = scales * self.free(states, parameters)
@@ -221,7 +230,7 @@ class StroboscopicMap:
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
         if jacobian is not None and self.system.machine.imposes_distances:
             self.through_joint_turns(jacobian, states, parameters, budget, mark_distance)
-        return Images(ends[:, 0, :n], jacobian, finished, self.certified(ended[::each], parameters))
+        return Images(ends[:, 0, :n], jacobian, finished, lambda: self.certified(ended[::each], parameters))
 
     def through_joint_turns(
         self, jacobian: np.ndarray, states: np.ndarray, parameters: np.ndarray, budget: Budget, distance: Any
@@ -248,7 +257,7 @@ class StroboscopicMap:
 
         sided: whether no push turns the state's sign
         """
-        ahead = np.outer(PUSHES, [self.scales(row)[column] for row in parameters])
+        ahead = np.outer(PUSHES, self.scales(parameters)[:, column])
         state = states[:, column]
         back = np.where(state == 0.0, ahead, np.minimum(ahead, 0.5 * np.abs(state))) if sided else ahead
         starts = np.tile(states, (4, 1, 1))
@@ -267,7 +276,7 @@ class StroboscopicMap:
         budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods)
         ended = self.run(budget, states, parameters, order=ORDER, mark_distance=distance)
         jacobian, finished, free = np.zeros((*states.shape, self.states)), ended.finished, self.free(states, parameters)
-        scales = np.stack([self.scales(row) for row in parameters])
+        scales = self.scales(parameters)
         for contact in self.equations.contacts:  # one that creeps below the error of the runs falls back at once
             if contact.is_state and not contact.sticks:
                 own = contact.state
@@ -278,14 +287,13 @@ class StroboscopicMap:
             jacobian[:, :, column], finished = found[0] * known[:, None], finished & (whole | ~known)
         if self.cyclic >= 0:
             jacobian[:, self.cyclic, self.cyclic] = 1.0
-        return Images(ended.state, jacobian, finished, self.certified(ended, parameters))
+        return Images(ended.state, jacobian, finished, lambda: self.certified(ended, parameters))
 
     def mirrored_half(self, states: np.ndarray, parameters: np.ndarray, tangents: bool = True) -> Images:
         """The mirrored state half a drive period later: S P_(T/2), of which symmetric motions are fixed points."""
-        half = np.array([0.5 * self.period(row) for row in parameters])
-        found = self.images(states, parameters, 1, tangents, mark_distance=half)
+        found = self.images(states, parameters, 1, tangents, mark_distance=0.5 * self.periods(parameters))
         jacobian = None if found.jacobian is None else self.mirror[:, None] * found.jacobian
-        return Images(self.mirror * found.state, jacobian, found.finished, found.certified)
+        return dataclasses.replace(found, state=self.mirror * found.state, jacobian=jacobian)
 
 
 def is_driven(system: System) -> bool:
@@ -324,10 +332,10 @@ def at_next_section(
     ends, ended = states.copy(), np.full(len(states), codes.DONE)
     if not len(waiting):
         return ends, ended
-    period = np.array([map_.period(row) for row in np.unique(parameters, axis=0)])
-    length = period[0] if len(period) == 1 else np.array([map_.period(row) for row in parameters[waiting]])
     budget = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS)
-    found = map_.run(budget, states[waiting], parameters[waiting], start=share[waiting] * length)
+    found = map_.run(
+        budget, states[waiting], parameters[waiting], start=share[waiting] * map_.periods(parameters[waiting])
+    )
     ends[waiting], ended[waiting] = found.state, found.status
     return ends, ended
 
