@@ -503,6 +503,26 @@ def test_limits_of_the_exponential_law(case, capsys):
     assert "breakaway force" in capsys.readouterr().out
 
 
+def test_limits_of_every_contact(tmp_path, capsys):
+    machine = vc.TwoBodyCrawler(normal_load=1.0, normal_load_2=2.0)
+    path = tmp_path / "case.toml"
+    path.write_text(
+        case_text(
+            Case(
+                vc.System(
+                    machine,
+                    [vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2), vc.Exponential(0.1, 0.3)],
+                    vc.Harmonic(),
+                )
+            )
+        )
+    )
+    record = printed_json(capsys, "friction", path)
+    assert {name: each["breakaway_force"] for name, each in record.items()} == {"friction": 0.2, "friction_2": 0.6}
+    assert main(["friction", str(path)]) == OK
+    assert "friction_2: exponential at normal load N = 2" in capsys.readouterr().out
+
+
 # --- reproduce -------------------------------------------------------------------------------------------------------
 
 

@@ -6,28 +6,35 @@ from rich.table import Table
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.terminal import Page, said, table
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view
 
 
-def limits_of(system: System) -> tuple[Any, dict[str, Any], list[str]]:
-    """The limits of a system's friction, in SI where it is: (they, their record, notes)."""
+def limits_of(system: System) -> tuple[dict[str, Any], dict[str, Any], list[str]]:
+    """The limits of friction at each contact by name, in SI where the system is; their record; notes.
+
+    The record of one contact is that of its limits, of several it has one by name.
+    """
     from vibrocap.measures.recorded.limits import frictional_limits
 
-    try:
-        plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
-    except (TypeError, ValueError) as error:
-        raise ArgumentError("friction", str(error)) from None
-    found = in_si(plain, system)
-    notes = beyond_friction(system, found.breakaway_force)
-    return found, view(found) | ({"notes": notes} if notes else {}), notes
+    found: dict[str, Any] = {}
+    for i, (law, load) in enumerate(zip(system.laws, system.placed.loads(), strict=True), 1):
+        name = numbered("friction", i)
+        try:
+            found[name] = in_si(frictional_limits(law, float(load)), system)
+        except (TypeError, ValueError) as error:
+            raise ArgumentError(name, str(error)) from None
+    notes = beyond_friction(system, [limits.breakaway_force for limits in found.values()])
+    record = {name: view(limits) for name, limits in found.items()}
+    return found, (record if len(record) > 1 else record["friction"]) | ({"notes": notes} if notes else {}), notes
 
 
-def beyond_friction(system: System, breakaway: float) -> list[str]:
-    """What the limits of friction alone leave out: a load that follows the motion, and what acts from outside.
+def beyond_friction(system: System, breakaways: list[float]) -> list[str]:
+    """What the limits of friction alone leave out: loads that follow the motion, and what acts from outside.
 
-    breakaway: the force at which the contact breaks away, in the units of the results
+    breakaways: the force at which each contact breaks away, in the units of the results
     """
     notes = []
     if system.machine.follows_load:
@@ -36,7 +43,8 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
         return notes
     at_rest = environment.push_at_rest(system.placed)
     push, unit = at_rest * system.result_units.factor("friction"), system.result_units.unit("friction")
-    if push:
+    if push and len(breakaways) == 1:
+        (breakaway,) = breakaways
         words = (
             f"Slope and outer force push with {said(push, unit)} at rest, positive forward, which friction holds too: "
         )
@@ -51,9 +59,9 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
     return notes
 
 
-def print_limits(page: Page, limits: Any, force: str = "", speed: str = "", length: str = "") -> None:
-    """The limits of friction, with the units of their numbers."""
-    page.say(f"{limits.law} friction at normal load N = {said(limits.load, force)}", style="bold")
+def print_limits(page: Page, name: str, limits: Any, force: str = "", speed: str = "", length: str = "") -> None:
+    """The limits of friction at a contact, with the units of their numbers."""
+    page.say(f"{name}: {limits.law} at normal load N = {said(limits.load, force)}", style="bold")
     made = table("Limits", "limit", "value", "meaning")
     breakaway = said(limits.breakaway_force, force, 12)
     made.add_row("breakaway force", breakaway, "N eta_s: approached, not reached, by bristles")

@@ -15,6 +15,7 @@ from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByName, Number, Numbers, Speed, Speeds
@@ -225,7 +226,7 @@ class _Meter:
             raise ArgumentError("system", f"should be a System, got {system!r}")
         if shape not in ("tanh", "arctan"):
             raise ArgumentError("shape", f"should be 'tanh' or 'arctan', got {shape!r}")
-        self.kind = smoothed(type(system.friction))  # refuses laws that are not set-valued
+        self.kinds = [smoothed(type(law)) for law in system.laws]  # refuses laws that are not set-valued
         self.system, self.shape = system, shape
         self.name = measure.name if isinstance(measure, Measure) else measure
         self._measure = measure
@@ -235,17 +236,19 @@ class _Meter:
         motion = simulate(system, tolerance=tolerance, **self._run)
         if not motion.status.ok:
             raise RuntimeError(f"the exact motion could not be completed ({motion.status.value}): {motion.status.text}")
-        self.speed = float(np.max(np.abs(motion["contact_velocity"])))
+        velocities = [motion[numbered("contact_velocity", i)] for i in range(1, 1 + len(self.kinds))]
+        self.speed = float(np.max(np.abs(velocities)))
         if self.speed == 0.0:
-            raise ArgumentError("system", "should move: its contact never slides in this motion")
+            raise ArgumentError("system", "should move: no contact slides in this motion")
         self.exact = self._measured(system, 0.0, motion)
 
     def run(self, width: float) -> SmoothedRun:
-        """The run with the contact smoothed over a width."""
-        law = self.system.friction
-        values = {info.name: getattr(law, info.name) for info in parameter_table(law)}
-        values |= {"smoothing_velocity": width, "shape": self.shape}
-        smooth = dataclasses.replace(self.system, friction=self.kind(**values))
+        """The run with all contacts smoothed over a width."""
+        laws = []
+        for kind, law in zip(self.kinds, self.system.laws, strict=True):
+            values = {info.name: getattr(law, info.name) for info in parameter_table(law)}
+            laws.append(kind(**values | {"smoothing_velocity": width, "shape": self.shape}))
+        smooth = dataclasses.replace(self.system, friction=laws, further=())
         return self._measured(smooth, width, simulate(smooth, tolerance=self._tolerance, **self._run))
 
     def _measured(self, system: System, width: float, motion: Any) -> SmoothedRun:

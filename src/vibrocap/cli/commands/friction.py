@@ -85,7 +85,8 @@ def _limits(case: Path) -> Answer:
     found, record, notes = limits_of(system)
 
     def text(page: Page) -> None:
-        print_limits(page, found, *(("N", "m/s", "m") if system.units is not None else ()))
+        for name, limits in found.items():
+            print_limits(page, name, limits, *(("N", "m/s", "m") if system.units is not None else ()))
         for note in notes:
             page.say(f"Note: {note}")
 

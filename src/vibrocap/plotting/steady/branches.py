@@ -90,8 +90,8 @@ def branch_figure(
     """
     given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
     _check(given, quantity)
-    if swept and [(each.over, each.system.friction.name) for each in swept] != [
-        (each.over, each.system.friction.name) for each in given
+    if swept and [(each.over, each.system.law_names) for each in swept] != [
+        (each.over, each.system.law_names) for each in given
     ]:
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
@@ -173,7 +173,7 @@ def fixed_parameters(given: Sequence[Any], width: float) -> str:
 
 def law_title(found: Branch | BranchDiagram) -> str:
     """The friction law, as a title."""
-    return f"{law_words(found.system.friction.name)} law"
+    return f"{law_words(found.system.law_names)} law"
 
 
 def _along(found: Any, over: str | None = None) -> Quantity:

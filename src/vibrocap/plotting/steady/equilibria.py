@@ -41,7 +41,7 @@ def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), 
         small_setting(fig, setting)
         used = _draw_states(axes[0, 0], found, cycles, state or _first_state(found))
         used |= _draw_eigenvalues(axes[1, 0], found)
-        axes[0, 0].set_title(f"steady sliding, {found.system.friction.name} law", pad=8)
+        axes[0, 0].set_title(f"steady sliding, {found.system.law_names} law", pad=8)
         axes[1, 0].set_xlabel(parameter_label(found))  # type: ignore[arg-type]
         fig.legend(handles=_handles(used), loc="outside lower center", ncols=3)
     return fig
