@@ -276,6 +276,17 @@ def test_words_are_cycles():
     assert not same_cycle("FSB", "FBS")
 
 
+def test_changes_are_told_by_contact():
+    """Each contact's cycle begins at a section of its own."""
+    assert mode_change("FSB|FSBS", "SBF|FBS") == (ModeChange.CROSSING, "a stick phase vanishes at contact 2")
+    assert mode_change("FSB|", "FB|") == (ModeChange.CROSSING, "a stick phase vanishes at contact 1")
+    both = "a stick phase vanishes at contact 1; a stick phase vanishes at contact 2"
+    assert mode_change("FSB|FSB", "FB|FB") == (ModeChange.CROSSING, both)
+    assert mode_change("FSB|SFS", "FB|S")[0] is ModeChange.UNNAMED
+    assert same_cycle("FSB|SB", "SBF|BS")
+    assert not same_cycle("FSB|SB", "SBF|B")
+
+
 @pytest.mark.slow
 def test_closing_map_of_a_capsule_is_its_half_period_map():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
