@@ -88,7 +88,7 @@ def test_five_hundred_lanes_are_their_runs_alone(law):
     """
     seeds = range(500)
     results, ones = together(law, seeds), np.ones(len(seeds))
-    words = Gathered(drawn(law, 0)[0], results, ones, lambda: ones, 0.0).mode_sequences()
+    words = Gathered(drawn(law, 0)[0], results, ones, lambda: ones, 0.0).mode_sequences(0)
     sensitive = 0
     for status, final, word, seed in zip(results.status, results.state, words, seeds, strict=True):
         single, shifted = alone(law, seed), alone(law, seed, 1e-13)

@@ -136,7 +136,7 @@ class Gathered:
         """NaN for every run: of a measure that the system does not have."""
         return np.full(len(self.results), np.nan)
 
-    def mode_sequences(self, contact: int = 0) -> np.ndarray:
+    def mode_sequences(self, contact: int) -> np.ndarray:
         """Mode sequences of a contact in the last period of each window, an array of text, see `mode_sequence`.
 
         That of a cycle begins where it comes first in the alphabet, at whichever return the window began.

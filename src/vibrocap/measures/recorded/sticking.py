@@ -85,7 +85,7 @@ def mode_sequence(motion: Trajectory, period: int = -1, *, contact: int = 1) -> 
     return spelled(motion, *period_times(motion, period), contact)
 
 
-def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> str:
+def spelled(motion: Trajectory, start: float, end: float, contact: int) -> str:
     """The mode sequence of the phases of a contact from start to end, read as a cycle (`mode_sequence`)."""
     return as_cycle([LETTERS[phase.side] for phase in _phases(motion, start, end, contact)])
 
@@ -131,7 +131,7 @@ def law_of(motion: Trajectory, contact: int) -> Any:
     return laws[contact - 1]
 
 
-def _phases(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Phase]:
+def _phases(motion: Trajectory, start: float, end: float, contact: int) -> list[Phase]:
     """Phases within a window, cut at its ends."""
     cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases_of(contact))
     return [phase for phase in cut if phase.length > numerics.SLIVER * motion.period]

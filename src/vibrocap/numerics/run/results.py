@@ -76,7 +76,7 @@ class RunResults:
             raise IndexError(f"{name} has no number {i}")
         return found[:, i]
 
-    def letters(self, contact: int = 0) -> tuple[list[tuple[tuple[int, ...], bool]], np.ndarray]:
+    def letters(self, contact: int) -> tuple[list[tuple[tuple[int, ...], bool]], np.ndarray]:
         """The different sequences of sides of a contact in the last period, and which of them is that of each run.
 
         A sequence is its letters (1 forward, 2 at rest, 3 back), and whether there was room for all of them.
