@@ -179,8 +179,10 @@ def test_missing_extras_and_ffmpeg_are_named(case, capsys, monkeypatch):
     monkeypatch.setattr("shutil.which", lambda name: None)
     files = ("--out", case.parent / "a.nc", "--plot", case.parent / "a.png")
     message = refused(capsys, "simulate", case, *files)
-    assert f"--out: needs xarray and h5netcdf; install with: {sys.executable} -m pip install xarray h5netcdf" in message
-    assert f"--plot: needs matplotlib; install with: {sys.executable} -m pip install matplotlib" in message
+    assert (
+        f'--out: needs xarray and h5netcdf; install with: {sys.executable} -m pip install "vibrocap[export]"' in message
+    )
+    assert f'--plot: needs matplotlib; install with: {sys.executable} -m pip install "vibrocap[plot]"' in message
     monkeypatch.setattr("importlib.util.find_spec", found)
     assert "ffmpeg" in refused(capsys, "simulate", case, "--animate", case.parent / "a.mp4")
 

@@ -145,5 +145,9 @@ def test_a_user_installs_the_wheel_and_runs_an_example(versions, distributions, 
             capture_output=True, text=True, check=False, cwd=place, env=CLEAN,
         )  # fmt: skip
         assert said.returncode == 2, line
-        refused += re.findall(r"needs (.+); install with: .*venv.*python.* -m pip install ", said.stderr)
-    assert refused == ["matplotlib", "xarray and zarr", "xarray, zarr and matplotlib"]
+        refused += re.findall(r"needs (.+); install with: .*venv.*python.* -m pip install (.+)", said.stderr)
+    assert refused == [
+        ("matplotlib", '"vibrocap[plot]"'),
+        ("xarray and zarr", '"vibrocap[sweep]"'),
+        ("xarray, zarr and matplotlib", '"vibrocap[plot,sweep]"'),
+    ]

@@ -5,6 +5,7 @@ import difflib
 import importlib.util
 import math
 import numbers
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -145,7 +146,23 @@ def lacking(*packages: str) -> str:
     if not missing:
         return ""
     python = f'"{sys.executable}"' if " " in sys.executable else sys.executable or "python"
-    return f"needs {listed(missing, ' and ')}; install with: {python} -m pip install {' '.join(missing)}"
+    return f"needs {listed(missing, ' and ')}; install with: {python} -m pip install {_installed_by(missing)}"
+
+
+def _installed_by(missing: list[str]) -> str:
+    """What pip installs for packages: the smallest extras of this package that bring them, else their own names."""
+    from importlib.metadata import requires
+
+    extras: dict[str, set[str]] = {}
+    for line in requires("vibrocap") or ():
+        if brought := re.match(r"""([\w.-]+).*extra == ['"](.+)['"]""", line):
+            extras.setdefault(brought[2], set()).add(brought[1])
+    by_size, chosen, rest = sorted(extras, key=lambda extra: len(extras[extra])), [], set(missing)
+    smallest = {next((extra for extra in by_size if package in extras[extra]), "") for package in missing} - {""}
+    for extra in sorted(smallest, key=by_size.index, reverse=True):  # a large one may bring what a small one would
+        if extras[extra] & rest:
+            chosen, rest = [*chosen, extra], rest - extras[extra]
+    return " ".join([*([f'"vibrocap[{",".join(sorted(chosen))}]"'] if chosen else []), *sorted(rest)])
 
 
 def require(what: str, *packages: str) -> None:

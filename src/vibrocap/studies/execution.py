@@ -26,7 +26,7 @@ class Execution:
 
     def require_packages(self) -> None:
         """ModuleNotFoundError for what a study needs beyond the core."""
-        require("a sweep", "xarray", *(() if self.out is None else ("zarr",)))
+        require("a sweep", "xarray", "zarr")
 
     def complaints(self) -> list[Complaint]:
         """What is wrong with it."""
