@@ -155,6 +155,9 @@ def test_variables_carry_units_starts_and_meanings():
     assert (mass.unit, float(mass.start), mass.causality) == ("kg", 0.5, "parameter")
     assert mass.description
     assert float(variables["angle"].start) == case.initial["angle"]
+    scales = [variables[f"machine.{name}"] for name in ("pendulum_mass", "pendulum_length", "gravity")]
+    assert [(each.unit, float(each.start)) for each in scales] == [("kg", 0.2), ("m", 0.25), ("m/s^2", 9.80665)]
+    assert {(each.causality, each.variability) for each in scales} == {("local", "constant")}
     torque = next(unit for unit in found.unitDefinitions if unit.name == "N m")
     assert (torque.baseUnit.kg, torque.baseUnit.m, torque.baseUnit.s) == (1, 2, -2)
     assert float(found.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
@@ -316,6 +319,7 @@ class TestCompiled:
         case = read_case(EXAMPLES["bench-in-si"], {"machine.capsule_mass_kg": 0.6, "drive.frequency_Hz": 1.1})
         motion = vc.simulate(case.system, initial={"angle": 0.4}, periods=10, tolerance=case.tolerance)
         slave.fmu.doStep(0.0, 9.0)
+        assert slave.get("machine.pendulum_mass", "machine.pendulum_length", "machine.gravity") == [0.2, 0.25, 9.80665]
         for name in (*STATES, "energy", "friction", "reaction"):
             assert slave.get(name)[0] == pytest.approx(at(motion, 9.0, name), rel=1e-11, abs=1e-11)
 

@@ -51,10 +51,14 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for co-simulation is made of."""
     parameters, states = of.parameters(stepped), of.states(stepped)
     inputs, sides = of.inputs(stepped), of.sides(stepped.contacts)
+    begun = [each.in_unit for each in (*stepped.parameters, *stepped.states)]
+    changing = len(begun) + len(stepped.observables) + len(stepped.inputs) + 1
+    scales = of.scales(stepped, changing)
     counted = list(dict.fromkeys(stepped.counted))  # several of a machine may have one name
     variables = (
         of.time(stepped),
         *parameters,
+        *scales,
         *states,
         *inputs,
         *of.observables(stepped),
@@ -62,14 +66,14 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         *of.counts(counted, len(sides)),
         of.STATUS,
     )
-    values = [each.in_unit for each in (*stepped.parameters, *stepped.states)]
+    values = [*begun, *[0.0] * (changing - len(begun)), *(each.port.value for each in scales)]
     constants = {
         "PARAMETER": 0,
         "STATE": len(parameters),
-        "OBSERVED": len(values),
-        "HELD": len(values) + len(stepped.observables),
-        "TIME": len(values) + len(stepped.observables) + len(stepped.inputs),
-        "VALUES": len(values) + len(stepped.observables) + len(stepped.inputs) + 1,
+        "OBSERVED": len(begun),
+        "HELD": len(begun) + len(stepped.observables),
+        "TIME": changing - 1,
+        "VALUES": len(values),
         "COUNTS": len(sides) + len(counted),
         "PARAMETERS": len(parameters),
         "STATES": len(states),

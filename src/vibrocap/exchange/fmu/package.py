@@ -60,7 +60,7 @@ def header(
 ) -> str:
     """variables.h: places of the memory, its values at the start, and the table of variables.
 
-    values: of the memory at the start, without zeros at its end; own: further lines
+    values: of the memory at the start; own: further lines
     """
     statuses = [f'    case {code}: return "{text}";' for code, text in stepped.statuses.items()]
     begun = [f"  values[{i}] = {value.hex()};" for i, value in enumerate(values) if value]

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
-from vibrocap.physics.dimensions.units import one_way, parameter_keys
+from vibrocap.physics.dimensions.units import one_way, parameter_keys, suffix
 from vibrocap.physics.names import numbered, split_path
 from vibrocap.physics.parameters import parameter_table
 
@@ -66,6 +66,21 @@ def parameters(stepped: SteppedCase) -> list[Variable]:
     for i, each in enumerate(stepped.parameters):
         name, meaning = _in_words(stepped, each.name)
         found.append(Variable(dataclasses.replace(each, name=name), meaning, f"PARAMETER + {i}", **given))
+    return found
+
+
+def scales(stepped: SteppedCase, before: int) -> list[Variable]:
+    """The scales in which a case in SI counts, such as the mass of its pendulum: constants, as the case has them.
+
+    before: numbers that stand before them in the memory
+    """
+    if (units := stepped.system.units) is None:
+        return []
+    found = []
+    for i, info in enumerate(parameter_table(type(units)), start=before):
+        name = f"machine.{info.name.removesuffix(suffix(info.unit))}"
+        port = Port(name, info.unit, value=getattr(units, info.name))
+        found.append(Variable(port, info.meaning, str(i), causality="local", variability="constant", starts=True))
     return found
 
 
