@@ -642,9 +642,12 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     const set = model.set("friction.decay_rate", 2), now = fragmentOf(model);
     const third = new Model(data); readFragment(third, now);
     model.choose("friction", "coulomb");
+    const wide = new Model(data); wide.preset.values["friction.static_coefficient"] = 1; // the end of what a level has
+    const range = rangeOfPath(wide, "friction.static_coefficient");
     const levels = ["coulomb_coefficient", "static_coefficient"].map((each) => values[`friction.${each}`]);
     print([machine, ...levels, lacking, asked, shared,
-      again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before]);
+      again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before,
+      ...range]);
     """
     (tmp_path / "run.cjs").write_text("\n".join([HEAD, *functions(made["forms"]), *map(source, ALONE), lines]))
     command = [NODE, *(str(tmp_path / name) for name in ("run.cjs", "data.json", "given.json"))]
@@ -653,6 +656,7 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     needed = "friction.decay_rate: should be given; in SI it has no default"
     shared = "#v=1&preset=own&friction=exponential"
     wanted = [False, 0.05, 0.15, needed, needed, shared, needed, [], "", shared + "&friction.decay_rate=2", 2, True]
+    wanted += [0, 1.5, False]  # beyond the value of the case
     assert json.loads(done.stdout) == wanted
 
 
@@ -702,6 +706,7 @@ def test_the_forms_of_a_page(tmp_path):
     assert {drive for _, _, drive in usual} == {"harmonic", "biharmonic"}
     own = Preset("own", "own", "", vc.Case(vc.System(vc.Oscillator(), vc.Dahl(), vc.Constant())))
     assert parts(contents(own))[0] == ("oscillator", "dahl", "constant")
+    assert {machine for machine, _, _ in parts(contents(own))} == {"oscillator"}  # no other machine, unless asked for
     only = parts(contents(law_names=["coulomb"], drive_names=["harmonic"]))
     assert [law for _, law, _ in only] == ["coulomb", "smoothed-coulomb"]
     assert [each.parts[0] for each in contents(machine_names=["oscillator"]).presets] == ["oscillator"]

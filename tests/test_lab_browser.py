@@ -47,7 +47,7 @@ def usual(tmp_path_factory):
     out = tmp_path_factory.mktemp("page") / "lab.html"
     assert main(["lab", "--out", str(out)]) == 0
     assert out.stat().st_size < 298_000
-    assert len(gzip.compress(out.read_bytes(), 9)) < 134 * 1024
+    assert len(gzip.compress(out.read_bytes(), 9)) < 126 * 1024
     return out.as_uri()
 
 

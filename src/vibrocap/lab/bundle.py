@@ -58,7 +58,7 @@ def contents(
         raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {opened.case.periods:g}")
     own = None if opened is None else opened.case.system
     kinds = [
-        _names(machine_names, own and own.machine.name, MACHINES),
+        _names(machine_names, own and own.machine.name, () if own else MACHINES),
         [*_names(law_names, own and own.friction.name, LAWS)],
         _names(drive_names, own and own.drive.name, DRIVES),
     ]

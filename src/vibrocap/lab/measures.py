@@ -59,12 +59,12 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
     ways, layout = Ways(), kernel.layout
     own = _reductions(system)
     ordered = (*own, *(each for each in needed if each not in own))  # their numbers stand in the order of the kernel
+    numbers = np.array([[Written(1.0, f"r[{i}]", ways) for i in range(layout.result_size)]], dtype=object)
+    period = np.array([Written(1.0, "T", ways)], dtype=object)
+    threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text
 
     def asked() -> Any:
-        numbers = np.array([[Written(1.0, f"r[{i}]", ways) for i in range(layout.result_size)]], dtype=object)
-        period = np.array([Written(1.0, "T", ways)], dtype=object)
         mirrored = np.array([ways.answer("m")])
-        threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text
         gathered = Gathered(system, RunResults(layout, numbers), period, lambda: mirrored, threshold)
         return values(ordered, gathered)[name][0]
 

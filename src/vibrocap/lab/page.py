@@ -15,6 +15,7 @@ from string import Template
 from typing import Any
 
 from vibrocap.lab.shortened import shortened
+from vibrocap.physics.symbols import GREEK
 
 # In the order in which they use each other; the worker's come to it as text.
 WORKER = ("worker/engine.js", "worker/dense.js", "worker/worker.js")
@@ -80,7 +81,8 @@ def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:
         numbers = [list(measures).index(json.dumps(each)) for each in shown]
         forms.append({name: value for name, value in form.items() if name != "rules"} | {"measures": numbers})
     data = {**data, "forms": forms, "measures": list(measures.values())}
-    scripts, styles = f'"use strict";\n{own}{script(SCRIPTS)}', re.sub(r"\n\s*", "\n", source("lab.css"))
+    letters = f"const GREEK={json.dumps(GREEK, ensure_ascii=False)};\n"
+    scripts, styles = f'"use strict";\n{letters}{own}{script(SCRIPTS)}', re.sub(r"\n\s*", "\n", source("lab.css"))
     content = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return Template(source("lab.html")).substitute(
         title=escape(title),

@@ -1,9 +1,5 @@
 // The controls: choosers of parts, and for every number a slider and a box, with what is wrong beside them.
 
-const GREEK = {
-  alpha: "α", beta: "β", gamma: "γ", delta: "δ", epsilon: "ε", eta: "η", theta: "θ", lambda: "λ", mu: "μ", nu: "ν", xi: "ξ",
-  rho: "ρ", sigma: "σ", tau: "τ", phi: "φ", psi: "ψ", omega: "ω",
-};
 const STEPS = 1000; // of a slider
 const COMMON_WIDTHS = [0.1, 0.01, 0.001]; // of a smoothed contact
 

@@ -245,13 +245,16 @@ class Model {
 // Whether a state at the start is a whole number that says which branch of the equations holds.
 const isSwitched = (form, path) => path.startsWith("initial.") && form.switched.includes(path.slice(8));
 
-// The range of a slider: (low, high, by factors), without units; wide enough for the value that stands.
+// The range of a slider: (low, high, by factors), without units; beyond the value of the case, and as wide as the one that stands.
 function rangeOfPath(model, path) {
   if (path === "run.periods") return [1, 200, false];
   if (path === "run.tolerance") return [...TOLERANCES[model.form.motion.sizes.order], true];
   if (path.startsWith("initial.")) return isSwitched(model.form, path) ? [-1, 1, false] : [-3.2, 3.2, false];
-  const { low, high, log } = model.record(path), value = model.state.values[path] ?? low;
-  return log || Number.isNaN(value) ? [low, high, log] : [Math.min(low, value), Math.max(high, value), false];
+  const { low, high, log, least = -Infinity, most = Infinity } = model.record(path), first = model.preset.values[path] ?? low;
+  const below = first < low ? Math.max(least, log ? first / 10 : first - (high - first) / 2) : low;
+  const above = first < high ? high : Math.min(most, log ? 10 * first : first + (first - low) / 2);
+  const value = model.state.values[path] ?? low;
+  return Number.isNaN(value) ? [below, above, log] : [Math.min(below, value), Math.max(above, value), log];
 }
 
 // A number as a person reads it: at most so many digits, no noise.

@@ -23,7 +23,8 @@ function drawGround(pen, theme, form, now, scale, middle, low) {
   for (let k = Math.floor((now.camera - half) / step); k <= (now.camera + half) / step + 1; k++) {
     const mark = k * step, whole = Math.abs(mark / each - Math.round(mark / each)) < 1e-9;
     pen.path([px(mark), py(0), px(mark), py(whole ? -0.1 : -0.05)], theme.axis, 1);
-    if (whole && !covered(px(mark))) pen.text(px(mark), py(-0.13), said(mark * unit, 4), { fill: theme.soft, size: 11, align: "center", base: "top" });
+    const text = said(mark * unit, 4), cut = Math.abs(px(mark) - middle) + 4 * text.length > pen.width / 2;
+    if (whole && !cut && !covered(px(mark))) pen.text(px(mark), py(-0.13), text, { fill: theme.soft, size: 11, align: "center", base: "top" });
   }
   flag(pen, px(now.origin), py(0), theme);
   let contacts = 0;

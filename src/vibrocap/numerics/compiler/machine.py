@@ -43,7 +43,7 @@ from vibrocap.arguments import SettingError
 from vibrocap.numerics.compiler.subset import FLOATS, INT, INTS, Kind
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
-# First line of a text that is to be made quickly, put together and by O1, or to be small; others take O2 as it is.
+# First line of a text that is made by O1: quickly, put together; or small, for a page. Others take O2 as they are.
 SHORT, SMALL = "; by few passes\n", "; small\n"
 _FUNCTION = re.compile(r"^(define internal [^@\n]*(@[\w.]+)\([^\n]*)\{$", re.MULTILINE)
 _CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
@@ -164,12 +164,12 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     """(module, machine): LLVM's text after all passes. To be called within `instructions_in_the_order_written`."""
     machine = _machine(target)
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
-    short = text.startswith(SHORT)
+    short, small = text.startswith(SHORT), text.startswith(SMALL)
     module = llvm.parse_assembly(head + (called_once_marked(text) if short else text), llvm.create_context())
-    options = llvm.create_pipeline_tuning_options(speed_level=1 if short else 2)
+    options = llvm.create_pipeline_tuning_options(speed_level=1 if short or small else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
-    if text.startswith(SMALL):
+    if small:
         options.loop_vectorization, options.inlining_threshold = False, 0
     builder = llvm.create_pass_builder(machine, options)
     if short:

@@ -17,6 +17,7 @@ from vibrocap.numerics.compiler.lowering import Module, entry_text
 from vibrocap.numerics.compiler.machine import SMALL, Target
 from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
 from vibrocap.numerics.compiler.subset import FLOAT, LIBRARY, Kind, parsed, uncollected
+from vibrocap.numerics.compiler.typed.nodes import Function
 from vibrocap.numerics.compiler.typed.program import Program
 
 # Instructions that all browsers have known since 2021.
@@ -32,9 +33,10 @@ HEAD = b"\0asm\x01\0\0\0"
 def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:
     """The module of several kernels, see `webassembly_module` of the room."""
     written, entries, exports = SharedModule(0), [], []
+    shared: dict[tuple, Function] = {}
     with uncollected():
         for text, exported in kernels:
-            program = Program(parsed(with_own_functions(text)), 0, LIBRARY)
+            program = Program(parsed(with_own_functions(text)), 0, LIBRARY, shared)
             for name, (entry, kinds) in exported.items():
                 function = program.entry(entry, kinds)
                 entries.append(entry_text(written.written(function), function.result, kinds, name, "i32"))

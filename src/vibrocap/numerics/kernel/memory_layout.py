@@ -94,7 +94,7 @@ class Layout(Traits):
         """All but the size of KEPT, which follows from the others."""
         return {
             "STATE": self.states,
-            "PARAMETER": self.parameters,
+            "PARAMETER": -(-self.parameters // 8) * 8,
             "SCALE": self.states,
             "INVERSE_SCALE": self.states,
             "START_STATE": self.states,

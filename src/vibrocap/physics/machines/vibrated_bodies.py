@@ -3,6 +3,7 @@
 import math
 from typing import ClassVar
 
+from vibrocap.physics.bodies import Shape
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, Scales, parameter, parameters
@@ -98,3 +99,18 @@ class BristleRobot(Machine):
             found += [hip, Spring(self.stiffness, along, rest=length), Spring(self.bending_stiffness, across)]
             found += [Damper(self.damping, along), Damper(self.damping, across), Contact(foot, speed=speed)]
         return found
+
+    def scene(self, t, y):
+        """The body between its hips, the motor on it, two legs."""
+        sag, pitch, shift, stretch, back = y[0], y[2], y[4], y[6], y[8]
+        middle, height = back + self.lean + 0.5 + shift, 1.0 - sag
+
+        def on_body(x):
+            return middle + x * cos(pitch), height + x * sin(pitch)
+
+        feet, hips = ((back, 0.0), (back + 1.0 + stretch, 0.0)), (on_body(-0.5), on_body(0.5))
+        shapes = [Shape("rod", "body", hips), Shape("disc", "motor", (on_body(self.arm),), (0.3, 0.3))]
+        for i, (foot, hip) in enumerate(zip(feet, hips, strict=True), start=1):
+            shapes += [Shape("rod", f"leg {i}", (foot, hip)), Shape("hinge", f"hip {i}", (hip,))]
+            shapes.append(Shape("contact", f"contact {i}", (foot,), (0.25, 0.0)))
+        return tuple(shapes)

@@ -5,6 +5,8 @@ the function anew with what is known by then, until nothing changes.
 """
 
 import ast
+import hashlib
+import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -52,6 +54,7 @@ from vibrocap.numerics.compiler.typed.nodes import (
 )
 from vibrocap.numerics.compiler.typed.values import known_item
 
+WORD = re.compile(r"\b[A-Za-z_]\w*")
 NO_LIBRARY: Mapping[str, str] = MappingProxyType({})
 
 
@@ -60,10 +63,19 @@ class Program:
 
     width: lanes side by side, 0 where a target has none
     library: functions of the kernel that stand for those of `math`, and for `pow`
+    shared: functions typed before, of kernels with this width and library; those that are the same are not typed anew
     """
 
-    def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str] = NO_LIBRARY):
+    def __init__(
+        self,
+        kernel: Kernel,
+        width: int,
+        library: Mapping[str, str] = NO_LIBRARY,
+        shared: dict[tuple, Function] | None = None,
+    ):
         self.kernel, self.width, self.library = kernel, width, library
+        self._shared = shared
+        self._contents: dict[str, bytes] = {}
         self._functions: dict[tuple, Function | None] = {}
         self._values: dict[str, Typed | None] = {}
         self._assigned: dict[str, tuple[set[str], set[str]]] = {}
@@ -101,12 +113,33 @@ class Program:
             if found is None:
                 raise asked(f"`{name}` calls itself; write a loop")
             return found
+        shared = {} if self._shared is None else self._shared
+        content = (name, kinds, b"" if self._shared is None else self._content(name))
+        if content in shared:
+            self._functions[key] = shared[content]
+            return shared[content]
         self._functions[key] = None
         number = sum(before == name for before, *_ in self._functions)
         statements = Statements(self, self.kernel.functions[name], kinds)
         found = statements.typed(name if number == 1 else f"{name}.{number}")
-        self._functions[key] = found
+        self._functions[key] = shared[content] = found
         return found
+
+    def _content(self, name: str) -> bytes:
+        """A digest of all that decides a function: its text, and the constants and functions that it names."""
+        if name not in self._contents:
+            kernel, node = self.kernel, self.kernel.functions[name]
+            text = "\n".join(kernel.lines[node.lineno - 1 : node.end_lineno])
+            digest = hashlib.sha256(text.encode())
+            self._contents[name] = b""  # what calls itself is refused when it is typed
+            for word in sorted(set(WORD.findall(text))):
+                if word in kernel.constants:
+                    value = kernel.constants[word]
+                    digest.update(f"{word}={getattr(value, 'tolist', lambda value=value: value)()!r}".encode())
+                elif word in kernel.functions:
+                    digest.update(self._content(word))
+            self._contents[name] = digest.digest()
+        return self._contents[name]
 
 
 VISITORS = {each: f"_do_{each.__name__}" for each in ast.stmt.__subclasses__()}
