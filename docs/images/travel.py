@@ -33,8 +33,8 @@ def reference_motion() -> vc.Trajectory:
     return vc.simulate(system, periods=PERIODS, initial={"angle": math.pi / 3}, tolerance=1e-10)
 
 
-def smoothed_travel(system: vc.System, width: float, times: np.ndarray) -> np.ndarray:
-    """X at the given times with sgn(v) replaced by tanh(v/width)."""
+def smoothed_states(system: vc.System, width: float, times: np.ndarray) -> np.ndarray:
+    """States at the given times with sgn(v) replaced by tanh(v/width)."""
 
     def rates(t, y):
         y = y.tolist()
@@ -42,7 +42,7 @@ def smoothed_travel(system: vc.System, width: float, times: np.ndarray) -> np.nd
         return system.machine.rates(t, y, system.drive.value(t), (force,))
 
     start = [math.pi / 3, 0.0, 0.0, 0.0]
-    return solve_ivp(rates, (0.0, times[-1]), start, "LSODA", t_eval=times, rtol=1e-9, atol=1e-11).y[2]
+    return solve_ivp(rates, (0.0, times[-1]), start, "LSODA", t_eval=times, rtol=1e-9, atol=1e-11).y
 
 
 def draw_machine(axes, x: float, angle: float, side: int, moved: float) -> None:
@@ -101,7 +101,7 @@ def draw_travel(axes, motion: vc.Trajectory) -> None:
     exact = motion.at(times, "position")
     lines = [("exact", exact, BLUE, 2.0, "-")]
     for width, colour, dashes in ((1e-3, GREEN, (0, (5, 1.5))), (1e-2, VERMILION, (0, (2, 1.2)))):
-        found = smoothed_travel(motion.system, width, times)
+        found = smoothed_states(motion.system, width, times)[2]
         error = 100.0 * (found[-1] / exact[-1] - 1.0)
         words = f"{error:+.0f} %".replace("-", MINUS)
         lines.append((rf"$\tanh(v/{width:g})$: {words}", found, colour, 1.3, dashes))
