@@ -121,6 +121,14 @@ def test_the_users_lock_has_what_a_user_needs_and_nothing_of_developers():
     assert extras.keys() - {"peers"} == {*USERS}.union(*LOCKED_APART.values())
 
 
+def test_the_recipe_of_conda_has_version_command_and_dependencies_of_the_package():
+    text = (ROOT / "extras" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
+    run = re.search(r"  run:\n    - python .*\n((?:    - .*\n)+)", text)
+    assert [each.replace(" ", "") for each in re.findall(r"- (.+)", run[1])] == PROJECT["dependencies"]
+    assert f"version: {PROJECT['version']}\n" in text
+    assert re.findall(r"- (vibrocap) = (\S+)", text) == [*PROJECT["scripts"].items()]
+
+
 def test_make_reproduce_needs_the_users_packages_alone_and_make_test_the_developers():
     """The steps of make for a clone without .venv: which locks are installed, in which order."""
     for target, wanted in {"reproduce": [""], "test": ["", ".ci/dev-requirements.txt"]}.items():

@@ -4,6 +4,7 @@ import enum
 import functools
 import http.server
 import importlib.util
+import json
 import re
 import shutil
 import subprocess
@@ -15,12 +16,13 @@ from xml.etree import ElementTree
 import pytest
 
 import vibrocap as vc
+from browser import CHROMIUM
 from test_published import FAST
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.main import app_of
 from vibrocap.physics.catalogue import machines
 from website.docstrings import as_rst, members
-from website.embeds import stage_report, with_lab
+from website.embeds import SHEET, print_sheet, stage_hosted, stage_report, stage_sheet, with_lab
 from website.gallery import description, title_of
 from website.links import dead_elsewhere, dead_links, overwritten
 from website.reference import rooms, stage_commands, stage_equations, stage_names
@@ -52,6 +54,35 @@ def staged(tmp_path_factory):
         stage(folder)
         stage_first_page(folder, "# Head\n", stage_sections(folder, {}))
         yield folder
+
+
+def test_notebooks_link_to_a_hosted_copy_where_the_repository_is_known(tmp_path, monkeypatch):
+    original = ROOT / "docs" / "tutorials" / "first-motion.ipynb"
+    copy = Path(shutil.copy(original, tmp_path))
+    monkeypatch.delenv("GITHUB_REPOSITORY", raising=False)
+    stage_hosted(tmp_path)
+    assert copy.read_bytes() == original.read_bytes()
+    monkeypatch.setenv("GITHUB_REPOSITORY", "owner/name")
+    monkeypatch.setenv("GITHUB_REF_NAME", "v1")
+    stage_hosted(tmp_path)
+    first, *others = json.loads(copy.read_text(encoding="utf-8"))["cells"]
+    link = "https://colab.research.google.com/github/owner/name/blob/v1/docs/tutorials/first-motion.ipynb"
+    assert first["source"][-1] == f"\n\n[Open in Colab]({link})"
+    assert others == json.loads(original.read_text(encoding="utf-8"))["cells"][1:]
+
+
+def test_without_a_browser_the_cheat_sheet_is_a_page_only(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert stage_sheet(tmp_path) is None
+    assert f"none of chromium, chromium-browser, google-chrome is installed to print {SHEET}" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium is installed")
+def test_the_cheat_sheet_is_printed(tmp_path):
+    (tmp_path / "cheat-sheet.html").write_text("<h1>Sheet</h1>")
+    print_sheet(CHROMIUM, tmp_path)
+    assert (tmp_path / SHEET).read_bytes().count(b"/Type /Page\n") == 1
 
 
 def test_every_page_stands_in_one_section():

@@ -14,9 +14,12 @@ from website.embeds import (
     PICTURE,
     lab_addresses,
     lab_frame,
+    print_sheet,
     stage_downloads,
+    stage_hosted,
     stage_lab_frames,
     stage_report,
+    stage_sheet,
 )
 from website.gallery import stage_gallery
 from website.links import dead_elsewhere, dead_links, overwritten
@@ -61,7 +64,9 @@ def main(words: list[str] | None = None) -> int:
     stage_lab_frames(sources, lab)
     head = "\n".join((HEAD, lab_frame(lab[FIRST]) if FIRST in lab else PICTURE, stage_report(extra)))
     stage_first_page(sources, head, stage_sections(sources, MADE))
+    stage_hosted(sources / "tutorials")
     stage_downloads(extra, sources / "tutorials")
+    browser = stage_sheet(sources)
 
     # Kernels that know no settings of the user, and say nothing of how they are reached (over this machine alone).
     profile = (options.out / "ipython" / "profile_default").resolve()
@@ -78,6 +83,8 @@ def main(words: list[str] | None = None) -> int:
     told = [word for name, value in settings.items() for word in ("-D", f"{name}={value}")]
     if build_main(["-q", "-W", "--keep-going", "-j", "2", "-c", str(HERE), *told, str(sources), str(html)]):
         return 1
+    if browser is not None:
+        print_sheet(browser, html)
     for name in overwritten(extra, html):
         print(f"{name}: a page of the site has the name of a file that is taken in", file=sys.stderr)
         return 1

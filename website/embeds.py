@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from vibrocap.cli import main as cli
@@ -42,6 +43,9 @@ DOWNLOADS = """
 
 The notebooks: NOTEBOOKS
 """
+COLAB = "https://colab.research.google.com/github/{repository}/blob/{branch}/docs/tutorials/{name}"
+SHEET = "cheat-sheet.pdf"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PICTURE = "![One drive period of a capsule, its velocity, and its travel](images/travel.png)\n"
 
 
@@ -85,6 +89,38 @@ def stage_report(extra: Path, made: Path = ROOT / "out" / "report.html") -> str:
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(made.parent / link, copy)
     return REPORT
+
+
+def stage_hosted(tutorials: Path) -> None:
+    """Give each notebook a link that opens it as a hosted one, where a workflow of GitHub makes the site."""
+    if (repository := os.environ.get("GITHUB_REPOSITORY")) is None:
+        return
+    branch = os.environ.get("GITHUB_REF_NAME", "main")
+    for path in tutorials.glob("*.ipynb"):
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        address = COLAB.format(repository=repository, branch=branch, name=path.name)
+        notebook["cells"][0]["source"] += [f"\n\n[Open in Colab]({address})"]
+        path.write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def stage_sheet(sources: Path) -> str | None:
+    """Add to the cheat sheet a link to its PDF, where there is a browser that prints it; returns the browser."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        print(f"The cheat sheet is a page only: none of {', '.join(BROWSERS)} is installed to print {SHEET}.")
+    else:
+        with (sources / "cheat-sheet.md").open("a", encoding="utf-8") as page:
+            page.write(f'\n```{{raw}} html\n<p class="unprinted"><a href="{SHEET}">One page to print</a></p>\n```\n')
+    return browser
+
+
+def print_sheet(browser: str, html: Path) -> None:
+    """Print the cheat sheet as a PDF beside its page."""
+    quiet = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer", "--virtual-time-budget=2000")
+    with tempfile.TemporaryDirectory() as profile:
+        made = (f"--user-data-dir={profile}", f"--print-to-pdf={(html / SHEET).resolve()}")
+        page = (html / "cheat-sheet.html").resolve().as_uri()
+        subprocess.run([browser, *quiet, *made, page], check=True, capture_output=True, timeout=120)
 
 
 def stage_downloads(extra: Path, tutorials: Path) -> None:
