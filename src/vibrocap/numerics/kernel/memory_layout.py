@@ -94,7 +94,7 @@ class Layout(Traits):
         """All but the size of KEPT, which follows from the others."""
         return {
             "STATE": self.states,
-            "PARAMETER": -(-self.parameters // 8) * 8,
+            "PARAMETER": -(-self.parameters // 8) * 8,  # in eights: systems of one page have their places in common
             "SCALE": self.states,
             "INVERSE_SCALE": self.states,
             "START_STATE": self.states,
