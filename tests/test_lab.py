@@ -642,8 +642,9 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     const set = model.set("friction.decay_rate", 2), now = fragmentOf(model);
     const third = new Model(data); readFragment(third, now);
     model.choose("friction", "coulomb");
-    const wide = new Model(data); wide.preset.values["friction.static_coefficient"] = 1; // the end of what a level has
-    const range = rangeOfPath(wide, "friction.static_coefficient");
+    const wide = new Model(data), level = "friction.static_coefficient"; // which goes to 1, unless the case does
+    wide.preset = { ...wide.preset, values: { ...wide.preset.values, [level]: 1 } };
+    const range = rangeOfPath(wide, level);
     const levels = ["coulomb_coefficient", "static_coefficient"].map((each) => values[`friction.${each}`]);
     print([machine, ...levels, lacking, asked, shared,
       again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before,
