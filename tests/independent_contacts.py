@@ -237,8 +237,8 @@ class Mechanics:
             return [1.0] * self.contacts
         mechanical, drive = tuple(y[: self.states]), self.drive.value(t)
         return [
-            (own + sum(slope * force for slope, force in zip(slopes, taken, strict=True))) / over
-            for over, own, *slopes in (each.reaction for each in self.machine.contacts(t, mechanical, drive))
+            own + sum(slope * force for slope, force in zip(slopes, taken, strict=True))
+            for own, *slopes in (each.reaction for each in self.machine.contacts(t, mechanical, drive))
         ]
 
     def outside(self, v, sides) -> list:

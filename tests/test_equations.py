@@ -79,8 +79,8 @@ def test_what_is_written_holds_along_motions(kind):
         for i, (contact, fixed) in enumerate(zip(contacts, machine.loads(), strict=True), start=1):
             load = fixed
             if machine.follows_load:
-                over, n, *slopes = contact.reaction
-                load = (n + sum(s * r for s, r in zip(slopes, frictions, strict=True))) / over
+                n, *slopes = contact.reaction
+                load = n + sum(s * r for s, r in zip(slopes, frictions, strict=True))
             name = f"N_{i}" if len(contacts) > 1 else "N"
             known[printed(name.replace("N", "load") if name in symbols.values() else name)] = load
         known["H"] = machine.energy(t, tuple(y))

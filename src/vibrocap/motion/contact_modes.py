@@ -93,8 +93,8 @@ def _problem(
         free, response = _from_rates(machine, time, mechanical, system.drive.value(time), count)
     if machine.follows_load:
         reactions: list[Any] = [each.reaction for each in contacts]
-        loads = np.array([own / over for over, own, *_ in reactions])
-        raised = np.array([[-slope / over for slope in slopes] for over, _, *slopes in reactions])
+        loads = np.array([each[0] for each in reactions])
+        raised = np.array([[-slope for slope in slopes] for _, *slopes in reactions])
     if system.environment is not None:
         outside = system.environment.outside(machine, time, mechanical, velocities, np.sign(velocities))
         push = np.array([pushes[int(abs(v) <= still)] for pushes, v in zip(outside.pushes, velocities, strict=True)])

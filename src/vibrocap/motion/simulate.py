@@ -93,12 +93,12 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     y = tuple(state.values())
     contacts = system.placed.contacts(time, y[: len(system.placed.states)], system.drive.value(time))
     reactions = [each.reaction for each in contacts]
-    if any(slope for _, _, *slopes in reactions for slope in slopes):
+    if any(slope for _, *slopes in reactions for slope in slopes):
         pairs = zip(contacts, system.laws, strict=True)
         modes = itertools.product(*(_ways(each.velocity, law.kind) for each, law in pairs))
         loads = (_least_load(system, time, y, sides) for sides in modes)
     else:  # no friction raises or lowers any of them
-        loads = iter([min((own / over, i) for i, (over, own, *_) in enumerate(reactions, start=1))])
+        loads = iter([min((own, i) for i, (own, *_) in enumerate(reactions, start=1))])
     least, number = -math.inf, 0
     for each in loads:
         least, number = max((least, number), each)

@@ -169,8 +169,8 @@ class Contacts:
         if self.coupled and self.several:
             if self.follows_load:
                 rows: list[Any] = [each.reaction for each in self.given]
-                self.mean_loads = tuple(own / over for over, own, *_ in rows)
-                self.load_response = tuple(tuple(-(raised / over) for raised in more) for over, _, *more in rows)
+                self.mean_loads = tuple(own for own, *_ in rows)
+                self.load_response = tuple(tuple(-raised for raised in more) for _, *more in rows)
             self.acting = self._coupled()
         else:
             self.acting = tuple(self._alone(i, each) for i, each in enumerate(self.all))
@@ -196,13 +196,13 @@ class Contacts:
             middle, limit = each.middle, each.limit
         if self.follows_load:
             assert each.given.reaction is not None
-            inertia, own, slope = each.given.reaction
-            clear, moved = inertia - slope * force, own - slope * each.push
-            normal, at_rest = self.loads = moved / clear, (own + slope * held) / inertia
-            self.divisors += clear, inertia
+            own, slope = each.given.reaction
+            clear, moved = 1.0 - slope * force, own - slope * each.push
+            normal, at_rest = self.loads = moved / clear, own + slope * held
+            self.divisors += (clear,)
             bounds = clear, normal
             if limit is not None:
-                jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
+                jams = (1.0 - slope * (middle - limit)) * (1.0 - slope * (middle + limit))
                 resting = 1.0 - each.slips
                 bounds = (
                     each.slips * clear

@@ -44,8 +44,8 @@ class Flow:
         given = self.contacts[contact].contact.given.reaction
         if given is None:
             return None
-        over, own, *slopes = given
-        rubs = (own + sum(slope * taken for slope, taken in zip(slopes, self.tangential, strict=True))) / over
+        own, *slopes = given
+        rubs = own + sum(slope * taken for slope, taken in zip(slopes, self.tangential, strict=True))
         factor = self.contacts[contact].contact.given.factor
         return rubs if isinstance(factor, float) and factor == 1.0 else rubs / factor
 

@@ -59,14 +59,14 @@ class System:
     The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
     force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.
 
-    A load that follows the motion depends on the friction that it makes, b N = n + s R (`Contact.reaction`). The law is
+    A load that follows the motion depends on the friction that it makes, N = n + s R (`Contact.reaction`). The law is
     then taken per load, R = mu N with all that it says at the load 1, so that both follow at once:
 
-        slip   N = n/(b - s mu)            stick   N = (n + s R)/b,  R the force that holds
+        slip   N = n/(1 - s mu)            stick   N = n + s R,  R the force that holds
 
     A law's stiffness and damping at the contact then grow with the load as well as its levels. As long as n > 0 a
     contact at rest has one and only one way to go on, stuck or slipping to one side. Where n <= 0 it has lifted off;
-    but if b - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with b - s mu <= 0
+    but if 1 - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with 1 - s mu <= 0
     has no way to go on, or could as well be at rest.
 
     actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.

@@ -33,6 +33,6 @@ def contacts_under(machine: Any, t: Any, y: Sequence[Any], effort: Sequence[Any]
     for each, state, load in zip(machine.contacts(t, y, 0.0), machine.contact_states, loads, strict=True):
         acceleration, *slopes = put_in(rates[machine.states.index(state)], effort)
         response = tuple(-slope for slope in slopes)
-        reaction = None if load is None else (load[0], *put_in(load[1:], effort))
+        reaction = None if load is None else put_in(load, effort)
         found.append(Contact(each.velocity, None, acceleration, response, reaction, each.factor))
     return tuple(found)

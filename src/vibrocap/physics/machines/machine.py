@@ -45,12 +45,12 @@ class Contact:
 
         a = acceleration - (response_1 R_1 + response_2 R_2 + ...)
 
-    reaction: normal reaction N of the ground as the motion makes it, (b, n, s_1, s_2, ...) with b positive of
+    reaction: normal reaction N of the ground as the motion makes it, (n, s_1, s_2, ...) of
 
-        b N = n + s_1 R_1 + s_2 R_2 + ...
+        N = n + s_1 R_1 + s_2 R_2 + ...
 
     It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it is what a
-    true one would be. None: not known. factor: on the friction, by which b N is multiplied here.
+    true one would be. None: not known. factor: on the friction, by which N is multiplied here.
     """
 
     velocity: Any

@@ -233,25 +233,23 @@ class Derivation(Motion):
             else:
                 free, *taken = self.responses[name]
                 answer = None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken)
-            reaction = self._borne_alone() if alone and k == 1 else self._reaction(c)
             factor = written(Quantity.of(self.contacts[c].factor).value)
-            if reaction is not None:
-                reaction = (reaction[0], *(mul(x, factor) for x in reaction[1:]))
-            found.append((velocity, *answer, reaction, factor))
+            reaction = self._reaction(c)
+            found.append((velocity, *answer, reaction and tuple(mul(x, factor) for x in reaction), factor))
         return tuple(found)
 
     def _given_load(self, contact: Contact) -> tuple | None:
         """The reaction of a load that is a function of place or time, among loads that follow the motion."""
         if not self.moving_loads or (is_word(contact.load) and contact.load == "dynamic"):
             return None
-        return (1.0, written(self.load_at_rest(contact)), *(0.0 for _ in self.contacts))
+        return (written(self.load_at_rest(contact)), *(0.0 for _ in self.contacts))
 
     def _borne(self, contact: Contact) -> bool:
         """Whether the load that the motion makes is said: where it is the load, or else differs from the weight."""
         return self.moving_loads or (not self.imposes and self._pressed_on(contact))
 
     def _reaction(self, c: int) -> tuple | None:
-        """(1, n, s_1, ...) of N = n + s_1 R_1 + ..."""
+        """(n, s_1, ...) of N = n + s_1 R_1 + ..."""
         contact = self.contacts[c]
         if (given := self._given_load(contact)) is not None or not self._borne(contact):
             return given
@@ -259,27 +257,7 @@ class Derivation(Motion):
         for name, a in self.responses.items():
             by = written(self.inertia(contact.body.lift, name))
             found = [add(x, mul(by, z)) for x, z in zip(found, a, strict=True)]
-        return (1.0, *found)
-
-    def _borne_alone(self) -> tuple | None:
-        """(b, n, s) of b N = n + s R at the one contact, b its inertia: N = N_0 + K u', b u' = held - R."""
-        (contact,), rows, inner = self.contacts, self.reduced, len(self.order) - 1
-        if (given := self._given_load(contact)) is not None or not self._borne(contact):
-            return given
-        if any(rows[i][i].number is None for i in range(inner)):
-            return self._reaction(0)
-        lift, still, moved = contact.body.lift, {}, {self.order[-1]: Sum.of(1.0)}
-        for i in reversed(range(inner)):
-            name, over = self.order[i], 1.0 / Sum.of(rows[i][i].number)
-            ahead = self.order[i + 1 :]
-            still[name] = over * (
-                rows[i][-1] - total(rows[i][j] * still.get(each, Sum()) for j, each in enumerate(ahead, i + 1))
-            )
-            moved[name] = over * (-total(rows[i][j] * moved[each] for j, each in enumerate(ahead, i + 1)))
-        load = -self.push(lift) + total(self.inertia(lift, name) * a for name, a in still.items())
-        by = total(self.inertia(lift, name) * a for name, a in moved.items())
-        inertia, pull = rows[-1][-2], rows[-1][-1]
-        return written(inertia), written(inertia * load + by * pull), written(-by)
+        return tuple(found)
 
     # --- balances ----------------------------------------------------------------------------------------------------
 

@@ -87,12 +87,12 @@ class Form:
         return (*own, *(0.0 for _ in self.kind.channels[len(own) :]))  # a channel of one's own stands last
 
     def effects(self) -> tuple:
-        """(of each rate: without effort and friction, what the effort and each friction add; of each reaction b N: b,
-        then the same of b N, None where it has none)."""
+        """(of each rate: without effort and friction, what the effort and each friction add; of each reaction the same,
+        None where it has none)."""
         effort, frictions = self.inputs.drive, self.inputs.frictions
         rates = tuple(affine(rate, (effort, *frictions)) for rate in self.rates())
         reactions = (reaction for *_, reaction, _ in self.derived.contact_results())
-        loads = (each and (each[0], *affine(each[1], (effort,)), *each[2:]) for each in reactions)
+        loads = (each and (*affine(each[0], (effort,)), *each[1:]) for each in reactions)
         return rates, tuple(loads)
 
     def outcomes(self) -> tuple:
