@@ -19,7 +19,7 @@ from mechanisms import MECHANISMS as OWN
 from mechanisms import Washboard
 from thinned import slow_but
 from vibrocap.arguments import ArgumentError
-from vibrocap.mechanics import Contact, Drive, Machine, Mass, coordinate, cos, parameters, sin
+from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
@@ -430,3 +430,26 @@ def test_a_run_ends_where_the_path_of_a_contact_is_singular():
     other = solve_ivp(rates, (0.0, end), [0.3, 0.0], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     angle, velocity = (float(x[0]) for x in motion.states([end]))
     assert [angle, velocity / math.cos(angle)] == pytest.approx(other, abs=1e-7)
+
+
+@parameters
+class Towed(Machine):
+    """Two bodies at one place, but for a gap with a spring; a third one is carried by the second."""
+
+    name = "towed"
+    source: ClassVar[str] = "vibrocap"
+    position = coordinate("X", "place of the rear body", "m")
+    gap = coordinate("z", "opening of the gap", "m")
+
+    def parts(self, q):
+        rear, middle = Mass("rear", 1.0, x=q.position), Mass("middle", 1.0, x=q.position + q.gap)
+        return [rear, middle, Mass("bob", 0.1, x=0.4, on=middle), Spring(2.0, q.gap), Contact(rear), Contact(middle)]
+
+
+def test_bodies_that_would_stand_in_one_another_are_drawn_in_a_row():
+    shapes = {each.name: each for each in Towed().scene(0.0, (0.3, 0.0, 0.25, 0.0))}
+    assert shapes["rear"].points[0][0] == 0.3
+    assert shapes["middle"].points[0][0] == pytest.approx(0.3 + 0.25 + 5.0)
+    assert shapes["bob"].points[0][0] == pytest.approx(shapes["middle"].points[0][0] + 0.4)
+    ends = shapes["spring between rear and middle"].points
+    assert [x for x, _ in ends] == pytest.approx([0.8, 5.05])

@@ -7,12 +7,10 @@ from typing import Any, ClassVar
 from pydantic import model_validator
 
 from vibrocap.physics.dimensions.scales import oscillation
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape
-from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive
+from vibrocap.physics.machines.row import Numbered, Row, row_of
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 from vibrocap.physics.names import numbered
-
-WALL = 2.0  # height from which the wall springs hang in pictures
 
 
 @model_validator(mode="after")
@@ -85,14 +83,6 @@ class BlockRow(Row):
     def scales(self, time=1.0):
         """Way and speed that a force of the size of all loads gives to all bodies together."""
         return oscillation(self._whole("mass"), self._whole("stiffness"), self.effort_scale(), time) * self.bodies
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """Blocks in a row, with the springs between them, under wall springs that hang from where each is at rest."""
-        rests = [APART * i for i in range(self.bodies)]
-        places = [rest + x for rest, x in zip(rests, y[::2], strict=True)]
-        hung = enumerate(zip(rests, places, strict=True), start=1)
-        walls = (Shape("spring", f"wall spring {i}", ((rest, WALL), (place, 0.5))) for i, (rest, place) in hung)
-        return *row_of_bodies(places, "spring"), *walls
 
 
 def block_row(blocks: int) -> Any:

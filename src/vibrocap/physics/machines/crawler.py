@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import NonNegative, Number, Positive
-from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.machines.row import Numbered, Row, row_of
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 from vibrocap.physics.names import numbered
 
@@ -62,13 +62,6 @@ class Crawler(Row):
     def scales(self, time=1.0):
         """Way and speed that a force of the size of all loads gives to all bodies together."""
         return oscillation(self._whole("mass"), self.stiffness, self.effort_scale(), time) * self.bodies  # type: ignore[attr-defined]
-
-    def scene(self, t, y):
-        """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""
-        places = [y[2]]
-        for z in (y[0], *y[4::2]):
-            places.append(places[-1] + APART + z)
-        return row_of_bodies(places, "spring")
 
 
 def crawler(bodies: int) -> Any:

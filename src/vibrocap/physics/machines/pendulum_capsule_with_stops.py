@@ -5,16 +5,10 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.elementary import cos, sin
-from vibrocap.physics.machines.machine import Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Positive, parameter, parameters
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.physics.machines.stops import EndOrRestitution
 from vibrocap.physics.mechanics.parts import Stop
-
-# What is drawn, in lengths of the pendulum: the pivot on top of the capsule and a corner beside it; a stop from here to
-# there on a line through the pivot, which the bob touches when its middle is that angle before it.
-PIVOT, CORNER, STOP = 0.5, 0.6, (0.8, 1.2)
-TOUCHING = math.asin(0.15)
 
 
 @parameters
@@ -53,16 +47,3 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         """With the stops."""
         ways = {"gap": self.limit_angle, "back_gap": self.limit_angle}
         return [*super().parts(q), Stop(q.angle, **ways, restitution=self.restitution)]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """With the stops, each on an arm from a corner of the capsule: the bob touches them at the limit angle."""
-        stops = (_stop(y[2], side, self.limit_angle) for side in (1.0, -1.0))
-        return *super().scene(t, y), *(shape for stop in stops for shape in stop)
-
-
-def _stop(x, side, limit_angle) -> tuple[Shape, Shape]:
-    """The stop of one side and its arm, of a capsule at x."""
-    angle = limit_angle + TOUCHING
-    ends = tuple((x - side * (distance * sin(angle)), PIVOT + distance * cos(angle)) for distance in STOP)
-    name = "stop behind" if side > 0.0 else "stop in front"
-    return Shape("rod", name, ends), Shape("rod", f"arm of the {name}", ((x - side * CORNER, PIVOT), ends[0]))

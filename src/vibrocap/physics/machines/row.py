@@ -1,29 +1,16 @@
-"""What machines of several bodies in a row share: their parameters, the classes of each number of bodies, pictures."""
+"""What machines of several bodies in a row share: their parameters, and the classes of each number of bodies."""
 
 import functools
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, SIScales, parameter, parameters
 from vibrocap.physics.names import numbered
 
-APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
 WORDS = (
     "two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen eighteen"
 )
 NUMBERS = dict(enumerate([*WORDS.split(), "nineteen", "twenty"], start=2))
-
-
-def row_of_bodies(places: Sequence[Any], link: Literal["spring", "rod"]) -> tuple[Shape, ...]:
-    """Blocks at places along the ground, joined by what is of the kind `link`, "spring" or "rod"."""
-    found = []
-    for i, x in enumerate(places, start=1):
-        found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
-        found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
-    for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
-        found.append(Shape(link, f"{link} {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
-    return tuple(found)
 
 
 class Numbered(NamedTuple):

@@ -4,7 +4,7 @@ import math
 from typing import Any, ClassVar
 
 from vibrocap.physics.machines.machine import Number, Positive
-from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.machines.row import Numbered, Row, row_of
 from vibrocap.physics.mechanics.parts import Contact, Mass, coordinate
 
 
@@ -57,13 +57,6 @@ class Worm(Row):
         mass, load = self._whole("mass"), self._whole("normal_load")
         short = time / (2.0 * math.pi)
         return load / mass * short * short, load / mass * short
-
-    def scene(self, t, y):
-        """Blocks in a row, with rods as long as the drive makes them."""
-        places = [y[0]]
-        for share in self._all("actuation", self.bodies - 1):
-            places.append(places[-1] + APART + share * self.imposed.value(t))
-        return row_of_bodies(places, "rod")
 
 
 def worm(bodies: int) -> Any:

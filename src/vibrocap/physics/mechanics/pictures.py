@@ -1,13 +1,22 @@
 """The bodies and joints of what a machine is made of, for programs of rigid bodies, and what is drawn of it."""
 
 import dataclasses
+import itertools
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibrocap.physics.bodies import Body, Link, Shape
+from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.mechanics.parts import Damper, Mass, Point, Support, as_sum
 from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, total, written
+
+APART = 5.0  # of the middles of neighbours that would stand in one another, where no gap has opened
+WALL = 2.0  # height from which their springs to a wall hang
+# A stop of a body that turns is from here to there on a line through its pivot, on an arm from beside the pivot; the
+# body touches it when its middle is that angle before it.
+CORNER, STOP, TOUCHING = 0.6, (0.8, 1.2), math.asin(0.15)
 
 
 def mechanism_of(motion: Any) -> tuple | None:
@@ -77,18 +86,44 @@ def fields_of(record: Any) -> tuple:
 
 
 def scene_of(motion: Any) -> tuple[Shape, ...]:
-    """A box for each body that rubs, with the masses that slide in it, discs on rods for those that turn; stops."""
-    return tuple(shape for m in motion.masses for shape in (*_body(motion, m), *_joint_shapes(motion, m)))
+    """A box for each body that rubs, with the masses that slide in it, discs on rods for those that turn; stops.
+
+    Bodies on the ground that would stand in one another stand in a row, joined by springs and imposed distances.
+    """
+    row = _row(motion)
+    own = (shape for m in motion.masses for shape in (*_body(motion, m, row), *_joint_shapes(motion, m, row)))
+    return (*own, *_between(motion, row))
 
 
-def _place(m: Any) -> tuple[Sum, Sum]:
-    """Where a body stands; of one that turns only its angle, as a place."""
-    return (m.along.value, m.height.value) if isinstance(m, Mass) else (m.turn.value, Sum())
+def _row(motion: Any) -> dict[Any, float]:
+    """Bodies that rub on the ground or on a support, each with how far ahead of its place it is drawn."""
+    rubs = (each.body for each in motion.contacts if not isinstance(each.on, Mass))
+    bodies = [*dict.fromkeys(each for each in rubs if isinstance(each, Mass) and not isinstance(each.on, Mass))]
+    places = (body.along.value.terms.items() for body in bodies)
+    still = [[term for term in terms if motion._constant([Sum(dict([term]))])] for terms in places]
+    return {body: APART * still[:i].count(still[i]) for i, body in enumerate(bodies)}
 
 
-def _body(motion: Any, m: Any) -> Iterator[Shape]:
+def _between(motion: Any, row: dict[Any, float]) -> Iterator[Shape]:
+    """What joins bodies of a row: springs, and rods as long as the drive makes them."""
+    links = [("spring", each) for each in motion.stretches.values()] + [("rod", each) for each in motion.imposed]
+    for (a, behind), (b, ahead) in itertools.combinations(row.items(), 2):
+        for kind in dict.fromkeys(kind for kind, path in links if not (path - (b.along - a.along)).moves):
+            ends = _at(a.along.value + (behind + 0.5), 0.25), _at(b.along.value + (ahead - 0.5), 0.25)
+            yield Shape(kind, f"{kind} between {a.name} and {b.name}", ends)
+
+
+def _place(m: Any, row: dict[Any, float]) -> tuple[Sum, Sum]:
+    """Where a body is drawn; of one that turns only its angle, as a place."""
+    base = m
+    while isinstance(base.on, Mass):
+        base = base.on
+    return (m.along.value + row.get(base, 0.0), m.height.value) if isinstance(m, Mass) else (m.turn.value, Sum())
+
+
+def _body(motion: Any, m: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """A box with its contact, large enough for what is in it or on it; a disc for what does not rub."""
-    (x, z), rubs = _place(m), [each.body for each in motion.contacts]
+    (x, z), rubs = _place(m, row), [each.body for each in motion.contacts]
     carried = [each for each in motion.masses if each.on is m]
     if m not in rubs:
         inside = m.on.name if _slides(m) else ""
@@ -100,17 +135,25 @@ def _body(motion: Any, m: Any) -> Iterator[Shape]:
     yield Shape("contact", name, (_at(x, z),), (width - 0.1, 0.0), m.name)
 
 
-def _joint_shapes(motion: Any, m: Any) -> Iterator[Shape]:
+def _joint_shapes(motion: Any, m: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """The rod and the hinge on which a body turns; or the spring on which it slides, and its stops."""
-    x, z = _place(m)
+    x, z = _place(m, row)
     if isinstance(m.on, Mass) and not _slides(m):
-        pivot = _at(m.on.along.value, m.on.height.value + 0.5)
+        pivot = _at(_place(m.on, row)[0], m.on.height.value + 0.5)
         yield Shape("rod", f"rod of {m.name}", (pivot, _at(x, z + 0.5)))
         yield Shape("hinge", f"pivot of {m.name}", (pivot,))
+        kind, angle = _joint(motion, m) or ("", Quantity(0.0))
+        for stop in motion.stops:
+            if kind == "hinge" and _same(stop.way, angle):
+                yield from _stops_of_hinge(stop, _place(m.on, row)[0], m.on.height.value + 0.5)
         return
-    foot, half, height = (Sum.of(-2.5), 0.5, 0.25) if m.on is None else (m.on.along.value - 0.9, 0.15, 0.4)
+    foot, half, height = (
+        (Sum.of(-2.5), 0.5, 0.25) if m.on is None else (x - m.along.value + m.on.along.value - 0.9, 0.15, 0.4)
+    )
     if any(_same(each, Quantity.of(m.x)) for each in motion.stretches.values()):
         ends = _at(foot, z + height), _at(x - half, z + height)
+        if any(row.values()) and m in row:
+            ends = _at(row[m], WALL), _at(x, z + 2.0 * height)
         yield Shape("spring", f"spring of {m.name}", ends, box=m.on.name if m.on else "")
     for stop in motion.stops:
         if _same(stop.way, Quantity.of(m.x)):
@@ -119,6 +162,16 @@ def _joint_shapes(motion: Any, m: Any) -> Iterator[Shape]:
             for name, end in ends.items():
                 at = x - stop.way.value + end
                 yield Shape("rod", f"stop {name}", (_at(at, z + 0.2), _at(at, z + 0.6)))
+
+
+def _stops_of_hinge(stop: Any, x: Sum, z: Sum) -> Iterator[Shape]:
+    """The stops of a body that turns about x, z, each with its arm."""
+    for side, name, gap in ((1.0, "behind", stop.gap), (-1.0, "in front", stop.back_gap)):
+        if gap is not None:
+            sine, cosine = sin(as_sum(gap) + TOUCHING), cos(as_sum(gap) + TOUCHING)
+            near, far = (_at(x - side * (distance * sine), z + distance * cosine) for distance in STOP)
+            yield Shape("rod", f"stop {name}", (near, far))
+            yield Shape("rod", f"arm of the stop {name}", (_at(x - side * CORNER, z), near))
 
 
 def _slides(m: Any) -> bool:
