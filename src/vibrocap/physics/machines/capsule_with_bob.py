@@ -51,13 +51,7 @@ class PendulumScales(Scales):
 
 
 class CapsuleWithBob(Machine):
-    """What swings or turns about a pivot on a capsule: a bob at the distance 1, under a torque P (Liu et al. 2019).
-
-    With B = lambda + 1 - cos^2(theta), theta from upright,
-
-        theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
-        X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
-    """
+    """What swings or turns about a pivot on a capsule: a bob at the distance 1, as in `PendulumCapsule`."""
 
     mass_ratio: Any
     damping: Any

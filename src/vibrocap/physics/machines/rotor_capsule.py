@@ -20,8 +20,8 @@ class RotorCapsule(CapsuleWithBob):
     speed at which nothing of it is left (damping of the bearings adds to nu). So the speed is no input: it follows from
     the motion of the capsule, is not even over a turn, and may be caught at a resonance or stop where T cannot lift the
     mass. A constant drive is a motor that is switched on; theta is the angle from upright, the equations are those of
-    `CapsuleWithBob`. All of them have the period 2 pi in theta: what a motion gains in whole turns leads back to where
-    it was, and their number in a period is its winding number.
+    `PendulumCapsule` under this P. All of them have the period 2 pi in theta: what a motion gains in whole turns leads
+    back to where it was, and their number in a period is its winding number.
 
     Units as of the pendulum capsule, with the eccentric mass and the eccentricity for pendulum's mass and length:
     time in sqrt(l/g). The load is a constant, the weight lambda + 1 by default, or follows the motion ("dynamic").

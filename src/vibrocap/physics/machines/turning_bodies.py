@@ -10,18 +10,16 @@ from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Sp
 class TurningBodies(Machine):
     """What both have in common: a torque as drive, any consistent units, natural sizes from load and inertia."""
 
+    inertias: ClassVar[tuple[str, ...]]  # names of the parameters
     stiffness: Any
     normal_load: Any
     effort: ClassVar = "torque"
     si_scales: ClassVar = SIScales
 
-    def _inertia(self):
-        """That which is told by its size."""
-        raise NotImplementedError
-
     def scales(self, time=1.0):
         """Angle and speed that a torque of the size of the load makes, as of an `Oscillator`."""
-        return oscillation(self._inertia(), self.stiffness, self.normal_load, time) * 2
+        first, second = (getattr(self, name) for name in self.inertias)
+        return oscillation(first + second, self.stiffness, self.normal_load, time) * 2
 
     def effort_scale(self):
         """N."""
@@ -49,10 +47,8 @@ class DrillString(TurningBodies):
     normal_load: Positive = parameter(1.0, "N", "load on the bit, as a torque", "torque")
     name: ClassVar[str] = "drill-string"
     source: ClassVar[str] = "leine1998"
+    inertias: ClassVar = ("disc_inertia", "bit_inertia")
     twist = coordinate("phi", "twist of each string", "rad", count=2)
-
-    def _inertia(self):
-        return self.disc_inertia + self.bit_inertia
 
     def parts(self, q):
         """Table, disc and bit, and the strings between them."""
@@ -86,10 +82,8 @@ class Clutch(TurningBodies):
     name: ClassVar[str] = "clutch"
     source: ClassVar[str] = "pfeiffer1996"
     slip = coordinate("s", "angle of the engine from the vehicle", "rad")
+    inertias: ClassVar = ("engine_inertia", "vehicle_inertia")
     vehicle_angle = coordinate("phi", "angle of the vehicle", "rad")
-
-    def _inertia(self):
-        return self.engine_inertia + self.vehicle_inertia
 
     def parts(self, q):
         """Motor, engine and vehicle."""
