@@ -106,7 +106,8 @@ def _row(motion: Any) -> dict[Any, float]:
 
 def _between(motion: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """What joins bodies of a row: springs, and rods as long as the drive makes them."""
-    links = [("spring", each) for each in motion.stretches.values()] + [("rod", each) for each in motion.imposed]
+    links: list[tuple[Any, Quantity]] = [("spring", each) for each in motion.stretches.values()]
+    links += [("rod", each) for each in motion.imposed]
     for (a, behind), (b, ahead) in itertools.combinations(row.items(), 2):
         for kind in dict.fromkeys(kind for kind, path in links if not (path - (b.along - a.along)).moves):
             ends = _at(a.along.value + (behind + 0.5), 0.25), _at(b.along.value + (ahead - 0.5), 0.25)
