@@ -215,7 +215,7 @@ def test_bristles_come_to_the_paradox(law, mass_ratio, end):
     own, slope = machine.contacts(motion.end, states[:4], system.drive.value(motion.end))[0].reaction
     coefficient, _ = law.force(states[3], states[4:], np.sign(states[3]), 1.0)
     assert own > 0.1
-    assert 0.0 < 1.0 - slope * coefficient < 1e-5
+    assert 0.0 < (mass_ratio + np.sin(states[0]) ** 2) * (1.0 - slope * coefficient) < 1e-5
     assert abs(coefficient) > 2.0 * np.sqrt(mass_ratio * (mass_ratio + 1.0))
 
 
