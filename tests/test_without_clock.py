@@ -159,6 +159,9 @@ def test_what_nothing_drives_has_a_period_of_its_own_for_robustness_and_none_at_
     found = vc.robustness(system, {"machine.stiffness": (0.8, 1.2)}, "period", samples=8)
     assert found.nominal == pytest.approx(vc.orbit(system).period, rel=1e-6)
     assert np.all(np.diff(found.values[np.argsort(found.parameters["machine.stiffness"])]) < 0.0)
+    for lacking in ("peak_velocity", "bristle_loss_2_work"):  # all values would be NaN
+        with pytest.raises(ValueError, match="no motion of this system has it"):
+            vc.robustness(system, {"machine.stiffness": (0.8, 1.2)}, lacking, samples=8)
     rest, cycle = (vc.settling(vc.simulate(each, periods=20)) for each in (RESTS, system))
     assert (rest.settled, rest.period, cycle.settled, cycle.period) == (True, 1, False, None)
 

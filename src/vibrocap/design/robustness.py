@@ -12,6 +12,7 @@ from vibrocap.design.search.goal import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.standard import standard_measures, undefined_measures
 from vibrocap.motion.simulate import initial_state
 from vibrocap.motion.trust import NOT_SETTLED, Trust, residue
 from vibrocap.physics.system import System
@@ -176,6 +177,9 @@ def robustness(
     case = asked_case(system, settle, complaints, seed=(seed, 0))
     system = case.system
     goal, measures = goal_of(system, measure, None, (), complaints, ("measure", "sense"))
+    lacking = measure == goal.measure not in standard_measures(system) or goal.measure in undefined_measures(system)
+    if lacking and not complaints:
+        complaints.add("measure", f"{goal.measure}: no motion of this system has it")
     quantities = uncertain_quantities(system, uncertain, complaints, own=through is not None)
     with complaints.collected():
         check_whole("samples", samples, 8, 2**20)
