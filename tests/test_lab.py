@@ -630,7 +630,9 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     opened = Preset("own", "own", "", case)
     two = dataclasses.replace(case.system, friction=vc.Exponential(), units=None)
     crawl = vc.System(vc.TwoMassCapsule(), vc.Coulomb(), vc.Harmonic())
-    made = bundle(Contents((case.system, two, crawl), (opened,)))
+    shares: list[float] = []
+    made = bundle(Contents((case.system, two, crawl), (opened,)), shares.append)
+    assert shares == [*(i / 8 for i in range(1, 5)), 1.0]  # half of the work is the code of all forms
     (tmp_path / "data.json").write_text(json.dumps(made))
     (tmp_path / "given.json").write_text("null")
     lines = """

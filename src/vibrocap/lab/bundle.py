@@ -126,7 +126,7 @@ def _key(system: System) -> tuple:
 def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dict[str, Any]:
     """The data of a page, for JSON. tell: is called with the share done."""
     forms: list[Form] = []
-    work = len(chosen.forms) + len(chosen.presets)
+    work = 2 * (len(chosen.forms) + len(chosen.presets))  # the code of all forms takes as long as all else
     for i, system in enumerate(chosen.forms):
         forms.append(form_of(system, chosen.tolerance))
         if tell is not None:
@@ -145,6 +145,8 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
             parts.setdefault(name, {}).setdefault(part.name, part_record(part, effort_of(name, system.parts)))
             kinds.setdefault(name, {})[part.name] = part
     code = zlib.compress(browser_module([(form.motion, form.ensemble) for form in forms]), 9)
+    if tell is not None:
+        tell(1.0)
     return {
         "layout": LAYOUT,
         "version": version("vibrocap"),
