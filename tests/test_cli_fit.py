@@ -375,6 +375,9 @@ def test_every_complaint_comes_at_once(folder, capsys):
         ((*STEADY, "--columns", "force=f2"), "f2"),
         ((*STEADY, "--design", "amplitude=0.1:1"), "--design should have 0 < LOW < HIGH of both"),
         ((*STEADY, "--bootstrap", "9"), "--bootstrap: should be a whole number >= 10"),
+        ((*STEADY, "--prior", "mass=95+-1"), "--prior: is for fits without --steady and --spring"),
+        (("--law", "coulomb", "--prior", "mass=95"), "--prior mass=95: should be NAME=MEAN+-DEVIATION"),
+        ((*STEADY, "--terms", "search"), "--terms: search is for --law, without --steady and --spring"),
         ((*STEADY, "--report"), "--report: should be left out without --out"),
         ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
         ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),
@@ -439,6 +442,29 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
 
 
 # --- laws that are driven --------------------------------------------------------------------------------------------
+
+
+def test_what_is_known_beforehand_and_differs_between_records(folder, capsys):
+    law = ("wide.csv", "narrow.csv", "--law", "exponential", "--starts", "1", "--intervals", "covariance", "--json")
+    assert command(*law, "--terms", "offset", "--by-record", "offset", "--prior", "offset=0.001+-0.0001") == OK
+    found = {each["name"]: each for each in json.loads(capsys.readouterr().out)["nuisances"]}
+    # the data alone tell it to some thousandths
+    assert bare(found["offset"]["value"]) == pytest.approx(0.001, abs=2e-4)
+    assert found["offset"]["verdict"] == "as known beforehand: the data say less"
+    assert abs(bare(found["offset[narrow]"]["value"])) < 0.02
+    assert command(*law, "--terms", "search") == OK
+    assert json.loads(capsys.readouterr().out)["terms"]["terms"] == []
+
+
+@pytest.mark.slow
+def test_samples_are_written_for_robust(folder, capsys):
+    pytest.importorskip("emcee")
+    law = ("wide.csv", *STEADY, "--intervals", "covariance", "--posterior", "100", "--out", "new")
+    assert command(*law) == OK
+    record = json.loads((folder / "new" / "posterior.json").read_text(encoding="utf-8"))
+    assert record["law_name"] == "exponential"
+    assert np.shape(record["values"]) == (100, len(record["names"]))
+    assert "of 100 samples" in capsys.readouterr().out
 
 
 def test_the_help_names_every_term():

@@ -3,9 +3,18 @@
 import numpy as np
 import pytest
 
+from vibrocap.arguments import Complaints
+from vibrocap.design.search.uncertainty import sampled, uncertain_quantities
+from vibrocap.identification.experiments.posterior import posterior
+from vibrocap.identification.experiments.term_choice import choose_terms
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.friction.coulomb import Coulomb
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import view
+from vibrocap.quantities.json_text import json_text
 from vibrocap.records.record import Record
 
 LAW = Coulomb(0.3, 0.3)
@@ -118,3 +127,83 @@ def test_a_ripple_is_found_with_its_wavelength():
 def test_what_cannot_be_found_is_refused(settings, message):
     with pytest.raises(ValueError, match=message):
         fit([record("a"), record("b", seed=1)], "coulomb", **QUICK, **settings)
+
+
+# --- what a fit leaves uncertain, as samples -------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    pytest.importorskip("emcee")
+    found = fit(record("a", mass=0.5), "coulomb", terms="mass", priors={"mass": (0.5, 0.001)}, **QUICK)
+    return found, posterior(found, samples=400, seed=3)
+
+
+def test_samples_scatter_as_the_covariance_of_a_linear_fit_says(drawn):
+    found, samples = drawn
+    assert samples.settled
+    for name in ("coulomb_coefficient", "mass"):
+        # of so many independent samples: four standard errors of a mean and of a deviation
+        error, apart = found[name].standard_error, 4.0 / np.sqrt(samples.effective)
+        assert np.mean(samples[name]) == pytest.approx(found[name].value, abs=apart * error)
+        assert np.std(samples[name]) == pytest.approx(error, rel=apart / np.sqrt(2.0))
+    again = posterior(found, samples=400, seed=3)
+    assert np.array_equal(again.values, samples.values)
+
+
+def test_the_bands_are_those_of_the_samples(drawn):
+    found, samples = drawn
+    curve = samples.friction_curve([-1.0, 1.0], load=10.0)
+    assert curve.high[1] - curve.low[1] == pytest.approx(
+        10.0 * 3.92 * found["coulomb_coefficient"].standard_error, rel=0.2
+    )
+    assert curve.middle == pytest.approx(10.0 * found["coulomb_coefficient"].value * np.array([-1.0, 1.0]), rel=0.01)
+    band, force = samples.prediction("a"), found.records[0].measured
+    assert 0.93 < np.mean((band.low < force) & (force < band.high)) < 0.97
+
+
+def test_robustness_takes_the_samples_as_they_are(drawn, tmp_path):
+    _, samples = drawn
+    path = tmp_path / "posterior.json"
+    path.write_text(json_text(view(samples)), encoding="utf-8")
+    system, complaints = System(Oscillator(), Coulomb(0.3, 0.3), Harmonic()), Complaints()
+    shares = np.array([[0.0], [0.5], [1.0]])
+    for each in (samples, f"fit:{path}"):
+        quantities = uncertain_quantities(system, {"friction": each}, complaints)
+        assert not complaints
+        values = sampled(quantities, shares)
+        assert [*values] == ["friction.coulomb_coefficient"]
+        expected = samples["coulomb_coefficient"][[0, 200, 399]]
+        assert values["friction.coulomb_coefficient"] == pytest.approx(expected, rel=1e-12)
+    uncertain_quantities(system, {"machine": samples}, complaints)
+    assert "coulomb" in str(complaints[0])
+
+
+# --- terms by held-out error -----------------------------------------------------------------------------------------
+
+
+def test_a_pair_of_terms_is_chosen_where_each_alone_gains_little():
+    """Under nearly one sine a mass and a spring almost cancel."""
+    time = np.linspace(0.0, 12.0, 1201)
+    place = 0.1 * np.sin(3.0 * time) + 0.004 * np.sin(7.0 * time)
+    velocity = 0.3 * np.cos(3.0 * time) + 0.028 * np.cos(7.0 * time)
+    acceleration = -0.9 * np.sin(3.0 * time) - 0.196 * np.sin(7.0 * time)
+    force = 3.0 * np.sign(velocity) + 2.0 * acceleration + 18.0 * place
+    force = force + 0.05 * np.random.default_rng(5).standard_normal(len(time))
+    made = Record("a", time, force, velocity=velocity, displacement=place, acceleration=acceleration)
+    chosen = choose_terms(made, "coulomb", among=["offset", "mass", "spring", "drag", "delay"], **QUICK)
+    assert {*chosen.terms} == {"mass", "spring"}
+    assert 2.0 in chosen.fit["mass"]
+    assert 18.0 in chosen.fit["spring"]
+
+
+def test_no_term_is_chosen_where_there_is_none():
+    chosen = choose_terms([record("a"), record("b", seed=1)], "coulomb", **QUICK)
+    assert chosen.terms == ()
+    assert chosen.tried[0].gain < 3.5
+    assert "none" in chosen.heading
+
+
+def test_a_ripple_is_chosen_with_what_lies_beside_it():
+    chosen = choose_terms(record("a", offset=0.2, wave=(0.1, 0.013)), "coulomb", **QUICK)
+    assert {*chosen.terms} == {"offset", "friction_ripple"}

@@ -30,6 +30,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
         experiment_design,
     )
     from vibrocap.identification.experiments.match import Match, match
+    from vibrocap.identification.experiments.posterior import Posterior, posterior
+    from vibrocap.identification.experiments.term_choice import TermChoice, choose_terms
     from vibrocap.identification.fitting.fit import fit
     from vibrocap.identification.fitting.spring_fit import spring_fit
     from vibrocap.identification.fitting.steady_fit import steady_fit
@@ -287,7 +289,17 @@ __all__ += ["calibrate", "Calibration", "CalibratedParameter", "fit_motion", "Mo
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
-__all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]
+__all__ += [
+    "posterior",
+    "Posterior",
+    "choose_terms",
+    "TermChoice",
+    "match",
+    "Match",
+    "experiment_design",
+    "ExperimentDesign",
+    "candidate_motions",
+]
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]

@@ -12,18 +12,19 @@ from vibrocap.cli.command import Drawn, WithParts
 from vibrocap.cli.destinations import needs, own_names
 from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, flag, folder, picture
 from vibrocap.cli.refusal import Refusal, by_option
-from vibrocap.cli.texts import column_names, pairs, range_of, split
+from vibrocap.cli.texts import column_names, pairs, priors, range_of, split
 
 if TYPE_CHECKING:
     from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.records.record import Record
 
 # what a fit writes into --out
-OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png", "report.html")
+OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png", "report.html", "posterior.json")
 OF_LAW = (  # options that say nothing to --machine
     *("fixed", "free", "pendulum", "terms", "by_record", "along"),
     *("least_speed", "loss", "weights", "start", "intervals", "bootstrap", "design"),
 )
+OF_ONE = ("bootstrap", "design", "posterior")  # of a fit of one law
 DRIVEN = ("prior", "by_record", "along")  # of laws that are driven
 RIG = "amplitude=1e-5:1e-2,frequency=0.2:5"
 BOUNDS = "coulomb_coefficient=1:20"
@@ -32,7 +33,6 @@ TERM_NAMES = (
     "adhesion, ripple, friction_ripple"
 )
 ALONG = "NAME=CONDITION, such as viscous_damping=temperature_C"
-PRIOR = "NAME=MEAN+-DEVIATION, such as mass=95+-1"
 PENDULUM = "written as mass=0.5,length=0.3"
 
 
@@ -108,18 +108,14 @@ class FitRequest(WithParts, Drawn):
     ] = None
     terms: Annotated[
         list[str] | None,
-        Option("TERM,TERM,... that the sensor measures too: " + TERM_NAMES),
+        Option("TERM,TERM,... that the sensor measures too, or search: " + TERM_NAMES),
     ] = None
     by_record: Annotated[
         list[str] | None, Option("NAME,NAME,... parameters and terms with a value in each record", advanced=True)
     ] = None
     along: Annotated[
         list[str] | None,
-        Option(
-            "NAME=CONDITION, a parameter or term that changes with a number of its record, or with load; may be "
-            "repeated",
-            advanced=True,
-        ),
+        Option("NAME=CONDITION, what changes with a number of the record, or load; may be repeated", advanced=True),
     ] = None
     prior: Annotated[
         list[str] | None,
@@ -186,23 +182,25 @@ class FitRequest(WithParts, Drawn):
             advanced=True,
         ),
     ] = None
+    posterior: Annotated[
+        int | None,
+        Option(
+            "samples of all parameters jointly; with --out posterior.json, which robust takes (needs emcee)",
+            check=lambda name, value: check_whole(name, value, 100),
+            advanced=True,
+        ),
+    ] = None
     starts: Annotated[int, Option("searches from different starting points", advanced=True)] = 8
     seed: Seed = 0
-
-    def priors(self, complaints: Complaints) -> dict[str, tuple[float, float]]:
-        """What is known beforehand, by name: (mean, standard deviation)."""
-        found = {}
-        for name, text in pairs("prior", split(self.prior), complaints, PRIOR).items():
-            mean, _, deviation = text.replace("\N{PLUS-MINUS SIGN}", "+-").partition("+-")
-            try:
-                found[name] = float(mean), float(deviation)
-            except ValueError:
-                complaints.add(f"--prior {name}={text}", f"should be {PRIOR}")
-        return found
 
     def changed(self, name: str) -> bool:
         """Whether an option is not its default."""
         return getattr(self, name) != type(self).__dataclass_fields__[name].default
+
+    @property
+    def searches_terms(self) -> bool:
+        """Whether terms are chosen by held-out error."""
+        return split(self.terms) == ["search"]
 
     @property
     def laws(self) -> list[str]:
@@ -225,12 +223,14 @@ class FitRequest(WithParts, Drawn):
             wrong.append(f"{others[0]}: is for --law; with --machine give what is unknown by --over")
         elif self.machine is None and bool(self.law) == bool(self.compare):
             wrong.append("--law: give one law, or several with --compare, or a case with --machine")
-        if self.compare and (self.bootstrap or self.design):
-            wrong.append(f"{'--bootstrap' if self.bootstrap else '--design'}: is for --law, not for --compare")
+        if self.compare and (others := [each for each in OF_ONE if self.changed(each)]):
+            wrong.append(f"{flag(others[0])}: is for --law, not for --compare")
         if self.compare and self.steady:
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
         if (self.steady or self.spring) and (others := [each for each in DRIVEN if self.changed(each)]):
             wrong.append(f"{flag(others[0])}: is for fits without --steady and --spring")
+        if self.searches_terms and (self.compare or self.steady or self.spring):
+            wrong.append("--terms: search is for --law, without --steady and --spring")
         if self.spring and self.terms:
             wrong.append("--terms: are for fits without --spring")
         other = self.compare or self.steady
@@ -254,21 +254,21 @@ class FitRequest(WithParts, Drawn):
         }
         settings |= {"starts": self.starts, "seed": self.seed} | self.given("intervals")
         if self.prior:
-            settings["priors"] = self.priors(wrong)
+            settings["priors"] = priors(self.prior, wrong)
         if self.spring is not None:
             settings |= {"machine_stiffness": stiffness}
         else:
             settings |= {"held_out": hidden, "weights": self.weights, "terms": split(self.terms)}
             own = ("least_speed",) if self.steady else ("start",)
             settings |= {name: getattr(self, name) for name in own}
-            if self.by_record:
-                settings["by_record"] = split(self.by_record)
-            if self.along:
-                settings["along"] = pairs("along", split(self.along), wrong, ALONG)
+            settings |= {"by_record": split(self.by_record)} if self.by_record else {}
+            settings |= {"along": pairs("along", split(self.along), wrong, ALONG)} if self.along else {}
         return FitPlan(records, settings, scales, doubts), wrong
 
     def plan(self, refused: Complaints) -> None:
         """Everything that is wrong with records, parameters and files."""
+        if self.posterior:
+            needs("--posterior", "emcee")
         if self.report:
             needs("--report", "matplotlib")
         refused += self.plan_and_complaints[1]

@@ -38,6 +38,18 @@ def checked_pairs(option: str, texts: "list[str] | None", wanted: str) -> dict[s
     return found
 
 
+def priors(texts: "list[str] | None", complaints: Complaints) -> dict[str, tuple[float, float]]:
+    """What is known beforehand, by name: (mean, standard deviation)."""
+    found, wanted = {}, "NAME=MEAN+-DEVIATION, such as mass=95+-1"
+    for name, text in pairs("prior", split(texts), complaints, wanted).items():
+        mean, _, deviation = text.replace("\N{PLUS-MINUS SIGN}", "+-").partition("+-")
+        try:
+            found[name] = float(mean), float(deviation)
+        except ValueError:
+            complaints.add(f"--prior {name}={text}", f"should be {wanted}")
+    return found
+
+
 def changes(
     set_: "list[str] | None", initial: "list[str] | None", complaints: Complaints
 ) -> dict[str, tuple[str, Any]]:

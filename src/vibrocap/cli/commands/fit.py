@@ -17,11 +17,12 @@ from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.design.calibration.motion_fit import MotionFit
+    from vibrocap.identification.experiments.posterior import Posterior
     from vibrocap.identification.result.fit_result import Chapter, Fit
     from vibrocap.records.record import Record
 
 # what a case fitted to records writes into --out, and the columns of its table
-FILES = ("motion-fit.json", "fitted.toml", "predicted.csv", "predicted.png", "report.html")
+FILES = ("motion-fit.json", "fitted.toml", "predicted.csv", "predicted.png", "report.html", "posterior.json")
 COLUMNS = ("record", "held_out", "time", "measured", "predicted", "band")
 
 
@@ -60,10 +61,19 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
     from vibrocap.identification.fitting.steady_fit import steady_fit
 
     method = spring_fit if request.spring is not None else steady_fit if request.steady else driven_fit
+    choice = None
+    if request.searches_terms:
+        from vibrocap.identification.experiments.term_choice import choose_terms
+
+        choice = choose_terms(records, request.laws[0], **{k: v for k, v in settings.items() if k != "terms"})
+        settings = settings | {"terms": choice.terms}
     found = method(records, request.laws[0], **settings)
     if not found.ok:
         return Answer(found, incomplete=f"No fit of {request.laws[0]}: {found.status}.")
     record, more = _further(request, found)
+    if choice is not None:
+        record["terms"] = choice
+        more.append(choice.chapter)
     written = _write(found, request.out, scales, request, more) if request.out is not None else []
     text = "\n".join([found.summary(), *("\n" + "\n".join(each.lines()) for each in more)])
     return Answer(record, text, found, written=tuple(("Written:", path) for path in written))
@@ -77,6 +87,9 @@ def _further(request: FitRequest, found: "Fit") -> "tuple[Any, list[Chapter]]":
 
         record["bootstrap"] = scattered = bootstrap(found, replicates=request.bootstrap, seed=request.seed)
         more.append(scattered.chapter)
+    if request.posterior is not None:
+        record["posterior"] = drawn = _drawn(found, request)
+        more.append(drawn.chapter)
     if request.design is not None:
         from vibrocap.identification.experiments.experiment_design import candidate_motions, experiment_design
 
@@ -84,6 +97,16 @@ def _further(request: FitRequest, found: "Fit") -> "tuple[Any, list[Chapter]]":
         record["design"] = design = experiment_design(found, motions)
         more.append(design.chapter)
     return record, more
+
+
+def _drawn(found: "Fit | MotionFit", request: FitRequest) -> "Posterior":
+    """Samples of what a fit leaves uncertain, written into --out."""
+    from vibrocap.identification.experiments.posterior import posterior
+
+    drawn = posterior(found, samples=request.posterior or 0, seed=request.seed)
+    if request.out is not None:
+        write_text(made_folder(request.out) / "posterior.json", json_text(view(drawn)) + "\n")
+    return drawn
 
 
 def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
@@ -171,7 +194,12 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
         seed=request.seed,
         progress=report,
     )
-    written = []
+    record: Any = in_si(found)
+    written, facts = [], dict(found.facts)
+    if request.posterior is not None:
+        drawn = _drawn(found, request)
+        record["posterior"] = view(drawn)
+        facts |= {f"{name} (95 % of samples)": text for name, text in drawn.facts.items()}
     if request.out is not None:
         folder = made_folder(request.out)
         written.append(write_text(folder / FILES[0], json_text(in_si(found)) + "\n"))
@@ -184,9 +212,9 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
 
     def text(page: Page) -> None:
         page.say(f"{found.heading}, by {request.machine}", style="bold")
-        page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
+        page.rows(list(facts.items()), 2 + max(map(len, facts)))
 
-    return Answer(in_si(found), text, found, written=tuple(("Written:", path) for path in written))
+    return Answer(record, text, found, written=tuple(("Written:", path) for path in written))
 
 
 def _rows(found: "MotionFit") -> Any:

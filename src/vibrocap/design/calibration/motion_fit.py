@@ -15,6 +15,7 @@ from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.design.calibration.calibration import CalibratedParameter
+from vibrocap.design.calibration.motion_source import MotionSource, Unseen
 from vibrocap.design.calibration.record_model import (
     RecordModel,
     courses,
@@ -62,7 +63,7 @@ class MotionFit(Result):
     starts: initial states by record, of the case without units
     not_trusted: why the motion of a record is not to be trusted, by the record's name: it does not reach the end of the
         record, or is not certified. Nothing is said of its errors then, and of no parameter if it was fitted
-    converged: whether the search has settled
+    converged: whether the search has settled; problem: what `posterior` samples, None where motions are not trusted
     """
 
     system: System
@@ -83,6 +84,7 @@ class MotionFit(Result):
     starts: dict[str, ByName]
     not_trusted: dict[str, str]
     converged: bool
+    problem: MotionSource | None = dataclasses.field(default=None, repr=False)
 
     rows = "parameters"
     in_record = "predict parameters correlation records noise_ratio growth pulls not_trusted converged"
@@ -265,6 +267,7 @@ def _found(
         pulls=pulls,
         not_trusted={name: why for name, why in reasons.items() if why},
         converged=converged,
+        problem=None if doubt is Verdict.UNTRUSTED else MotionSource(model, point, spread, deviation),
     )
     for k in range(len(model.courses)):
         rows = slice(sum(counts[:k]), sum(counts[: k + 1]))
@@ -377,11 +380,14 @@ def _predict(
     errors, slopes = model.errors(point, (whole,)), model.slopes(point, (whole,))
     first = slopes[: begun[0]]
     base = inverse(first[:, place].T @ first[:, place])
-    total = slopes[:, :many] - slopes[:, place] @ (base @ first[:, place].T @ first[:, :many])
-    tau = correlation_time(errors[: begun[0]])
+    follows = -base @ first[:, place].T @ first[:, :many]
+    total = slopes[:, :many] + slopes[:, place] @ follows
+    own = base * deviation**2 * correlation_time(errors[: begun[0]])
+    if found.problem:
+        found.problem.unseen[model.courses[0].name] = Unseen(model, point, follows, own, begun[0])
     joint = np.zeros((len(point), len(point)))
     joint[:many, :many] = covariance
-    joint[np.ix_(place, place)] = base * deviation**2 * tau
+    joint[np.ix_(place, place)] = own
     band = _band(np.hstack((total, slopes[:, place])), joint, deviation)
     if why := model.distrust(0, point):
         found.not_trusted[model.courses[0].name] = why

@@ -11,10 +11,12 @@ is the joint distribution: parameters that the data confuse vary together. It is
 """
 
 import dataclasses
+import hashlib
 import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,6 +27,7 @@ from vibrocap.design.search.goal import twice
 from vibrocap.design.search.variables import FACTOR, factored
 from vibrocap.inputs import read_input
 from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 
@@ -153,6 +156,52 @@ class Uncertain:
         return {path: own.get(path, nominal) * values**power for path, nominal, power in known}
 
 
+@dataclasses.dataclass(frozen=True)
+class Drawn(Uncertain):
+    """The samples of a posterior, all parameters of each together: a share of their number stands for a sample."""
+
+    draws: np.ndarray = dataclasses.field(kw_only=True, compare=False)
+
+    def columns(self, shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
+        """Values by path at shares [n] from 0 to 1."""
+        del own
+        rows = self.draws[np.minimum((shares * len(self.draws)).astype(int), len(self.draws) - 1)]
+        return dict(zip(self.paths, rows.T, strict=True))
+
+
+def _posterior(given: Any) -> Any:
+    """A `Posterior`, given as it is or as "fit:posterior.json"; None where it is none."""
+    if not (isinstance(given, str) and given.startswith(PREFIX)):
+        return given if hasattr(given, "law_name") and hasattr(given, "coordinates") else None
+    try:
+        record = json.loads(read_input(given.removeprefix(PREFIX), LARGEST))
+        values = np.array(record["values"], dtype=float)
+        return SimpleNamespace(names=record["names"], values=values, law_name=record["law_name"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complaint:
+    """The samples of a posterior, of the law in the section `key`, or of a case that was fitted; or what is wrong."""
+    from scipy import stats
+
+    if posterior.law_name and (key not in system.parts or system.parts[key].name != posterior.law_name):
+        return Complaint(key, f"should be the section of the law {posterior.law_name!r}, of which the samples are")
+    known = [info.name for info in parameter_table(system.parts[key])] if posterior.law_name else []
+    paths, columns = [], []
+    for name, column in zip(posterior.names, posterior.values.T, strict=True):
+        if name in known:
+            paths.append(quantity_in_si(f"{key}.{name}", system).path)
+        elif not posterior.law_name and "[" not in name and not name.startswith("drive."):
+            paths.append(name)
+        else:
+            continue  # of the measurement, or a start
+        columns.append(column)
+    draws = np.array(columns).T
+    seen = hashlib.sha256(np.ascontiguousarray(draws).tobytes()).hexdigest()[:16]
+    return Drawn(tuple(paths), stats.uniform(), f"samples {seen}", label=f"posterior of {key}", draws=draws)
+
+
 def uncertain_quantities(
     system: System, given: Any, complaints: Complaints, own: bool = False
 ) -> tuple[Uncertain, ...]:
@@ -178,6 +227,14 @@ def uncertain_quantities(
                 complaints.add(str(key), each)
             else:
                 found.append(each)
+            continue
+        if posterior := _posterior(text):
+            joint = drawn_quantity(system, ",".join(paths), posterior)
+            if isinstance(joint, Complaint):
+                complaints += [joint]
+            else:
+                named += joint.paths
+                found.append(joint)
             continue
         if is_fit(text):
             joint = combinations_of_fit(system, ",".join(paths), text)

@@ -145,12 +145,18 @@ def ripple_lengths(
     """Wavelengths at which the errors of a fit without ripples have most, by the ripple's name."""
     first = [draft.space.begun(chosen.start)]
     end, _ = multistart.drafts(draft, first, starts=settings.starts, loss=Loss(settings.loss), seed=settings.seed)[0]
-    records = record_errors(prediction, finite(prediction.errors(end.u)))
-    error = np.concatenate([each.error for each in records])
-    found = {name: ripple(records, error, [TERMS[f"{name}_sine"].of_friction])[0] for name in names}
+    errors = finite(prediction.errors(end.u))
+    found = {name: strongest_wave(name, prediction, errors) for name in names}
     if none := [name for name, length in found.items() if not length > 0.0]:
         raise ArgumentError("terms", f"{none[0]} needs a path of several waves, sampled many times in each")
     return found
+
+
+def strongest_wave(name: str, prediction: Prediction, errors: np.ndarray) -> float:
+    """Wavelength of a ripple that errors have most of; 0 where the path is too short for any."""
+    records = record_errors(prediction, errors)
+    counted = np.concatenate([each.error[each.counts] for each in records])
+    return ripple(records, counted, [TERMS[f"{name}_sine"].of_friction])[0]
 
 
 def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:

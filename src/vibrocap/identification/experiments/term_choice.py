@@ -1,0 +1,199 @@
+"""Terms of a fit, chosen by the error where it was not fitted: each alone and in pairs, one step after the other."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.identification.fitting.fit import fit, strongest_wave
+from vibrocap.identification.inference.uncertainty import correlation_time, inverse
+from vibrocap.identification.problem.data_scales import data_scales
+from vibrocap.identification.problem.prediction import ADHESION, DELAY, Prediction, nuisances
+from vibrocap.identification.problem.terms import RIPPLES, TERMS, WAVES, checked_terms
+from vibrocap.identification.result.fit_result import Chapter, Fit
+from vibrocap.identification.search.loss import finite
+from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.results import Result
+
+SURE = 3.5  # standard errors of the held-out gain, from which a term is no chance of some fifty tried
+BLOCKS = 5  # stretches of a single record, each held out once
+BEGIN = 0.1  # share of a held-out record that may tell of its start
+MOST = 4  # steps
+
+
+@dataclasses.dataclass(frozen=True)
+class TriedTerms:
+    """Terms that were tried: their held-out error over the deviation of the force, and the gain over none of them, in
+    its standard errors."""
+
+    terms: tuple[str, ...]
+    held_out: float
+    gain: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class TermChoice(Result):
+    """Terms that predict what was not fitted, and the fit with them.
+
+    terms: chosen, in the order of choice; tried: the best of each step, the chosen ones first
+    """
+
+    terms: tuple[str, ...]
+    tried: tuple[TriedTerms, ...]
+    fit: Fit
+
+    in_record = "terms tried"
+
+    @property
+    def heading(self) -> str:
+        return f"terms beside {self.fit.law_name}: {', '.join(self.terms) or 'none'}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        return {", ".join(t.terms): f"held out {t.held_out:.2%}, {t.gain:+.1f} standard errors" for t in self.tried}
+
+    @property
+    def chapter(self) -> Chapter:
+        """What was tried, in words."""
+        return Chapter("terms that were tried", ("held out",), list(self.facts.items()))
+
+
+@shows_progress("Choosing terms")
+def choose_terms(
+    records: Any, law: Any, *, among: Sequence[str] | None = None, progress: Progress = None, **settings: Any
+) -> TermChoice:
+    """The terms, of all that the contact may have or of `among`, that lower the held-out error by more than chance.
+
+    Each record in turn is held out, or each fifth of a single one. A step fits law and terms so far, straightens the
+    prediction there and solves for all parameters together with each further term and each pair, on what is not held
+    out; so gravity is found with inertia where one alone gains nothing. No mass or damping is negative. The step takes
+    the single term or, where that is better beyond chance, the pair with the least error, and then really fits it.
+
+    **settings: of `fit`. Returns a `TermChoice`, whose `fit` has the chosen terms.
+    """
+    report = told(progress) or (lambda _: None)
+    settings = {"intervals": "covariance", **settings}
+    if "terms" in settings:
+        raise ArgumentError("terms", "are chosen here; name the candidates in among")
+    chosen: list[str] = []
+    tried: list[TriedTerms] = []
+    found = fit(records, law, terms=chosen, **settings)
+    for k in range(MOST if found.ok else 0):
+        report(k / MOST)
+        step = _step(found, chosen, among)
+        tried += step[:3] if step else []
+        if not step or not step[0].gain > SURE:
+            break
+        chosen += step[0].terms
+        found = fit(records, found.law, terms=chosen, **settings)
+    return TermChoice(tuple(chosen), tuple(tried), found)
+
+
+def _step(found: Fit, chosen: Sequence[str], among: Sequence[str] | None) -> list[TriedTerms]:
+    """What further terms gain, that to take first."""
+    assert found.problem is not None
+    prediction, u = found.problem.prediction, found.problem.best.u
+    errors = finite(prediction.errors(u))
+    wide, groups = _widened(prediction, errors, chosen, among)
+    if not groups:
+        return []
+    point = wide.space.begun(u)
+    slopes = np.nan_to_num(wide.slopes(point, errors))
+    own = list(range(len(u)))
+    counted = np.concatenate([*wide.counts, np.ones(len(wide.priors), bool)])
+    folds = [(train & counted, test & counted) for train, test in _folds(wide)]
+
+    def held_out(extra: Sequence[int]) -> np.ndarray | None:
+        columns = [*own, *extra]
+        negative, left = False, []
+        for train, test in folds:
+            some = slopes[train][:, columns]
+            change = -inverse(some.T @ some) @ (some.T @ errors[train])
+            moved = point[columns] + change
+            negative |= bool(np.any(moved[len(own) :] < wide.space.low[columns[len(own) :]]))
+            left.append(errors[test] + slopes[test][:, columns] @ change)
+        return None if negative else np.concatenate(left)
+
+    base = held_out([])
+    assert base is not None
+    singles = _tried([(name,) for name in groups], groups, held_out, base)
+    pairs = _tried(list(itertools.combinations(groups, 2)), groups, held_out, base)
+    best = min(singles, key=lambda each: each[0].held_out, default=None)
+    pair = min(pairs, key=lambda each: each[0].held_out, default=None)
+    first = best
+    if pair and pair[0].gain > SURE:
+        sure = best is None or best[0].gain <= SURE or _gain(best[1], pair[1]) > SURE
+        first = pair if sure else best
+    others = sorted((each[0] for each in (*singles, *pairs) if each is not first), key=lambda each: each.held_out)
+    return [first[0], *others] if first else []
+
+
+def _tried(sets: Any, groups: dict[str, list[int]], held_out: Any, base: np.ndarray) -> list[Any]:
+    """(what they gain, held-out errors) of sets of terms that are possible."""
+    found = []
+    for names in sets:
+        left = held_out([column for name in names for column in groups[name]])
+        if left is not None:
+            size = math.sqrt(float(np.mean(left**2)))
+            found.append((TriedTerms(tuple(names), size, _gain(base, left)), left))
+    return found
+
+
+def _gain(before: np.ndarray, after: np.ndarray) -> float:
+    """By how much squared errors are less, in standard errors.
+
+    With before = after + d the gain is 2 after d + d^2, of which noise makes the first part alone; its samples are
+    correlated as the errors are.
+    """
+    change = before - after
+    product = after * change
+    spread = 2.0 * float(np.sqrt(np.mean(product**2)))
+    if not spread > 0.0:
+        return 0.0
+    mean = float(np.mean(before**2 - after**2))
+    return mean / spread * math.sqrt(len(product) / correlation_time(product - np.mean(product)))
+
+
+def _folds(prediction: Prediction) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(rows to fit, rows to judge by) of each fold; priors are always fitted."""
+    ends = np.cumsum([0, *(len(each) for each in prediction.records)])
+    stretches = list(itertools.pairwise(ends.tolist()))
+    begin = BEGIN
+    if len(stretches) == 1:
+        cuts = np.linspace(0, prediction.size, BLOCKS + 1).astype(int).tolist()
+        stretches, begin = list(itertools.pairwise(cuts)), 0.0
+    found = []
+    for low, high in stretches:
+        test = np.zeros(prediction.size + len(prediction.priors), bool)
+        test[low + int(begin * (high - low)) : high] = True
+        found.append((~test, test))
+    return found
+
+
+def _widened(
+    prediction: Prediction, errors: np.ndarray, chosen: Sequence[str], among: Sequence[str] | None
+) -> tuple[Prediction, dict[str, list[int]]]:
+    """The prediction with all further terms at nothing, and the coordinates of each."""
+    records = prediction.records
+    turning = all(each.rotary for each in records)
+    asked = [name for name, term in TERMS.items() if term.wave is None and (turning or not term.turning)]
+    asked += [DELAY, *RIPPLES]
+    loads = np.concatenate([np.atleast_1d(each.load) for each in records])
+    asked += [ADHESION] if np.ptp(loads) > 0.0 else []
+    asked = [name for name in (asked if among is None else checked_terms(among, asked, records)) if name not in chosen]
+    found = {name: strongest_wave(name, prediction, errors) for name in RIPPLES if name in asked}
+    lengths = {name: length for name, length in found.items() if length > 0.0}
+    level = data_scales(records).level
+    more = nuisances(prediction.template, records, terms=asked, start="relaxed", level=level, lengths=lengths)
+    wide = dataclasses.replace(prediction, space=prediction.space.with_more(more))
+    names = wide.space.names
+    groups = {}
+    for name in asked:
+        parts = [f"{name}_{wave}" for wave in WAVES] if name in RIPPLES else [name]
+        if all(part in names for part in parts):
+            groups[name] = [names.index(part) for part in parts]
+    return wide, groups
