@@ -66,7 +66,7 @@ def fit(
         1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
     A law that contains others (`Law.special_cases`) starts from the best of each, too, and one with `bounds` from
     the best without them, so that neither ends in a worse minimum than those.
-    starts: local searches, from points of a scrambled Sobol sequence (seed) around a start made from the data; they are
+    starts: local searches, from random points (seed) around a start made from the data; they are
         drafted on thinned records and the best draft is polished on all samples.
     loss: linear, or soft_l1, huber, cauchy, arctan, which outliers pull less; loss_scale: error from which it bends,
         over the record's unit (by default one and a half robust deviations of a linear draft's errors).

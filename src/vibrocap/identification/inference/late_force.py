@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from vibrocap.identification.inference.diagnosis.errors import roughness
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse, uncertainty
 from vibrocap.identification.problem.prediction import DELAY, Prediction, delay_coordinate
 from vibrocap.identification.search.descent import descent
@@ -115,11 +116,9 @@ def moved_by_noise(prediction: Prediction, best: Minimum, spread: Uncertainty) -
 
 def _roughness(velocity: np.ndarray) -> np.ndarray:
     """What of a velocity is noise: what cubics over nine samples leave; zero where that is rounding."""
-    from scipy.signal import savgol_filter
-
     if len(velocity) < 16:
         return np.zeros_like(velocity)
-    rough = velocity - savgol_filter(velocity, 9, 3)
+    rough = roughness(velocity)
     usual = float(np.median(np.abs(rough))) / 0.6745
     # what a smooth motion with few samples in a period leaves, too, has small sixth differences
     sixth = float(np.median(np.abs(np.diff(velocity, 6)))) / 0.6745 / SIXTH

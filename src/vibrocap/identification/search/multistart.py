@@ -1,7 +1,6 @@
 """Search: the coordinates of least squares, from several starts, drafted on few samples and polished on all."""
 
 import dataclasses
-import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -40,7 +39,7 @@ def search(
     seed: int,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Minimum, tuple[Start, ...]]:
-    """The best minimum from several starts: `first` and the best of a scrambled Sobol sequence around the last of them.
+    """The best minimum from several starts: `first` and the best of random points around the last of them.
 
     Drafts run on `draft` (the same law and coordinates, fewer samples); the best is polished on `prediction`. So are
     those that began at `also`, the ends of simpler fits, unless they came to the same: what such a fit reaches is never
@@ -124,14 +123,8 @@ def _valley(best: Minimum, j: int) -> np.ndarray:
 
 def _promising(draft: Prediction, centre: np.ndarray, count: int, loss: Loss, seed: int) -> list[np.ndarray]:
     """The best `count` of many points around a centre, not too near to each other."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
     spread = np.array([each.spread for each in draft.space.coordinates])
-    with warnings.catch_warnings():  # a number that is no power of two balances the sequence less well, no more
-        warnings.simplefilter("ignore")
-        points = qmc.Sobol(len(centre), rng=seed).random(max(64, SCREENED * count))
-    normal = ndtri(np.clip(points, 1e-6, 1 - 1e-6))
+    normal = np.random.default_rng(seed).normal(size=(max(64, SCREENED * count), len(centre)))
     table = np.clip(centre + spread * normal, draft.space.low, draft.space.high)
     costs = loss.cost(finite(draft.error_table(table)))
     order = np.argsort(costs, kind="stable")

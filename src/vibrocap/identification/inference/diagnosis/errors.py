@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 REST = 1e-3  # of the typical speed
+WINDOW = 9  # samples over which what is smooth is a cubic
 LARGEST, BESIDE = 25_000, 20  # samples in which patterns are looked for, and on either side of a turn
 
 
@@ -46,6 +47,14 @@ class RecordErrors:
         side = self.side
         last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
         return np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
+
+
+def roughness(values: np.ndarray) -> np.ndarray:
+    """What cubics over WINDOW samples leave of values [n] (Savitzky and Golay 1964)."""
+    powers, half = np.vander(np.linspace(-1.0, 1.0, WINDOW), 4), WINDOW // 2
+    left = np.eye(WINDOW) - powers @ np.linalg.pinv(powers)  # of each sample of a window
+    middle = np.convolve(values, left[half], "valid")
+    return np.concatenate((left[:half] @ values[:WINDOW], middle, left[half + 1 :] @ values[-WINDOW:]))
 
 
 def sampled(records: Sequence[RecordErrors]) -> list[RecordErrors]:

@@ -8,13 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level
+from vibrocap.identification.inference.diagnosis.errors import WINDOW, Cause, RecordErrors, noise_level, roughness
 
 PILED, PILES, FEWEST = 5.0, 0.05, 6  # times as many samples on the limit as below it; width over noise; least number
 BEYOND = 4.0  # noises below a limit up to which a predicted force counts as cut by it
 WHOLE, LEVELS = 0.01, 6  # of a step, by which a multiple of it may be off; least number of levels
 EFFECT = 0.02  # of the squared errors, from which on a resolution matters
-WINDOW = 9  # samples over which a smooth force is a cubic
 FAR_OUT, NEAR, LONELY, AROUND = 7.0, 3, 2, 20  # noises; samples on both sides; least number; samples about a reversal
 
 
@@ -128,11 +127,10 @@ def _squared_slope(column: np.ndarray, force: np.ndarray, step: float) -> float:
 def _rough(record: RecordErrors) -> float:
     """Mean square of what is not smooth in the prediction, away from reversals."""
     from scipy.ndimage import maximum_filter1d
-    from scipy.signal import savgol_filter
 
     if len(record.predicted) < 2 * WINDOW:
         return 0.0
-    rough = record.predicted - savgol_filter(record.predicted, WINDOW, 3)
+    rough = roughness(record.predicted)
     away = maximum_filter1d(record.turned.astype(np.uint8), 2 * AROUND + 1) == 0
     return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
 

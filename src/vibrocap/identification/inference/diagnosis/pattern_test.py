@@ -120,9 +120,8 @@ def filtered(columns: np.ndarray, model: np.ndarray, cuts: Sequence[int]) -> np.
     """Columns [n, k] less what the model says of each sample, record by record."""
     if not len(model) or not columns.shape[1]:
         return columns
-    from scipy.signal import lfilter
-
-    taps = np.concatenate(([1.0], -model))
-    return np.concatenate(
-        [lfilter(taps, 1.0, each, axis=0)[min(len(model), len(each) // 2) :] for each in np.split(columns, cuts)]
-    )
+    less, found = np.concatenate(([1.0], -model)), []
+    for each in np.split(columns, cuts):
+        left = np.transpose([np.convolve(column, less)[: len(each)] for column in each.T])
+        found.append(left[min(len(model), len(each) // 2) :])
+    return np.concatenate(found)
