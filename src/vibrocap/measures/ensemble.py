@@ -173,8 +173,7 @@ def _measured(
     if budget.threshold > 0.0 and not recording.timed:
         budget = dataclasses.replace(budget, returns=True, asked=budget.asked | numerics.codes.ASK_EXTREMES)
     results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
-    quantities = [recording.period, *recording.scales]
-    period, *scales = evaluated(quantities, 0.0, states.T, 1.0, parameters.T, (runs,))
+    period, *scales = evaluated([recording.period, *recording.scales], 0.0, states.T, 1.0, parameters.T, (runs,))
     status = STATUS_CODES[results.status]
     finished = status == FINISHED
     sizes = np.column_stack(scales)

@@ -365,8 +365,8 @@ class Certifier:
         """whole: False: without what is held to no bound, which a second run tells."""
         if not whole:
             return certificate(motion, self.recorded, None, COMPANION)
-        own, order = self.budget, series_order(motion.tolerance)  # of the same kernel
+        own = self.budget
         more = dataclasses.replace(own, tolerance=COMPANION * own.tolerance, max_steps=MORE_STEPS * own.max_steps)
-        start = dict(motion.initial)
-        tighter = _run(motion.system, start, more, phase=motion.start_phase, keep_pieces=False, order=order)
+        how = {"phase": motion.start_phase, "keep_pieces": False, "order": series_order(motion.tolerance)}
+        tighter = _run(motion.system, dict(motion.initial), more, **how)  # of the same kernel
         return certificate(motion, self.recorded, tighter, COMPANION)

@@ -1,7 +1,7 @@
 """A steady motion: `Orbit`, and the two ways to it, `orbit` by simulation and `shoot` from a state near it."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -34,18 +34,25 @@ def in_continuum(map_: StroboscopicMap, found: PeriodicSolution) -> bool:
     """
     if not found.closes or np.all(np.abs(found.multipliers - 1.0) > CLOSE_TO_CIRCLE):
         return False
-    moving, state = map_.smooth_states, state_vector(found.system, found.state)
-    row = map_.parameters()
-    sizes = map_.scales(row)
-    slope = found.derivative[np.ix_(moving, moving)] * sizes[moving] / sizes[moving, None]
-    values, vectors = np.linalg.eig(slope)
-    along = np.real(vectors[:, int(np.argmin(np.abs(values - 1.0)))])
-    push = np.zeros(len(state))
-    push[moving] = PUSH * sizes[moving] * along / np.max(np.abs(along))
-    starts = state + np.stack([push, -push])
+    moving, row = map_.smooth_states, map_.parameters()
+    push, _, _ = _push(map_, found, lambda values: -np.abs(values - 1.0))
+    starts = state_vector(found.system, found.state) + np.stack([push, -push])
     images = map_.images(starts, np.tile(row, (2, 1)), found.response_period)
-    away = np.max(np.abs(map_.away(images.state, starts)[:, moving]) / sizes[moving], axis=1)
+    away = np.max(np.abs(map_.away(images.state, starts)[:, moving]) / map_.scales(row)[moving], axis=1)
     return bool(np.any(images.finished & (away <= CLOSED * found.tolerance)))
+
+
+def _push(
+    map_: StroboscopicMap, found: PeriodicSolution, rank: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """(push [states] along the eigenvector of the multiplier that ranks highest, all eigenvectors, number of that)."""
+    moving, push = map_.smooth_states, np.zeros(map_.states)
+    size = map_.scales(map_.parameters())[moving]
+    values, right = np.linalg.eig(found.derivative[np.ix_(moving, moving)] * size / size[:, None])
+    chosen = int(np.argmax(rank(values)))
+    along = np.real(right[:, chosen])
+    push[moving] = PUSH * size * along / np.max(np.abs(along))
+    return push, right, chosen
 
 
 PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
@@ -233,13 +240,7 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
         )
     map_ = driven_map(orbit.system, orbit.tolerance)
     state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states
-    size = sizes[moving]
-    slope = orbit.derivative[np.ix_(moving, moving)] * size / size[:, None]
-    values, right = np.linalg.eig(slope)
-    most = int(np.argmax(np.abs(values)))
-    push = np.zeros(len(state))
-    along = np.real(right[:, most])
-    push[moving] = PUSH * size * along / np.max(np.abs(along))
+    push, right, most = _push(map_, orbit, np.abs)
     if towards is not None:
         left, away = np.real(np.linalg.inv(right)[most]), (map_.away(towards, state) / sizes)[moving]
         push *= -1.0 if (left @ away) * (left @ (push / sizes)[moving]) < 0.0 else 1.0

@@ -214,11 +214,11 @@ class ClosingMap(Residual):
         options = self.tolerance, self.mirrored, self.map.plain
         return ClosingMap(self.system, self.path, self.between, response_period, half, *options)
 
-    def tangents_and_neighbours(self, x: np.ndarray, state: np.ndarray, nudge: float) -> tuple[np.ndarray, np.ndarray]:
+    def tangents_and_neighbours(self, x: np.ndarray, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(parameters, starts) of m + 2 runs: with the tangent along each unknown, and two beside in the parameter."""
         m, n = len(self.unknowns), self.map.states
         rows = np.tile(self.row_at(x), (m + 2, 1))
-        rows[m:, self.index] += (nudge, -nudge)
+        rows[m:, self.index] += self.nudge * (self.between[1] - self.between[0]) * np.array((1.0, -1.0))
         start = np.zeros((m + 2, 2 * n))
         start[:, :n] = state
         free = self.map.free(state[None], rows[:1])[0]
@@ -228,7 +228,7 @@ class ClosingMap(Residual):
     def attempt(self, x: np.ndarray, like: OrbitClosing | None = None) -> OrbitClosing:
         map_, m, n = self.map, len(self.unknowns), self.map.states
         state = self.state(x, like)
-        rows, start = self.tangents_and_neighbours(x, state, self.nudge * (self.between[1] - self.between[0]))
+        rows, start = self.tangents_and_neighbours(x, state)
         lengths = self.lengths(x, rows)
         budget = Budget(1, self.tolerance, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_MODES, evidence=1)
         recording = variational_equations(map_.equations)
@@ -242,7 +242,6 @@ class ClosingMap(Residual):
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        at_rest = self.resting & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
         turned = whole_turns(self.system, ends[0, :n] - state)
@@ -254,7 +253,7 @@ class ClosingMap(Residual):
             mismatch=image[0] - x[:m] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
             slope=nudged_slope(image[0], image[m], image[m + 1], alike, self.nudge, near),
-            at_rest=at_rest,
+            at_rest=self.resting & (image[0] == 0.0),
             finished=bool(np.all(ended.finished)) and possible,
             mode_sequence=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
@@ -268,9 +267,8 @@ class ClosingMap(Residual):
 
     def lifts_off(self, ended: RunResults) -> bool:
         """Whether a run ended as a contact lost its load."""
-        kinds = [BOUNDS[kind] for kind in self.map.equations.bound_kinds]
-        bound = [codes.BEYOND_BOUND + i for i, kind in enumerate(kinds) if kind == LIFT_OFF]
-        return any(status in bound for status in ended.status.tolist())
+        kinds = enumerate(self.map.equations.bound_kinds, codes.BEYOND_BOUND)
+        return any(BOUNDS[kind] == LIFT_OFF and bool(np.any(ended.status == code)) for code, kind in kinds)
 
     def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""

@@ -206,8 +206,7 @@ class StroboscopicMap:
         runs, n = states.shape
         if tangents and self.stiff:
             return self._with_differences(states, parameters, periods, mark_distance)
-        evidence = periods if tangents else 0
-        budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=evidence)
+        budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods if tangents else 0)
         recording, each = self.equations, 1
         start, scales = states, np.ones((runs, n))
         if tangents:
