@@ -43,6 +43,8 @@ def crowded(figure):
             pairs += [("a legend", f"over the data of {ax.get_title(loc='left')}")] * bool(inside)
         for axis in (ax.xaxis, ax.yaxis):
             numbers = [tick.label1 for tick in axis._update_ticks() if tick.label1.get_visible()]
+            room = [number.get_window_extent().padded(3) for number in numbers if number.get_text()]  # 0.7 points
+            pairs += [("numbers touch", axis.label.get_text()) for a, b in itertools.pairwise(room) if a.overlaps(b)]
             if len(numbers) == 1 and numbers[0].get_text():
                 pairs += [("one number", ax.get_title(loc="left") or axis.label.get_text())]
     edge = figure.bbox.padded(1.0)

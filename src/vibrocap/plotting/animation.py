@@ -20,6 +20,7 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.transforms import Affine2D, Transform
 
 from vibrocap.files import replacing
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.physics.names import number_in, numbered
@@ -40,6 +41,8 @@ MOST_NAMED = 3  # contacts whose modes are said in words
 WIDTH_OVER_HEIGHT = 16 / 9
 MOST_MARKS = 20  # numbers on the ground, roughly, on either side of the middle
 BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
+USUAL = 4.0  # half of the width that is seen; where it is more, room, ticks and arrows are so many times larger
+EDGE = 0.94  # of that half: beyond, a number of the ground would be cut off
 OUTLINE = "#303030"
 COILS, WINDING = 8, 0.09  # of a drawn spring, and half of its width
 ARROW, SHORT, HEAD = 0.62, 0.15, 14.0  # length of the largest load; below SHORT the head of the arrow shrinks, too
@@ -112,8 +115,6 @@ class Scene:
         self.sides = [_shown_side(motion, times, contact) for contact in contacts_of(motion)]
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
         self.loads = {number_in(name, "reaction"): motion.at(times, name) for name in loads_of(motion)}
-        if self.loads:
-            self.load_size = ARROW / max(*(float(np.abs(load).max()) for load in self.loads.values()), 1e-300)
         self.shapes = moving_shapes(motion, times)
         environment = motion.system.environment
         self.slope = 0.0 if environment is None else float(environment.inclination)
@@ -138,10 +139,12 @@ class Scene:
             half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
             low = min(low, float(each.points[:, 1].min()) - tall)
             high = max(high, float(each.points[:, 1].max()) + tall)
-        low = low - BELOW if not self.loads else min(low - BELOW, LOADED)
+        self.size = max(1.0, half / USUAL)
+        low, high = low - BELOW * self.size, high + ABOVE * self.size
+        low = low if not self.loads else min(low, LOADED * self.size)
         turned = Affine2D().rotate(self.slope).transform([(x, y) for x in (-half, half) for y in (low, high)])
         (_, self.low), (right, high) = turned.min(axis=0), turned.max(axis=0)
-        self.half = max(right + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
+        self.half = max(right + BESIDE * self.size, (high - self.low) * WIDTH_OVER_HEIGHT / 2)
         self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
         self.reach = math.hypot(self.half, max(self.high, -self.low))  # how far ground is to be seen
 
@@ -155,15 +158,19 @@ class Scene:
         self.step = 10.0 ** max(0, math.ceil(math.log10(self.reach / MOST_MARKS)))
         whole = np.arange(math.ceil(2 * self.reach / self.step) + 2)  # one more on either side than is seen
         self.marks = np.arange(4 * len(whole)) / 4
-        lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
+        lengths = self.size * np.where(self.marks % 1 == 0, 0.08, 0.04)
         depths = np.column_stack((np.zeros(len(lengths)), -lengths, np.full(len(lengths), np.nan)))
         self.ticks = self.axes.plot(np.repeat(self.marks, 3), depths.ravel(), color=grey, linewidth=1.0, **along)[0]
         look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "color": grey, "clip_on": True, **along}
-        self.numbers = [self.axes.text(0, -0.1, "", **look) for _ in whole]
-        self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none", **along)[0]
+        self.numbers = [self.axes.text(0, -0.1 * self.size, "", **look) for _ in whole]
+        self.flag = self.axes.plot(
+            [0], [-0.05 * self.size], marker="^", markersize=9, color=ORANGE, linestyle="none", **along
+        )[0]
 
     def _arrows(self) -> None:
         """The arrow of each load, on the ground, and what is said of them, below."""
+        largest = max(*(float(np.abs(load).max()) for load in self.loads.values()), 1e-300)
+        self.load_size = ARROW * self.size / largest
         self.load_words = self.axes.text(-0.97 * self.half, self.low + 0.03 * self.half, "", va="bottom", fontsize=10)
         look: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 2.4, "shrinkA": 0, "shrinkB": 0, "zorder": 7}
         self.arrows = {contact: FancyArrowPatch((0, 0), (0, 0), **look) for contact in self.loads}
@@ -180,7 +187,8 @@ class Scene:
         unit = "the units of the parameters" if type(system.machine).gravity is None else "$l$"
         slope = f"; ground inclined by {math.degrees(self.slope):.3g}°" if self.slope else ""
         words = f"lengths in {unit if system.units is None else 'm'}; triangle: start of the film{slope}"
-        self.axes.text(side, self.low + 0.02, words, ha="right", fontsize=7.5, color="#555555")
+        self.small_print = self.axes.text(side, self.low + 0.01 * self.half, words, ha="right", va="bottom")
+        self.small_print.set(fontsize=7.5, color="#555555")
 
     def show(self, number: int) -> None:
         """Draw a frame."""
@@ -202,11 +210,13 @@ class Scene:
         under = BARE * self.half if self.loads else -1.0
         for i, label in enumerate(self.numbers):
             mark = first + self.step * i
-            free = all(abs(mark - x) > under for x in feet.values())
+            free = abs(mark - camera) < EDGE * self.half and all(abs(mark - x) > under for x in feet.values())
             label.set(x=mark - camera, text=f"{mark * size:.4g}", visible=free)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
         clock = rf"time $\tau/T$ = {time / self.motion.period:.2f}"
+        if not equations(self.motion.system).timed:
+            clock = rf"time $\tau$ = {time:.2f}"
         if self.motion.system.units is not None:
             clock = f"time $t$ = {time * scale('time', self.motion.system):.2f} s"
         lines = [clock, f"position $X$ = {position * size:+.3f}{unit}"]
@@ -228,7 +238,7 @@ class Scene:
         arrow = self.arrows[contact]
         arrow.set_positions(*ends)
         arrow.set_color(colour)
-        arrow.set_mutation_scale(HEAD * min(1.0, length / SHORT))
+        arrow.set_mutation_scale(HEAD * min(1.0, length / (SHORT * self.size)))
         arrow.set_visible(length > 1e-3)
         system = self.motion.system
         size, unit = scale("reaction", system), "" if system.units is None else " N"

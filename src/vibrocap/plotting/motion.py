@@ -166,12 +166,12 @@ def _phase_plane(x: str, y: str, motion: Trajectory, recent: Stretch, ax: Axes) 
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods" if parts[0][2] != "detail" else "before"))
     with style():
-        shift = _travel(motion, x, recent)
+        shift, place = _relative(motion, x, recent)
         for trace, look, label in parts:
             ax.plot(trace[x] - shift(trace), trace[y], **look, label=label)
         trace = parts[-1][0]
         ax.plot((trace[x] - shift(trace))[-1:], trace[y][-1:], **END, label="end")
-        ax.set(xlabel=_place_label(motion, x, recent), ylabel=label_of(motion, y))
+        ax.set(xlabel=place, ylabel=label_of(motion, y))
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
     return ax
@@ -182,40 +182,27 @@ def _planes_of_all(motion: Trajectory, recent: Stretch, ax: Axes) -> None:
     trace, places = Trace(motion, *recent), places_of(motion)
     for number, (x, y) in enumerate(zip(places, _velocities(motion), strict=True), start=1):
         look = {"color": colour_of(number, len(places)), "linewidth": width_of(number, len(places))}
-        ax.plot(trace[x] - _travel(motion, x, recent)(trace), trace[y], label=f"{number}", **look)
-    ax.set_xlabel(re.sub(r"(?<=\$)([xX])(_1)?", r"\1_i", _place_label(motion, places[0], recent), count=1))
+        shift, label = _relative(motion, x, recent)
+        ax.plot(trace[x] - shift(trace), trace[y], label=f"{number}", **look)
+        ax.set_xlabel(re.sub(r"_\{?\d\}?", "_i", label))
     ax.set_ylabel(with_unit("velocity $v_i$", _velocity(motion), motion.system))
     ax.locator_params(axis="x", nbins=7)
     numbers_above(ax)
 
 
-def _travels(motion: Trajectory, name: str, recent: Stretch) -> bool:
-    """Whether a place is that of what travels, with a period before the end from which its speed is known."""
-    long_enough = recent[1] - motion.start_time >= motion.period
-    return name == place_of(motion) and motion.system.cyclic is not None and long_enough
-
-
-def _travel(motion: Trajectory, name: str, recent: Stretch) -> Callable[[Trace], Any]:
-    """What a place is drawn less of, at the times of a trace: the steady travel, and its mean; 0 of what stays."""
-    if not _travels(motion, name, recent):
-        return lambda trace: 0.0
-    start, end = recent
+def _relative(motion: Trajectory, name: str, recent: Stretch) -> tuple[Callable[[Trace], Any], str]:
+    """(what a quantity is drawn less of, at the times of a trace, and its label): of what travels the steady travel."""
+    system, (start, end) = motion.system, recent
     start = min(start, end - motion.period)
-    ways = motion.at([start, end], name) * scale(name, motion.system)
-    speed = float(np.diff(ways)[0]) / (end - start)
+    if name not in places_of(motion) or system.cyclic is None or start < motion.start_time:
+        return lambda trace: 0.0, label_of(motion, name)
+    speed = float(np.diff(motion.at([start, end], name))[0]) * scale(name, system) / (end - start)
     shown = Trace(motion, *recent)
     origin = float(np.mean(shown[name] - speed * shown.time))
-    return lambda trace: speed * trace.time + origin
-
-
-def _place_label(motion: Trajectory, name: str, recent: Stretch) -> str:
-    """The label of a quantity, of what travels less its steady travel."""
-    if not _travels(motion, name, recent):
-        return label_of(motion, name)
-    words, symbol = ("position", "$X$") if name == "position" else quantity_label(name, motion.system).rsplit(" ", 1)
-    time = r"\tau" if motion.system.units is None else "t"
+    words, symbol = ("position", "$X$") if name == "position" else quantity_label(name, system).rsplit(" ", 1)
+    time = r"\tau" if system.units is None else "t"
     steady = rf"{words} less steady travel {symbol[:-1]} - \langle {symbol[1:-1]}' \rangle\,{time}$"
-    return with_unit(steady, name, motion.system)
+    return lambda trace: speed * trace.time + origin, with_unit(steady, name, system)
 
 
 @in_own_lines
@@ -323,11 +310,8 @@ def _planes(motion: Trajectory) -> list[tuple[str, Draw]]:
         planes += [("Bodies", _planes_of_all)]
     else:
         planes += [(body_of(motion).capitalize(), partial(_phase_plane, *body))]
-    loop: tuple[str, Draw] = (
-        f"Friction, {_words(motion, _recent(motion))}",
-        draw_all_loops if several else _friction_loop,
-    )
-    return [*planes, loop]
+    words = f"Friction, {_words(motion, _recent(motion))}"
+    return [*planes, (words, draw_all_loops if several else _friction_loop)]
 
 
 def _inner(motion: Trajectory) -> list[str]:

@@ -158,9 +158,9 @@ def _thin_out(axis: Axis) -> None:
     locator = axis.get_major_locator()
     if axis.get_scale() != "linear" or not isinstance(locator, MaxNLocator):
         return
-    count = len(_tick_boxes(axis))
+    count, gap = len(_tick_boxes(axis)), GAP / 2 * axis.get_figure(root=True).dpi / 72.0  # type: ignore[union-attr]
     while count > LEAST_TICKS and any(
-        a.padded(GAP / 2).overlaps(b.padded(GAP / 2)) for a, b in itertools.pairwise(_tick_boxes(axis))
+        a.padded(gap).overlaps(b.padded(gap)) for a, b in itertools.pairwise(_tick_boxes(axis))
     ):
         count -= 1
         locator.set_params(nbins=max(count - 1, 1))

@@ -1,5 +1,7 @@
 """Pictures of bifurcation diagrams: the states at the section over the parameter, swept up and down."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -8,14 +10,15 @@ from matplotlib.lines import Line2D
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLUE, VERMILION
-from vibrocap.plotting.look.labels import scale, with_unit
+from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
 from vibrocap.plotting.look.own_lines import in_own_lines
 from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
 from vibrocap.plotting.steady.branches import LINE, fixed_parameters, law_title, parameter_label
 
 WIDTH = 6.2  # inches
 INKS = {"up": BLUE, "down": VERMILION}
-SHIFT = 0.25  # of the step of the parameter, by which the two ways stand apart
+MANY = 2000  # points, of which each is smaller
+LOOKS = {"up": {"markersize": 1.0, "markeredgewidth": 0.0}, "down": {"markersize": 2.0, "markerfacecolor": "none"}}
 
 
 def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> Figure:
@@ -55,16 +58,22 @@ def _widest(found: BifurcationDiagram) -> str:
 
 def _draw(ax: Axes, found: BifurcationDiagram, state: str) -> None:
     along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
-    index, step = found.system.state_names.index(state), np.diff(found.values[:2])[0]
+    index = found.system.state_names.index(state)
+    size = 0.9 if np.count_nonzero(np.isfinite(found.states[..., index])) > MANY else 2.5
     for k, way in enumerate(found.directions):
-        aside = 0.0 if len(found.directions) == 1 else SHIFT * step * (-1.0 if way == "up" else 1.0)
-        x = np.broadcast_to(found.values[:, None] + aside, found.states.shape[1:4])
-        y = found.states[k, ..., index]
-        ax.plot(along * x.ravel(), up * y.ravel(), ".", color=INKS[way], markersize=1.8, rasterized=True)
+        x = np.broadcast_to(found.values[:, None], found.states.shape[1:4])
+        look = _look(way, size)
+        ax.plot(along * x.ravel(), up * found.states[k, ..., index].ravel(), rasterized=True, **look)
     ax.set(title=law_title(found), xlabel=parameter_label(found))  # type: ignore[arg-type]
-    ax.set_ylabel(with_unit(f"{state.replace('_', ' ')} at the section", state, found.system))
+    ax.set_ylabel(with_unit(f"{quantity_label(state, found.system)} at the section", state, found.system))
+
+
+def _look(way: str, size: float) -> dict[str, Any]:
+    """Dots going up, within circles going down: both are seen where they agree."""
+    base = {"color": INKS[way], "marker": "o", "linestyle": "none", "markeredgewidth": 0.5} | LOOKS[way]
+    return base | {"markersize": size * LOOKS[way]["markersize"]}  # type: ignore[operator]
 
 
 def _handles(found: BifurcationDiagram) -> list[Line2D]:
     words = {"up": "parameter going up", "down": "going down"}
-    return [Line2D([], [], color=INKS[way], marker=".", linestyle="none", label=words[way]) for way in found.directions]
+    return [Line2D([], [], label=words[way], **_look(way, 3.0)) for way in found.directions]
