@@ -7,6 +7,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator, MaxNLocator
 
 import vibrocap as vc
 from crowding import crowded, texts_of
@@ -52,6 +53,12 @@ RUBBED = [rubbed("slow", 2.0), rubbed("fast", 9.0)]
 RESULTS = {
     "motion": lambda: vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
     "motion in SI": lambda: vc.read_case(EXAMPLES / "bench-in-si.toml").simulate(),
+    "row of period two": lambda: vc.read_case(EXAMPLES / "three-blocks-shaken-on-a-belt.toml").simulate(),
+    "undriven": lambda: vc.read_case(EXAMPLES / "vibrates-by-mode-coupling.toml").simulate(),
+    "servo": lambda: vc.read_case(EXAMPLES / "hunts-about-its-goal.toml").simulate(),
+    "maps of laws": lambda: vc.sweep(
+        SYSTEM, {"friction.law": ["exponential", "coulomb"]} | AXES, settle=1e-5, periods=60, tolerance=1e-8
+    ),
     "crawler": lambda: vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic()), periods=4),
     "orbit": lambda: vc.orbit(SYSTEM, initial={"angle": 1.0}),
     "branches": lambda: vc.branches(SYSTEM, "drive.amplitude", (1.2, 1.4), initial={"angle": 1.0}),
@@ -79,6 +86,8 @@ RESULTS = {
 KEPT = [
     "motion",
     "motion in SI",
+    "undriven",
+    "maps of laws",
     "crawler",
     "branches",
     "equilibria",
@@ -103,7 +112,14 @@ def test_a_motion_fits_a_column(motion):
     assert crowded(figure) == []
     for part in figure.subfigs:
         assert all(ax.get_window_extent().height > 0.6 * figure.dpi for ax in part.axes)
-    figure.set_figwidth(0.6 * WIDTHS["column"])  # planted: the same figure squeezed is noticed
+    panel = next(ax for ax in figure.findobj(Axes) if ax.get_legend())
+    panel.xaxis.set_major_locator(MaxNLocator(40))  # planted faults are noticed
+    assert "numbers touch" in [each[0] for each in crowded(figure)]
+    panel.xaxis.set_major_locator(FixedLocator([3.0]))
+    assert "one number" in [each[0] for each in crowded(figure)]
+    panel.legend(loc="center")
+    assert ("a legend", f"over the data of {panel.get_title(loc='left')}") in crowded(figure)
+    figure.set_figwidth(0.6 * WIDTHS["column"])
     assert crowded(figure)
 
 
