@@ -38,7 +38,8 @@ PIECES_AT_A_TIME = 10_000  # where many are looked at
 MANY = 100_000  # instants from which on a compiled loop looks at them, whose kernel is made in a tenth of a second
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)  # a piece is short against the way to the nearest singularity
+GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
+gauss = functools.cache(np.polynomial.legendre.leggauss)  # made when asked for: it wakes threads of BLAS
 AT_ONCE = 1e-12  # of a period: so soon after a piece of no length, an event at the end, its drive is asked for
 
 
@@ -316,14 +317,14 @@ class Trajectory(Result):
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of observables: array [integrals, *s.shape]."""
-        names = names or self.integral_names
+        (nodes, weights), names = gauss(GAUSS_NODES), names or self.integral_names
         found = np.empty((len(names), *s.shape))
         for first in range(0, len(s), PIECES_AT_A_TIME):
             block = slice(first, first + PIECES_AT_A_TIME)
             half = 0.5 * s[block, ..., None]
-            points = (half * (1.0 + NODES)).reshape(len(half), -1)
+            points = (half * (1.0 + nodes)).reshape(len(half), -1)
             powers = self.piece_observables(names, index[block], points).reshape(len(names), *half.shape[:-1], -1)
-            found[:, block] = (powers @ WEIGHTS) * half[..., 0]
+            found[:, block] = (powers @ weights) * half[..., 0]
         return found
 
     def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:
