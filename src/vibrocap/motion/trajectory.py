@@ -39,7 +39,7 @@ MANY = 100_000  # instants from which on a compiled loop looks at them, whose ke
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
-gauss = functools.cache(np.polynomial.legendre.leggauss)  # made when asked for: it wakes threads of BLAS
+gauss = functools.cache(np.polynomial.legendre.leggauss)  # made once
 AT_ONCE = 1e-12  # of a period: so soon after a piece of no length, an event at the end, its drive is asked for
 
 
