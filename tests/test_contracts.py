@@ -326,6 +326,7 @@ def test_half_period_symmetry(system):
         assert machine.name in ("linkage-crawler", "bristle-robot", "clutch", "feeder")
         return
     assert odd.mirrored
+    harmonic = 7 if drive.name == "fourier-series" else 1  # the highest: its phase n w t is rounded n times as much
     for draw in draws(SAMPLES):
         t, y, side = system_draw(odd, draw)
         rates = odd.rates(t, y, side)
@@ -333,7 +334,7 @@ def test_half_period_symmetry(system):
         mirrored = odd.rates(t + odd.drive.period / 2, mirror, opposite(side))
         size = 1.0 + max(map(abs, rates))
         for sign, rate, found in zip(odd.symmetry, rates, mirrored, strict=True):
-            assert abs(found - sign * rate) <= 64 * EPSILON * size * (1.0 + t)  # phases are rounded with the time
+            assert abs(found - sign * rate) <= 64 * EPSILON * size * (1.0 + harmonic * t)
 
 
 @each_system
