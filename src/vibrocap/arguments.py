@@ -34,7 +34,7 @@ class Complaint(str):
     def read(text: str) -> str:
         """The complaint of a text "field: ...", whose field is a name or names; any other text as it is."""
         field, colon, rest = text.partition(": ")
-        names = [each.strip() for each in field.split(",")]
+        names = [part.strip() for part in field.split(",")]
         return Complaint(field, rest) if colon and all(map(str.isidentifier, names)) else text
 
     def about(self, field: str) -> "Complaint":
@@ -55,9 +55,9 @@ class Complaints(list[str]):
         try:
             yield
         except ValueError as error:
-            if not (found := getattr(error, "complaints", ())):
+            if not (complaints := getattr(error, "complaints", ())):
                 raise
-            self.extend(found)
+            self.extend(complaints)
 
 
 class ArgumentError(ValueError):
@@ -80,7 +80,7 @@ def suggestion(
     name: object, known: Iterable[object], cutoff: float = 0.6, there_is: str = "there is", last: str = ", "
 ) -> str:
     """The nearest known name, or all of them where none is as near as `cutoff` asks (0: one always is)."""
-    names = [str(each) for each in known]
+    names = [str(name) for name in known]
     near = difflib.get_close_matches(str(name), names, n=1, cutoff=cutoff)
     return f"did you mean {near[0]!r}?" if near else f"{there_is} {listed(names, last) or 'none'}"
 

@@ -38,16 +38,16 @@ def read_own(path: str | Path, most: int) -> bytes:
                 pieces.append(piece)
                 left -= len(piece)
             return b"".join(pieces)
-        found = bytearray()
-        while len(found) < most:
+        content = bytearray()
+        while len(content) < most:
             if not select.select([file], [], [], PATIENCE)[0]:
                 words = f"is a pipe or a device, from which nothing came for {PATIENCE:g} s; give a file"
                 raise TimeoutError(errno.ETIMEDOUT, words, str(path))
-            piece = file.read(min(PIECE, most - len(found)))
+            piece = file.read(min(PIECE, most - len(content)))
             if piece == b"":
                 break
-            found += piece or b""
-        return bytes(found)
+            content += piece or b""
+        return bytes(content)
 
 
 def require_plain_file(path: str | Path) -> None:

@@ -28,11 +28,11 @@ def lazy(public: str, through: str = "") -> Callable[[str], Any]:
         if name not in homes:
             raise AttributeError(f"module {public!r} has no attribute {name!r}")
         home = importlib.import_module(homes[name])
-        found = getattr(home, name) if hasattr(home, name) else importlib.import_module(f"{homes[name]}.{name}")
-        if through and isinstance(found, FunctionType):
+        attribute = getattr(home, name) if hasattr(home, name) else importlib.import_module(f"{homes[name]}.{name}")
+        if through and isinstance(attribute, FunctionType):
             place, _, around = through.partition(":")
-            found = getattr(importlib.import_module(place), around)(found)
-        setattr(module, name, found)
-        return found
+            attribute = getattr(importlib.import_module(place), around)(attribute)
+        setattr(module, name, attribute)
+        return attribute
 
     return asked_for

@@ -16,9 +16,9 @@ def holder(handle: int) -> int | None:
     except (OSError, ValueError):
         return None
     for line in text.splitlines():
-        found = re.match(r"\d+: FLOCK +\w+ +WRITE (\d+) ([0-9a-f]+:[0-9a-f]+):(\d+) ", line)
-        if found and int(found[3]) == status.st_ino and found[2] == device and int(found[1]) > 0:
-            return int(found[1])
+        match = re.match(r"\d+: FLOCK +\w+ +WRITE (\d+) ([0-9a-f]+:[0-9a-f]+):(\d+) ", line)
+        if match and int(match[3]) == status.st_ino and match[2] == device and int(match[1]) > 0:
+            return int(match[1])
     return None
 
 

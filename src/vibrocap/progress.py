@@ -95,8 +95,8 @@ def stage(words: str) -> Iterator[None]:
     try:
         yield
     finally:
-        for each in told:
-            each.enter("")
+        for line in told:
+            line.enter("")
 
 
 Given = ParamSpec("Given")

@@ -25,19 +25,19 @@ class TooMuchMemory(MemoryError):
 
 def available_memory() -> float:
     """Bytes that this process may still take; infinite where the system does not say."""
-    found = [math.inf]
+    memory = [math.inf]
     try:
         with open("/proc/meminfo", encoding="ascii") as file:
             lines = dict(line.split(":", 1) for line in file)
-        found.append(1024.0 * int(lines["MemAvailable"].split()[0]))
+        memory.append(1024.0 * int(lines["MemAvailable"].split()[0]))
     except (OSError, ValueError, KeyError):
         pass
     for limit, use in _GROUPS:
         try:
-            found.append(float(int(Path(limit).read_text()) - int(Path(use).read_text())))
+            memory.append(float(int(Path(limit).read_text()) - int(Path(use).read_text())))
         except (OSError, ValueError):  # "max": there is no limit
             continue
-    return max(0.0, min(found))
+    return max(0.0, min(memory))
 
 
 def check_memory(needed: float, known: float = math.inf) -> None:

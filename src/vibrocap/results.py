@@ -65,7 +65,7 @@ class Result(Dimensional):
     @property
     def facts(self) -> dict[str, str]:
         """What matters most about it: a few words by name."""
-        return {name: text for name, each in view(self).items() if (text := _in_words(name, each))}
+        return {name: text for name, value in view(self).items() if (text := _in_words(name, value))}
 
     def table(self) -> list[dict[str, Any]]:
         """A dictionary for each row."""
@@ -141,7 +141,7 @@ class Rows(tuple[Record, ...]):
 
     def table(self) -> list[dict[str, Any]]:
         """A dictionary for each record; what a record holds by name stands among its own columns."""
-        return [_flat(each) for each in self]
+        return [_flat(row) for row in self]
 
     def to_pandas(self) -> "pandas.DataFrame":
         """As a table, a row for each record, see `vibrocap.to_pandas`."""
@@ -165,11 +165,11 @@ def _titled(name: str, record: Any) -> str:
 
 
 def _flat(record: Any) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for name, seen in view(record).items():
-        for key, each in seen.items() if isinstance(seen, Mapping) else [(name, seen)]:
-            found[key if key not in found else f"{name}_{key}"] = without_unit(each)
-    return found | ({"unit": unit} if isinstance(unit := getattr(record, "unit", None), str) else {})
+        for key, value in seen.items() if isinstance(seen, Mapping) else [(name, seen)]:
+            columns[key if key not in columns else f"{name}_{key}"] = without_unit(value)
+    return columns | ({"unit": unit} if isinstance(unit := getattr(record, "unit", None), str) else {})
 
 
 def _in_words(name: str, seen: Any) -> str:

@@ -34,7 +34,7 @@ def leave_out() -> None:
     for name in NAMED:
         if os.environ.get(name):
             os.environ[name] = os.path.abspath(os.environ[name])
-    if not any(isinstance(each, _Elsewhere) for each in sys.meta_path):
+    if not any(isinstance(finder, _Elsewhere) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Elsewhere())
 
 

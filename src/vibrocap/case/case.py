@@ -159,8 +159,8 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
         case = case_from_dict(data, source)
         if not lacking:
             return case
-    said = {each.field for each in complaints if isinstance(each, Complaint)}
-    complaints += [each for each in lacking if getattr(each, "field", "") not in said]
+    said = {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
+    complaints += [section for section in lacking if getattr(section, "field", "") not in said]
     raise CaseError(as_named(complaints, asked), source)
 
 
@@ -216,7 +216,7 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
             complaints += [Complaint(f"machine.{name}", "is missing; it has no default") for name in lacking]
     kept = data.get("units") == DIMENSIONLESS
     if scales is not None and not kept:  # results are in SI
-        about = {each.field for each in complaints if isinstance(each, Complaint)}
+        about = {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
         fields = [f"{name}.{each}" for name, cls in classes.items() for each in undeclared(cls)]
         complaints += [Complaint(field, UNDECLARED) for field in fields if field not in about]
         said = len(complaints)
@@ -230,7 +230,7 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
         with complaints.collected(), _computable(described):
             system = System.of_parts(parts, None if kept else scales)
     if complaints or system is None:
-        later = [as_given(each, given, sections) for each in complaints[said:]]
+        later = [as_given(complaint, given, sections) for complaint in complaints[said:]]
         raise CaseError([*complaints[:said], *later], source)
     initial = {name: float(value) for name, value in sections["initial"].items()}
     try:
@@ -238,9 +238,9 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
         if described:
             case.system.machine.check_start(case.system, case.initial)  # type: ignore[attr-defined]
     except ValueError as error:  # a stop stands where the motion would start, a mechanism divides by zero there
-        if not (found := getattr(error, "complaints", ())):
+        if not (reported := getattr(error, "complaints", ())):
             raise
-        raise CaseError([as_given(each, given, sections) for each in found], source) from None
+        raise CaseError([as_given(each, given, sections) for each in reported], source) from None
     return case
 
 
@@ -303,9 +303,9 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complain
         try:
             return cls(**values)
         except ParameterError as error:
-            found = [each for each in error.complaints if not any(name in each for name in bad)]
-            complaints += [each.about(f"{section}.{each.field}") for each in found]
-            bad |= {each.field for each in found}
+            rest = [complaint for complaint in error.complaints if not any(name in complaint for name in bad)]
+            complaints += [each.about(f"{section}.{each.field}") for each in rest]
+            bad |= {each.field for each in rest}
             values = {name: value for name, value in values.items() if name not in bad}
     return cls()
 
@@ -315,7 +315,7 @@ def _scales(section: str, cls: Any, given: Mapping[str, Any], complaints: Compla
     try:
         return cls(**given)
     except ParameterError as error:
-        complaints += [each.about(f"{section}.{each.field}") for each in error.complaints]
+        complaints += [complaint.about(f"{section}.{complaint.field}") for complaint in error.complaints]
         return None
 
 

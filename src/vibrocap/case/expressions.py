@@ -97,9 +97,9 @@ class Expression:
             case ast.Call(func=ast.Name(id=name), args=[inner], keywords=[]) if name in FUNCTIONS:
                 self._check(inner, levels - 1)
             case ast.Call(func=ast.Name(id=name), args=[a, b], keywords=[]) if name in BETWEEN:
-                for each in (a, b):
-                    if (body := _body(each)) not in self.bodies:
-                        raise self._error(each, f"there is no body {body!r}; {suggestion(body, self.bodies)}")
+                for operand in (a, b):
+                    if (body := _body(operand)) not in self.bodies:
+                        raise self._error(operand, f"there is no body {body!r}; {suggestion(body, self.bodies)}")
                     self.bodies_named.append(body)
             case _:
                 raise self._error(node, f"{ast.unparse(node)[:40]!r} should be made of {ALLOWED}")
@@ -138,14 +138,14 @@ class Expression:
                 own = self._measured(left, known, bare)
                 return FREE if own is FREE else own**n  # type: ignore[operator]
             case ast.BinOp(left=left, op=op, right=right):
-                a, b = (self._measured(each, known, bare) for each in (left, right))
+                a, b = (self._measured(operand, known, bare) for operand in (left, right))
                 if isinstance(op, ast.Mult):
                     return FREE if a is FREE and b is FREE else (a or NUMBER) * (b or NUMBER)
                 if isinstance(op, ast.Div):
                     return FREE if a is FREE and b is FREE else (a or NUMBER) / (b or NUMBER)
                 if a is not FREE and b is not FREE and a != b:
                     words = OPERATORS[type(op)][0]
-                    terms = [f"{ast.unparse(each)!r} ({in_words(own)})" for each, own in ((left, a), (right, b))]
+                    terms = [f"{ast.unparse(side)!r} ({in_words(own)})" for side, own in ((left, a), (right, b))]
                     raise self._error(right, f"{words} {' and '.join(terms)}")
                 return b if a is FREE else a
             case ast.Call(func=ast.Name(id=name), args=[inner]):

@@ -109,14 +109,14 @@ class Mechanism(Machine):
     def parts(self, q):
         """What stands in the description, at these coordinates."""
         at = {info.name: getattr(self, info.name) for info in parameter_table(type(self))}
-        for name, each in vars(q).items():
-            several = each if isinstance(each, tuple) else ()
-            at |= {numbered(name, i): x for i, x in enumerate(several, 1)} if several else {name: each}
+        for name, var in vars(q).items():
+            several = var if isinstance(var, tuple) else ()
+            at |= {numbered(name, i): x for i, x in enumerate(several, 1)} if several else {name: var}
             at |= {f"{name}_1": several[0]} if several else {}
         if self.imposes_motion:
             at["drive"] = q.imposed(q.drive)
         bodies: dict[str, Any] = {"ground": None}
-        return [each.made(at, bodies) for each in self.planned]
+        return [plan.made(at, bodies) for plan in self.planned]
 
     def check_start(self, system: Any, initial: Mapping[str, float]) -> None:
         """MechanismError where its equations cannot be computed at the start of a run: they divide by zero there."""
@@ -145,28 +145,28 @@ class Planned:
     def needs(self) -> tuple[str, ...]:
         """The bodies that it names."""
         named = (self.fields.get(key) for key in ("on", "body", "between"))
-        found = [name for each in named if each for name in ([each] if isinstance(each, str) else each)]
-        for each in self.fields.values():
-            found += each.bodies_named if isinstance(each, Expression) else ()
-        return tuple(name for name in found if name != "ground")
+        names = [name for entry in named if entry for name in ([entry] if isinstance(entry, str) else entry)]
+        for field in self.fields.values():
+            names += field.bodies_named if isinstance(field, Expression) else ()
+        return tuple(name for name in names if name != "ground")
 
     def made(self, at: Mapping[str, Any], bodies: dict[str, Any]) -> Any:
         """The part, where names stand for these; a body is known to later ones by its name."""
-        found = {}
-        for key, each in self.fields.items():
+        arguments = {}
+        for key, field in self.fields.items():
             if key in ("on", "body"):
-                found[key] = bodies[each]
+                arguments[key] = bodies[field]
             elif key == "between":
-                found[key] = tuple(bodies[name] for name in each)
-            elif isinstance(each, Expression):
-                with placed(f"{self.where}.{key}", each.text):
-                    found[key] = each(at, bodies)
+                arguments[key] = tuple(bodies[name] for name in field)
+            elif isinstance(field, Expression):
+                with placed(f"{self.where}.{key}", field.text):
+                    arguments[key] = field(at, bodies)
             else:
-                found[key] = each
+                arguments[key] = field
         with placed(self.where):
-            part = self.make(**found)
-        if isinstance(found.get("name"), str):
-            bodies[found["name"]] = part
+            part = self.make(**arguments)
+        if isinstance(arguments.get("name"), str):
+            bodies[arguments["name"]] = part
         return part
 
 

@@ -71,10 +71,10 @@ def mechanism(description: Any) -> type[Mechanism]:
     Raises MechanismError with every complaint.
     """
     complaints = Complaints()
-    found = tables(description, complaints)
+    rows = tables(description, complaints)
     if complaints:
         raise MechanismError(complaints)
-    return made(json.dumps(found))
+    return made(json.dumps(rows))
 
 
 @functools.cache
@@ -117,7 +117,9 @@ class Reading:
         for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
             for name, row in tables.get(table, {}).items():
                 read(name, row)
-        if (several := sum(each.count or 1 for each in self.space.values() if isinstance(each, Coordinate))) > MOST:
+        if (
+            several := sum(quantity.count or 1 for quantity in self.space.values() if isinstance(quantity, Coordinate))
+        ) > MOST:
             self.complaints.add(f"{KIND}.coordinates", f"should be at most {MOST}, got {several}")
         self.planned = () if self.complaints else self._in_order(self._plan())
 
@@ -182,11 +184,11 @@ class Reading:
 
     def _texts(self, where: str, name: str, row: Mapping[str, Any]) -> tuple[str, str]:
         """(symbol, meaning)."""
-        found = row.get("symbol", name), row.get("meaning", name.replace("_", " "))
-        for key, text in zip(("symbol", "meaning"), found, strict=True):
+        texts = row.get("symbol", name), row.get("meaning", name.replace("_", " "))
+        for key, text in zip(("symbol", "meaning"), texts, strict=True):
             if not isinstance(text, str) or not 1 <= len(text) <= 200:
                 self.complaints.add(f"{where}.{key}", f"should be a text of at most 200 characters, got {shown(text)}")
-        return found
+        return texts
 
     def _parameter(self, name: str, row: Mapping[str, Any]) -> None:
         where, count = f"{KIND}.parameters.{name}", len(self.complaints)
@@ -243,7 +245,7 @@ class Reading:
         if rate is not None and not (isinstance(rate, str) and self._named(f"{where}.rate", rate, None)):
             self.complaints.add(f"{where}.rate", f"should be a name, got {shown(rate)}")
         names = [numbered(name, i) for i in range(1, (several or 1) + 1)]
-        if all(self._named(where, each, dimension or NUMBER) for each in names) and len(self.complaints) == count:
+        if all(self._named(where, name, dimension or NUMBER) for name in names) and len(self.complaints) == count:
             if several:
                 self.sizes[f"{name}_1"] = self.sizes[name]
             self.space[name] = Coordinate(*texts, row["unit"], rate, repeats, several)
@@ -259,30 +261,30 @@ class Reading:
     def _plan(self) -> list[Planned]:
         """All parts, those of `repeat` one by one."""
         rows = [(part, i, row) for part in PARTS for i, row in enumerate(self.tables.get(part, []), 1)]
-        found: list[tuple[str, str, dict[str, Any]]] = []
+        planned: list[tuple[str, str, dict[str, Any]]] = []
         for part, number, row in rows:
             where, several = f"{KIND}.{part}[{number}]", row.get("repeat", 1)
             if not is_whole(several, 1, MOST):
                 what = f"should be a whole number from 1 to {MOST}, got {shown(several)}"
                 self.complaints.add(f"{where}.repeat", what)
                 continue
-            plain = {key: each for key, each in row.items() if key != "repeat"}
+            plain = {key: value for key, value in row.items() if key != "repeat"}
             for i in range(1, several + 1):
                 place = f"{where}, i = {i}" if "repeat" in row else where
-                found.append((part, place, {key: numbered_text(each, i) for key, each in plain.items()}))
+                planned.append((part, place, {key: numbered_text(value, i) for key, value in plain.items()}))
         self.bodies: dict[str, str] = {}
-        for part, where, row in found:
+        for part, where, row in planned:
             if PARTS[part][1].get("name") == NAME:
                 name = row["name"]
                 if not isinstance(name, str) or not 1 <= len(name) <= 64 or name in ("ground", *self.bodies):
                     self.complaints.add(f"{where}.name", f"should be a name of its own, got {shown(name)}")
                 else:
                     self.bodies[name] = part
-        if len(found) > 4 * MOST or len(self.bodies) > MOST:
+        if len(planned) > 4 * MOST or len(self.bodies) > MOST:
             self.complaints.add(KIND, f"should have at most {MOST} bodies and {4 * MOST} parts")
         plans: list[Planned] = []
-        for part, where, row in [] if self.complaints else found:
-            told = (str(each).partition(", i = ")[0] for each in self.complaints)
+        for part, where, row in [] if self.complaints else planned:
+            told = (str(complaint).partition(", i = ")[0] for complaint in self.complaints)
             if where.partition(", i = ")[0] not in told:  # of a part that is repeated the first fault
                 plans.append(self._planned(part, where, row))
         return plans
@@ -291,9 +293,9 @@ class Reading:
         make, keys, _ = PARTS[part]
         fields: dict[str, Any] = {}
         sizes: dict[str, Dimension | None] = {}
-        for key, each in row.items():
+        for key, value in row.items():
             try:
-                fields[key] = self._value(f"{where}.{key}", key, keys[key], each)
+                fields[key] = self._value(f"{where}.{key}", key, keys[key], value)
                 if isinstance(fields[key], Expression):
                     sizes[key] = fields[key].dimension(self.sizes, self.scaled)
             except ExpressionError as error:
@@ -326,10 +328,10 @@ class Reading:
             return given if wanted == BODY else tuple(given)
         if key == "load" and given in LOADS:
             return given
-        found = Expression(given, self.sizes, self.bodies)
-        if (inside := self.words & found.names_in) and not (key == "load" and found.is_name):
+        expression = Expression(given, self.sizes, self.bodies)
+        if (inside := self.words & expression.names_in) and not (key == "load" and expression.is_name):
             raise ExpressionError(f"{shown(given)}: {min(inside)!r} may be a word, so it stands alone, as a load")
-        return found
+        return expression
 
     def _wanted(self, unit: str, along: Dimension | None) -> tuple[Dimension, ...]:
         """The dimensions that a key may have; none: any."""
@@ -341,7 +343,7 @@ class Reading:
             return (dimension_of_unit(unit),)
         if along is None:
             return ()
-        found = {
+        dimensions = {
             "stretch": along,
             "stretch/s": along / TIME,
             "J/stretch": TORQUE / along,
@@ -349,22 +351,24 @@ class Reading:
             "J s/stretch^2": TORQUE * TIME / along**2,
             "J s^2/stretch^3": TORQUE * TIME**2 / along**3,
         }[unit]
-        return (found, MASS) if unit == "J/stretch" and self.scaled and found == FORCE else (found,)
+        return (dimensions, MASS) if unit == "J/stretch" and self.scaled and dimensions == FORCE else (dimensions,)
 
     def _check_size(self, where: str, text: Any, own: Dimension | None, wanted: tuple[Dimension, ...]) -> None:
         if own is not None and wanted and own not in wanted:
-            units = listed([unit_name(each) if each != NUMBER else "rad or 1" for each in wanted], " or ")
+            units = listed(
+                [unit_name(dimension) if dimension != NUMBER else "rad or 1" for dimension in wanted], " or "
+            )
             cure = f": multiply it by a parameter in {units}" if own == NUMBER else ""
             self.complaints.add(where, f"{shown(text)} is {in_words(own)}, should be in {units}{cure}")
 
     def _in_order(self, parts: list[Planned]) -> tuple[Planned, ...]:
         """Each part after the bodies that it names."""
-        found, left, known = [], list(parts), set()
+        ordered, left, known = [], list(parts), set()
         while left and not self.complaints:
-            ready = [each for each in left if known.issuperset(each.needs)]
+            ready = [part for part in left if known.issuperset(part.needs)]
             if not ready:
                 self.complaints.add(f"{left[0].where}.on", "stands on itself, by way of other bodies")
-            found += ready
-            known |= {each.fields.get("name") for each in ready}
-            left = [each for each in left if each not in ready]
-        return tuple(found)
+            ordered += ready
+            known |= {part.fields.get("name") for part in ready}
+            left = [part for part in left if part not in ready]
+        return tuple(ordered)

@@ -27,11 +27,11 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
         if key not in (known := (*HEAD, *TABLES, *PARTS)):
             complaints.add(f"{KIND}.{key[:60]}", f"no such key; {suggestion(key, known)}")
     given: dict[str, Any] = {"version": VERSION, **description}
-    found: dict[str, Any] = {key: given[key] for key in HEAD if key in given}
-    for key, what in found.items():
+    description_tables: dict[str, Any] = {key: given[key] for key in HEAD if key in given}
+    for key, what in description_tables.items():
         if (wanted := _head_wanted(key, what)) is not None:
             complaints.add(f"{KIND}.{key}", f"should be {wanted}, got {shown(what)}")
-    for table in (each for each in TABLES if each in given):
+    for table in (table for table in TABLES if table in given):
         rows = given[table]
         if not isinstance(rows, Mapping) or not all(isinstance(row, Mapping) for row in rows.values()):
             complaints.add(f"{KIND}.{table}", f"should be tables, [{KIND}.{table}] with lines NAME = {{ ... }}")
@@ -41,8 +41,8 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
             continue
         for name, row in rows.items():
             _check_values(f"{KIND}.{table}.{name}", row, TABLES[table], complaints)
-        found[table] = {name: dict(row) for name, row in rows.items()}
-    for part in (each for each in PARTS if each in given):
+        description_tables[table] = {name: dict(row) for name, row in rows.items()}
+    for part in (part for part in PARTS if part in given):
         rows = given[part]
         if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
             complaints.add(f"{KIND}.{part}", f"should be tables, each begun by [[{KIND}.{part}]]")
@@ -55,8 +55,8 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
             _check_values(where, row, (*PARTS[part][1], "repeat"), complaints)
             for key in (key for key in PARTS[part][2] if key not in row):
                 complaints.add(f"{where}.{key}", "is missing")
-        found[part] = [dict(row) for row in rows]
-    return found
+        description_tables[part] = [dict(row) for row in rows]
+    return description_tables
 
 
 def _head_wanted(key: str, value: Any) -> str | None:
@@ -86,11 +86,11 @@ def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], co
         if key not in known:
             other = f"a waveform stands in [drives.{where.rpartition('.')[2]}]" if ".signals." in where else ""
             complaints.add(f"{where}.{key[:60]}", f"no such key; {other or suggestion(key, known)}")
-        elif not all(isinstance(each, (str, int, float)) and not isinstance(each, bool) for each in plain):
+        elif not all(isinstance(value, (str, int, float)) and not isinstance(value, bool) for value in plain):
             complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
-        elif any(isinstance(each, (int, float)) and not abs(each) < 1e300 for each in plain):
+        elif any(isinstance(value, (int, float)) and not abs(value) < 1e300 for value in plain):
             complaints.add(f"{where}.{key}", f"should be a finite number, got {shown(value)}")
-        elif any(isinstance(each, str) and len(each) > 1000 for each in plain):
+        elif any(isinstance(value, str) and len(value) > 1000 for value in plain):
             complaints.add(f"{where}.{key}", "should be a text of at most 1000 characters")
 
 
@@ -122,5 +122,5 @@ def number_or_word(limits: Mapping[str, float], words: tuple[str, ...], given: A
 def numbered_text(given: Any, i: int) -> Any:
     """A text with i in place of {i}, i + 1 in place of {i+1}."""
     if isinstance(given, list):
-        return [numbered_text(each, i) for each in given]
+        return [numbered_text(item, i) for item in given]
     return REPEATED.sub(lambda match: str(i + int(match[1] or 0)), given) if isinstance(given, str) else given

@@ -98,15 +98,15 @@ def is_kind(path: object) -> bool:
 
 def chosen_classes(data: Mapping[str, Any]) -> dict[str, Any]:
     """The class of part of each section that is there and says one; those that may be left out always have theirs."""
-    found: dict[str, Any] = dict(OPTIONAL)
+    classes: dict[str, Any] = dict(OPTIONAL)
     for section, given in data.items():
         kind = given.get(kind_key(section)) if isinstance(given, Mapping) else None
         part = kinds_of(section).get(kind) if isinstance(kind, str) else None
         if section == "machine" and part is None and "mechanism" in data:
             part = described_machine(data)
         if part is not None:
-            found[section] = part
-    return found
+            classes[section] = part
+    return classes
 
 
 def described_machine(data: Mapping[str, Any], complaints: Complaints | None = None) -> Any:
@@ -159,8 +159,8 @@ class Form:
     def keys_of(self, name: str, parameters: Iterable[str]) -> dict[str, str]:
         """Under which keys parameters of a part stand in the case; in SI with the unit of results."""
         known = parameter_keys(self.classes[name], effort_of(name, self.classes))
-        found = {each: one_way(known, each) for each in parameters}
-        return {each: each if key is None or not self.si else key.key for each, key in found.items()}
+        keys = {parameter: one_way(known, parameter) for parameter in parameters}
+        return {name: name if key is None or not self.si else key.key for name, key in keys.items()}
 
     def check(self, sections: Sections, complaints: Complaints) -> bool:
         """Complaints about what does not go together; whether there are any."""
@@ -197,7 +197,7 @@ def without_units(
     """(the sections without units, under which key and with which value each field was given)."""
     units = units_of(form.classes, scales)
     plain, given = {}, {}
-    for name in sorted((*form.classes, "initial"), key=lambda each: each not in ("machine", "environment")):
+    for name in sorted((*form.classes, "initial"), key=lambda section: section not in ("machine", "environment")):
         aside = {kind_key(name), *(form.scale_fields if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
         bare, asked = form.said == SI, {}
@@ -205,16 +205,16 @@ def without_units(
             load = _constant_load(form.classes, plain, number_in(name, "friction"), scales)
             known = with_coefficients(values, form.classes[name], load)
             values, asked = known.values, known.keys
-            complaints += [each.about(f"{name}.{each.field}") for each in known.complaints]  # type: ignore[attr-defined]
+            complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in known.complaints]  # type: ignore[attr-defined]
         if name == "environment":
             values = with_gravity(values, form.classes["machine"])
         if name == "initial":
-            found = states_without_units(values, units, bare=bare)
+            states = states_without_units(values, units, bare=bare)
         else:
-            found = part_without_units(form.classes[name], values, units.of_part(name), bare=bare)
-        complaints += [each.about(f"{name}.{each.field}") for each in found.complaints]  # type: ignore[attr-defined]
-        plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | found.values
-        keys = {own: asked.get(key, key) for own, key in found.keys.items()}
+            states = part_without_units(form.classes[name], values, units.of_part(name), bare=bare)
+        complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in states.complaints]  # type: ignore[attr-defined]
+        plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | states.values
+        keys = {own: asked.get(key, key) for own, key in states.keys.items()}
         given |= {
             f"{name}.{own}": (f"{name}.{key}", sections[name].get(key, values.get(key))) for own, key in keys.items()
         }
@@ -282,8 +282,8 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     if si and "machine" in after:
         for section in other:
             if section in after:
-                found = lacking(after[section], effort_of(section, after), _said(data[section], section, after))
-                complaints += [each.about(f"{section}.{each.field}") for each in found]
+                missing = lacking(after[section], effort_of(section, after), _said(data[section], section, after))
+                complaints += [name.about(f"{section}.{name.field}") for name in missing]
     return complaints
 
 
@@ -306,37 +306,37 @@ def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classe
     keys = parameter_keys(after[section], effort_of(section, after))
     said = _said(given, section, before)
     defaults = {info.name: info.default for info in parameter_table(before[section])}
-    found = {}
+    values = {}
     for name, old in carried_names(before[section], after[section]).items():
         first = one_way(keys, name)
         if old in said:
             key, way = said[old]
-            same = [each.key for each in keys.values() if each.name == name and way and each.unit == way.unit]
+            same = [key.key for key in keys.values() if key.name == name and way and key.unit == way.unit]
             if way is None:
                 same = [name if first is None or not si else first.stem]
-            found |= dict.fromkeys(same[:1], given[key])
+            values |= dict.fromkeys(same[:1], given[key])
         elif not si or first is None or same_without_units(keys, name):
-            found |= {} if defaults[old] is None else {name: defaults[old]}
+            values |= {} if defaults[old] is None else {name: defaults[old]}
         elif defaults[old] == 0.0:
-            found[first.key] = 0.0
+            values[first.key] = 0.0
     if section == "machine":  # what its units are
-        found |= {name: given[name] for name in _scale_fields(after) if name in given}
-    return found
+        values |= {name: given[name] for name in _scale_fields(after) if name in given}
+    return values
 
 
 def _said(given: Mapping[str, Any], section: str, classes: Classes) -> dict[str, tuple[str, Key | None]]:
     """The parameters of a part that its section gives: the key, and the way in SI where it says its unit."""
     keys = parameter_keys(classes[section], effort_of(section, classes))
     names = {info.name for info in parameter_table(classes[section])}
-    stems = {each.stem: each.name for each in keys.values()}
-    found: dict[str, tuple[str, Key | None]] = {}
+    stems = {key.stem: key.name for key in keys.values()}
+    stated: dict[str, tuple[str, Key | None]] = {}
     for key in given:
         way = keys.get(key)
         if way is not None and way.has_unit:
-            found[way.name] = key, way
+            stated[way.name] = key, way
         elif key in names or key in stems:
-            found[key if key in names else stems[key]] = key, None
-    return found
+            stated[key if key in names else stems[key]] = key, None
+    return stated
 
 
 def _scale_fields(classes: Classes) -> list[str]:
@@ -347,10 +347,10 @@ def _keep_states(data: dict[str, Any], before: Classes, after: Classes) -> None:
     """Leave out of the start what the old parts have and the new ones have not."""
     start = data.get("initial")
     if isinstance(start, dict) and set(CHOICES) <= set(before) and set(CHOICES) <= set(after):
-        there = [{name: part for name, part in each.items() if name in data} for each in (before, after)]
+        there = [{name: part for name, part in system.items() if name in data} for system in (before, after)]
         old, new = map(state_units, there)
         lost = {*old}.difference(new)
-        lost |= {key for key, each in state_keys(old).items() if each.name in lost}
+        lost |= {key for key, state_key in state_keys(old).items() if state_key.name in lost}
         data["initial"] = {key: x for key, x in start.items() if key not in lost}
 
 
@@ -369,6 +369,6 @@ def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes:
         keys = parameter_keys(classes[section], effort_of(section, classes))
     else:
         return
-    for other, each in keys.items():
-        if key in keys and each.name == keys[key].name and other != key and f"{section}.{other}" not in changes:
+    for other, stated in keys.items():
+        if key in keys and stated.name == keys[key].name and other != key and f"{section}.{other}" not in changes:
             given.pop(other, None)

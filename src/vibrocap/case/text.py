@@ -46,13 +46,13 @@ def as_text(system: System, kept: Scales | None, initial: Section, run: Section,
 
 def description_text(description: Section) -> str:
     """[mechanism], with a table below it for each part, parameter, coordinate and signal."""
-    rows = {name: each for name, each in description.items() if not isinstance(each, (dict, list))}
+    rows = {name: value for name, value in description.items() if not isinstance(value, (dict, list))}
     blocks = [_rows("[mechanism]", rows)]
-    for name, each in description.items():
-        if isinstance(each, dict):
-            blocks += [_rows(f"[mechanism.{name}.{key}]", row) for key, row in each.items()]
-        elif isinstance(each, list):
-            blocks += [_rows(f"[[mechanism.{name}]]", row) for row in each]
+    for name, value in description.items():
+        if isinstance(value, dict):
+            blocks += [_rows(f"[mechanism.{name}.{key}]", row) for key, row in value.items()]
+        elif isinstance(value, list):
+            blocks += [_rows(f"[[mechanism.{name}]]", row) for row in value]
     return "\n".join(blocks)
 
 
@@ -68,15 +68,15 @@ def _chosen(section: str, part: Any) -> dict[str, Any]:
 def _in_si(system: System, scales: Scales, initial: Section, exactly: bool) -> dict[str, dict[str, Any]] | None:
     """The sections in SI; None where `exactly` is asked for and not possible."""
     units = units_of(system.parts, scales)
-    found: dict[str, dict[str, Any]] = {}
+    sections: dict[str, dict[str, Any]] = {}
     for name, part in system.parts.items():
         values = written_in_si(part, units.of_part(name), exactly)
         if values is None:
             return None
         own = given_parameters(scales) if name == "machine" else {}
-        found[name] = _chosen(name, part) | own | values
+        sections[name] = _chosen(name, part) | own | values
     start = written(initial, state_keys(units.states), units, exactly)
-    return None if start is None else found | {"initial": start}
+    return None if start is None else sections | {"initial": start}
 
 
 def toml_value(value: Any) -> str:

@@ -19,23 +19,23 @@ def unfolded(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
 
     A signal without a section has the waveform that the class of machine gives it.
     """
-    found: dict[str, Any] = {}
+    sections: dict[str, Any] = {}
     for name, section in data.items():
         folded = name in ("drives", "frictions") and isinstance(section, Mapping)
-        found |= {f"{name}.{own}": each for own, each in section.items()} if folded else {name: section}
-    if (machine := _machine(found)) is None:
-        return found, {}
-    asked = {plain_path(f"{name}.", machine)[:-1]: name for name in found if name.startswith(NAMED_LAW)}
+        sections |= {f"{name}.{own}": value for own, value in section.items()} if folded else {name: section}
+    if (machine := _machine(sections)) is None:
+        return sections, {}
+    asked = {plain_path(f"{name}.", machine)[:-1]: name for name in sections if name.startswith(NAMED_LAW)}
     asked = {part: name for part, name in asked.items() if part not in (name, *data) or part == "friction"}
-    laws = {part: found.pop(name) for part, name in asked.items()}
-    if "friction" in laws and isinstance(usual := found.get("friction"), Mapping):
+    laws = {part: sections.pop(name) for part, name in asked.items()}
+    if "friction" in laws and isinstance(usual := sections.get("friction"), Mapping):
         others = (numbered("friction", i) for i in range(2, 1 + len(machine.contact_states)))
-        found |= {name: dict(usual) for name in others if name not in found}
-    found |= laws
+        sections |= {name: dict(usual) for name in others if name not in sections}
+    sections |= laws
     for name, signal in machine.signals.items():
         values = {key: x for key, x in given_parameters(signal.default).items() if x != 0.0}
-        found.setdefault(SIGNAL + name, {kind_key("drive"): signal.default.name, **values})
-    return found, asked
+        sections.setdefault(SIGNAL + name, {kind_key("drive"): signal.default.name, **values})
+    return sections, asked
 
 
 def unfolded_changes(data: dict[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -68,12 +68,12 @@ def without_strange(data: Mapping[str, Any]) -> tuple[dict[str, Any], Complaints
             own = name.removeprefix(NAMED_LAW)
             there = "is there already, by its number" if own in machine.contact_names else "there is no such contact"
             complaints.add(name, f"{there}; {suggestion(own, machine.contact_names)}")
-    strange = {each.field for each in complaints if isinstance(each, Complaint)}
+    strange = {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
     return {name: section for name, section in data.items() if name not in strange}, complaints
 
 
 def as_named(complaints: Iterable[Any], asked: Mapping[str, str]) -> Iterator[Any]:
     """Complaints about laws under the names that these have in the case."""
-    for each in complaints:
-        part, _, name = each.field.partition(".") if isinstance(each, Complaint) else ("", "", "")
-        yield each.about(f"{asked[part]}.{name}") if part in asked else each
+    for complaint in complaints:
+        part, _, name = complaint.field.partition(".") if isinstance(complaint, Complaint) else ("", "", "")
+        yield complaint.about(f"{asked[part]}.{name}") if part in asked else complaint

@@ -65,11 +65,11 @@ def _place(known: Mapping[str, str]) -> str:
         before.append(f"edition {known['edition']}")
     if "version" in known:
         before.append(f"version {known['version']}")
-    place = " ".join(each for each in (", ".join(filter(None, before)), known.get("volume", "")) if each)
+    place = " ".join(part for part in (", ".join(filter(None, before)), known.get("volume", "")) if part)
     place = f", {place} ({known['year']})" if place else f" ({known['year']})"
     pages = f" {known['pages']}" if "pages" in known else ""
-    found = f", doi {known['doi']}" if "doi" in known else f", {known['url']}" if "url" in known else ""
-    return f"{place}{pages}{found}"
+    address = f", doi {known['doi']}" if "doi" in known else f", {known['url']}" if "url" in known else ""
+    return f"{place}{pages}{address}"
 
 
 @functools.cache
@@ -79,18 +79,18 @@ def bibliography() -> Mapping[str, Reference]:
     Raises ValueError for a line of the file that is neither a comment nor of an entry, and for a key that occurs twice.
     """
     text = FILE.read_text(encoding="utf-8")
-    found: dict[str, Reference] = {}
+    entries: dict[str, Reference] = {}
     for kind, key, body in ENTRY.findall(text):
         fields = dict(_field(line, key) for line in body.splitlines())
-        if key in found:
+        if key in entries:
             raise ValueError(f"{FILE.name}: {key} occurs twice")
         if key == SOFTWARE:
             fields["version"] = version("vibrocap")
-        found[key] = Reference(key, kind, fields)
+        entries[key] = Reference(key, kind, fields)
     rest = [line for line in ENTRY.sub("", text).splitlines() if line and not line.startswith("%")]
     if rest:
         raise ValueError(f"{FILE.name}: belongs to no entry: {rest[0]!r}")
-    return MappingProxyType(found)
+    return MappingProxyType(entries)
 
 
 def _field(line: str, key: str) -> tuple[str, str]:
@@ -106,17 +106,17 @@ def references(source: str, name: str = "source") -> tuple[Reference, ...]:
     name: key of the first work that is given in words (others have 2, 3, ... behind it).
     Raises ValueError for what looks like a key and is none, with the nearest one.
     """
-    known, found, words = bibliography(), [], 0
-    for work in filter(None, (each.strip() for each in source.split(";"))):
+    known, entries, words = bibliography(), [], 0
+    for work in filter(None, (work.strip() for work in source.split(";"))):
         if work in known:
-            found.append(known[work])
+            entries.append(known[work])
         elif re.fullmatch(KEY, work):
             raise ValueError(f"source: {work!r} is no key of the bibliography; {suggestion(work, known)}")
         else:
             words += 1
             fields = MappingProxyType({"note": work})
-            found.append(Reference(name if words == 1 else f"{name}-{words}", WORDS, fields))
-    return tuple(found)
+            entries.append(Reference(name if words == 1 else f"{name}-{words}", WORDS, fields))
+    return tuple(entries)
 
 
 def cited_keys(text: str) -> tuple[str, ...]:
@@ -127,7 +127,7 @@ def cited_keys(text: str) -> tuple[str, ...]:
 
 def as_bibtex(entries: Iterable[Reference]) -> str:
     """A .bib file of these references."""
-    return "\n\n".join(each.bibtex for each in entries) + "\n"
+    return "\n\n".join(entry.bibtex for entry in entries) + "\n"
 
 
 def bibliography_of(text: str) -> str:
@@ -144,8 +144,8 @@ def references_page() -> str:
         "A DOI stands where it was looked up.",
         "",
     ]
-    ordered = sorted(bibliography().values(), key=lambda each: (each.key != SOFTWARE, each.key))
-    lines += [f"- `{each.key}`: {_linked(each)}." for each in ordered]
+    ordered = sorted(bibliography().values(), key=lambda reference: (reference.key != SOFTWARE, reference.key))
+    lines += [f"- `{reference.key}`: {_linked(reference)}." for reference in ordered]
     return "\n".join(lines) + "\n"
 
 

@@ -88,7 +88,7 @@ METHODS = (
     Method("slip velocities from measured positions", "savitzky1964", ("stick-slip",)),
 )
 ANALYSES = tuple(
-    dict.fromkeys(each for method in METHODS for each in method.analyses if each != SIMULATION)
+    dict.fromkeys(analysis for method in METHODS for analysis in method.analyses if analysis != SIMULATION)
 )  # that may be asked for
 
 
@@ -121,8 +121,8 @@ class Citations(Result):
     @property
     def references(self) -> tuple[Reference, ...]:
         """The references, each once, in the order in which they occur."""
-        found = {each.key: each for entry in self.entries for each in entry.references}
-        return tuple(found.values())
+        by_key = {reference.key: reference for entry in self.entries for reference in entry.references}
+        return tuple(by_key.values())
 
     @property
     def bibtex(self) -> str:
@@ -137,20 +137,25 @@ class Citations(Result):
     @property
     def facts(self) -> dict[str, str]:
         """What each part and method is cited by."""
-        return {entry.what: ", ".join(each.key for each in entry.references) or "no source" for entry in self.entries}
+        return {
+            entry.what: ", ".join(reference.key for reference in entry.references) or "no source"
+            for entry in self.entries
+        }
 
     def __str__(self) -> str:
         """Parts and methods with the numbers of their references, and the references below."""
-        numbers = {each.key: i for i, each in enumerate(self.references, 1)}
+        numbers = {reference.key: i for i, reference in enumerate(self.references, 1)}
         width = max(len(entry.what) for entry in self.entries)
         rows = [f"{entry.what:<{width}}  {_numbered(entry, numbers)}" for entry in self.entries]
-        return "\n".join([*rows, "", *(f"[{numbers[each.key]}] {each.text}" for each in self.references)])
+        return "\n".join(
+            [*rows, "", *(f"[{numbers[reference.key]}] {reference.text}" for reference in self.references)]
+        )
 
 
 def _numbered(entry: Citation, numbers: dict[str, int]) -> str:
     if not entry.references:
         return "no source: name it in `source` of the class"
-    return " ".join(f"[{numbers[each.key]}]" for each in entry.references)
+    return " ".join(f"[{numbers[reference.key]}]" for reference in entry.references)
 
 
 def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
@@ -166,14 +171,14 @@ def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
         if name not in ANALYSES:
             raise ArgumentError("analyses", f"{name!r} is none; {suggestion(name, ANALYSES)}")
     wanted = tuple(analyses)
-    found = [Citation("vibrocap", references(SOFTWARE))]
+    citations = [Citation("vibrocap", references(SOFTWARE))]
     if of is None:
         if analyses:
             raise ArgumentError("of", "should be the system or case that is analysed, got none")
-        return Citations((*found, Citation("the paper it started from", references("liu2019"))))
+        return Citations((*citations, Citation("the paper it started from", references("liu2019"))))
     law = getattr(of, "law", None)
     if isinstance(of, Part) or isinstance(law, Part):
-        found.append(_citation(law or of))
+        citations.append(_citation(law or of))
         methods = methods_of(None, wanted if law is None else ("fit", *wanted))
     else:
         system = of if isinstance(of, System) else getattr(of, "system", None)
@@ -182,10 +187,10 @@ def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
             raise ArgumentError("of", f"{said}, got {type(of).__name__}")
         for part, given in system.parts.items():
             if given.source or part in PARTS or number_in(part, "friction"):  # an environment has none
-                found.append(_citation(given))
+                citations.append(_citation(given))
         methods = methods_of(system, wanted)
-    found += [Citation(method.name, references(method.source)) for method in methods]
-    return Citations(tuple({entry.what: entry for entry in found}.values()))
+    citations += [Citation(method.name, references(method.source)) for method in methods]
+    return Citations(tuple({entry.what: entry for entry in citations}.values()))
 
 
 def _citation(part: Part) -> Citation:

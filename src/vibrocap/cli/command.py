@@ -40,7 +40,7 @@ class Request:
     def options(cls) -> Mapping[str, tuple[Any, Option]]:
         """By field, (its type, its option)."""
         hints = typing.get_type_hints(cls, include_extras=True)
-        return {each.name: typing.get_args(hints[each.name])[:2] for each in dataclasses.fields(cls)}  # type: ignore[misc]
+        return {field.name: typing.get_args(hints[field.name])[:2] for field in dataclasses.fields(cls)}  # type: ignore[misc]
 
     @classmethod
     def flags(cls) -> dict[str, str]:
@@ -55,7 +55,7 @@ class Request:
 
     def again(self) -> str:
         """The line that gives the same answer, without what is only shown."""
-        name = next(each.name for each in COMMANDS.values() if each.request is type(self))
+        name = next(command.name for command in COMMANDS.values() if command.request is type(self))
         places, words = [], []
         for field in dataclasses.fields(self):
             value, option = getattr(self, field.name), self.options()[field.name][1]
@@ -197,7 +197,9 @@ class Command:
     @property
     def words(self) -> str:
         """What it does, a line for each paragraph, so that the terminal wraps it."""
-        return "\n\n".join(" ".join(each.split()) for each in inspect.cleandoc(self.run.__doc__ or "").split("\n\n"))
+        return "\n\n".join(
+            " ".join(paragraph.split()) for paragraph in inspect.cleandoc(self.run.__doc__ or "").split("\n\n")
+        )
 
     def entry(self) -> Callable[..., int]:
         """The function that cyclopts calls, whose signature follows from the request."""
@@ -210,7 +212,7 @@ class Command:
             return perform(self, self.request(**bound.arguments))
 
         call.__signature__ = signature  # type: ignore[attr-defined]
-        call.__annotations__ = {name: each.annotation for name, each in signature.parameters.items()}
+        call.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
         call.__name__ = self.run.__name__
         return call
 

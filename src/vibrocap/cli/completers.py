@@ -51,7 +51,7 @@ def names_of(*kinds: str) -> Callable[[Any], Offered]:
     def offered(asked: Any) -> Offered:
         from vibrocap.physics import catalogue
 
-        return [each for kind in kinds for each in _pieces(asked, _described(getattr(catalogue, kind)()))]
+        return [piece for kind in kinds for piece in _pieces(asked, _described(getattr(catalogue, kind)()))]
 
     return offered
 
@@ -86,14 +86,14 @@ def data_sets(asked: Any) -> Offered:
     """Published data sets."""
     from vibrocap.records.fetching import DATA_SETS
 
-    return [(name, each.title) for name, each in DATA_SETS.items()]
+    return [(name, data_set.title) for name, data_set in DATA_SETS.items()]
 
 
 def measure_names(asked: Any) -> Offered:
     """Measures: those of the case on the line, else all."""
     from vibrocap.measures.during_run import measure_table
 
-    return _pieces(asked, {name: each.meaning for name, each in measure_table(_system(asked)).items()})
+    return _pieces(asked, {name: measure.meaning for name, measure in measure_table(_system(asked)).items()})
 
 
 def paths_of_case(asked: Any) -> Offered:
@@ -113,7 +113,7 @@ def paths_of_case(asked: Any) -> Offered:
     known = [*paths(system.parts), *kinds]
     if system.units is not None:
         known = [*paths_in_si(system.parts), *_without_unit(known, system)]
-    return [(f"{each}=", _meaning(each, system)) for each in known]
+    return [(f"{path}=", _meaning(path, system)) for path in known]
 
 
 def states_of_case(asked: Any) -> Offered:
@@ -151,7 +151,7 @@ def _meaning(path: str, system: System) -> str:
     place = path_in_si(path, system.parts)
     section, name = split_path(path if place is None else place[0])
     table = parameter_table(system.parts[section]) if section in system.parts else ()
-    return next((each.meaning if system.units is None else each.in_si for each in table if each.name == name), "")
+    return next((row.meaning if system.units is None else row.in_si for row in table if row.name == name), "")
 
 
 def _described(parts: Mapping[str, Any]) -> dict[str, str]:

@@ -38,10 +38,10 @@ PENDULUM = "written as mass=0.5,length=0.3"
 
 def rig(option: str, text: str) -> dict[str, Any]:
     """The ranges of amplitude and frequency of --design."""
-    found = {name: (low, high) for name, low, high in (range_of(each, option, RIG) for each in split([text]))}
-    if sorted(found) != ["amplitude", "frequency"] or not all(0 < low < high for low, high in found.values()):
+    bounds = {name: (low, high) for name, low, high in (range_of(part, option, RIG) for part in split([text]))}
+    if sorted(bounds) != ["amplitude", "frequency"] or not all(0 < low < high for low, high in bounds.values()):
         raise Refusal(f"{option} should have 0 < LOW < HIGH of both, such as {RIG}, got {text!r}")
-    return found
+    return bounds
 
 
 @dataclasses.dataclass(frozen=True)
@@ -214,8 +214,8 @@ class FitRequest(WithParts, Drawn):
         bounds: dict[str, tuple[float, float]] = {}
         if self.machine is None:
             with wrong.collected():
-                found = [range_of(each, "--over", BOUNDS) for each in split(self.over)]
-                bounds = {name: (low, high) for name, low, high in found}
+                ranges = [range_of(part, "--over", BOUNDS) for part in split(self.over)]
+                bounds = {name: (low, high) for name, low, high in ranges}
         held = held_parameters(self.laws, self.fixed, self.free, bounds, wrong)
         if self.machine is not None and (self.law or self.compare or self.steady or self.spring):
             wrong.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
@@ -223,11 +223,11 @@ class FitRequest(WithParts, Drawn):
             wrong.append(f"{others[0]}: is for --law; with --machine give what is unknown by --over")
         elif self.machine is None and bool(self.law) == bool(self.compare):
             wrong.append("--law: give one law, or several with --compare, or a case with --machine")
-        if self.compare and (others := [each for each in OF_ONE if self.changed(each)]):
+        if self.compare and (others := [name for name in OF_ONE if self.changed(name)]):
             wrong.append(f"{flag(others[0])}: is for --law, not for --compare")
         if self.compare and self.steady:
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
-        if (self.steady or self.spring) and (others := [each for each in DRIVEN if self.changed(each)]):
+        if (self.steady or self.spring) and (others := [name for name in DRIVEN if self.changed(name)]):
             wrong.append(f"{flag(others[0])}: is for fits without --steady and --spring")
         if self.searches_terms and (self.compare or self.steady or self.spring):
             wrong.append("--terms: search is for --law, without --steady and --spring")
@@ -240,7 +240,7 @@ class FitRequest(WithParts, Drawn):
         with wrong.collected():
             if self.out is not None and self.compare:
                 own_names("--out", self.out, "comparison.json", "comparison.png", "report.html")
-            for folder in [self.out / each for each in self.laws] if self.out and self.compare else [self.out]:
+            for folder in [self.out / law for law in self.laws] if self.out and self.compare else [self.out]:
                 if folder is not None:
                     own_names("--out", folder, *OF_FIT)
         records, doubts = read(self, wrong)
@@ -283,22 +283,22 @@ def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], li
     options = FitRequest.flags()
     named = column_names(request.columns, complaints)
     units = pairs("units", split(request.units), complaints, "written as force=kN")
-    found: list[Record] = []
+    records: list[Record] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RecordWarning)
         try:
             if request.data:
                 rate, load = request.sampling_rate, request.load
-                found = read_records(list(request.data), named, units, sampling_rate=rate, normal_force=load)
+                records = read_records(list(request.data), named, units, sampling_rate=rate, normal_force=load)
         except RecordError as error:
-            complaints += [f"{error.source}:", *(f"  {each}" for each in by_option(error.complaints, options))]
+            complaints += [f"{error.source}:", *(f"  {text}" for text in by_option(error.complaints, options))]
         except (OSError, UnicodeDecodeError) as error:
             complaints.append(str(error))
         try:
-            found = [prepared(record, cutoff=request.cutoff) for record in found]
+            records = [prepared(record, cutoff=request.cutoff) for record in records]
         except ArgumentError as error:
             complaints += by_option(error.complaints, options)
-    return found, [str(each.message) for each in caught if issubclass(each.category, RecordWarning)]
+    return records, [str(warning.message) for warning in caught if issubclass(warning.category, RecordWarning)]
 
 
 def held_parameters(laws: list[str], fixed: Any, free: Any, bounds: Any, complaints: Complaints) -> dict[str, float]:
@@ -346,10 +346,10 @@ def held_out(patterns: Any, records: "list[Record]", complaints: Complaints) -> 
     names = [record.name for record in records]
     hidden = []
     for pattern in split(patterns):
-        found = [name for name in names if fnmatchcase(name, pattern)]
-        if not found and names:
+        matching = [name for name in names if fnmatchcase(name, pattern)]
+        if not matching and names:
             complaints.append(f"--hold-out: no record is called {pattern!r}; there is {', '.join(names)}")
-        hidden += [name for name in found if name not in hidden]
+        hidden += [name for name in matching if name not in hidden]
     if names and len(hidden) == len(names):
         complaints.append("--hold-out: leaves no record to fit")
     return hidden

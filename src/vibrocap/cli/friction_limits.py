@@ -19,16 +19,16 @@ def limits_of(system: System) -> tuple[dict[str, Any], dict[str, Any], list[str]
     """
     from vibrocap.measures.recorded.limits import frictional_limits
 
-    found: dict[str, Any] = {}
+    limits: dict[str, Any] = {}
     for i, (law, load) in enumerate(zip(system.laws, system.placed.loads(), strict=True), 1):
         name = numbered("friction", i)
         try:
-            found[name] = in_si(frictional_limits(law, float(load)), system)
+            limits[name] = in_si(frictional_limits(law, float(load)), system)
         except (TypeError, ValueError) as error:
             raise ArgumentError(name, str(error)) from None
-    notes = beyond_friction(system, [limits.breakaway_force for limits in found.values()])
-    record = {name: view(limits) for name, limits in found.items()}
-    return found, (record if len(record) > 1 else record["friction"]) | ({"notes": notes} if notes else {}), notes
+    notes = beyond_friction(system, [limits.breakaway_force for limits in limits.values()])
+    record = {name: view(limits) for name, limits in limits.items()}
+    return limits, (record if len(record) > 1 else record["friction"]) | ({"notes": notes} if notes else {}), notes
 
 
 def beyond_friction(system: System, breakaways: list[float]) -> list[str]:

@@ -134,7 +134,9 @@ def _nothing_read_is_replaced() -> Iterator[None]:
 def unknown_option(error: UnknownOptionError) -> str:
     """An unknown option, and one of a similar name: the dashes, which all have, make none similar."""
     given = (error.token.keyword or error.token.value).partition("=")[0]
-    names = {name.strip("-"): name for each in error.argument_collection if each.parse for name in each.names}
+    names = {
+        name.strip("-"): name for argument in error.argument_collection if argument.parse for name in argument.names
+    }
     near = difflib.get_close_matches(given.strip("-"), names, n=1, cutoff=0.65)
     return f"Unknown option: {given}.{f' Did you mean {names[near[0]]}?' if near else ''}"
 

@@ -137,7 +137,7 @@ CERTIFICATE = {
 
 def _certificate_table(certificate: dict[str, Any]) -> Table:
     made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
-    verdicts = {each["field"]: each for each in certificate["verdicts"]}
+    verdicts = {verdict["field"]: verdict for verdict in certificate["verdicts"]}
     for field, meaning in CERTIFICATE.items():
         if (verdict := verdicts.get(field)) is None:
             continue
@@ -162,7 +162,7 @@ def in_words(name: str, system: System, digits: int = 6) -> str:
     if system.units is None:
         return described(part, digits)
     words = [
-        " ".join((each.stem, brief(each.value, digits), *([each.unit] if each.unit != "1" else [])))
-        for each in parameters_stated(name, system)
+        " ".join((parameter.stem, brief(parameter.value, digits), *([parameter.unit] if parameter.unit != "1" else [])))
+        for parameter in parameters_stated(name, system)
     ]
     return f"{part.name}: {', '.join(words)}"

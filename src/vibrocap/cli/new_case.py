@@ -115,12 +115,12 @@ class _InSI(_Plain):
 
     def scales(self) -> list[str]:
         """What says the units of the machine."""
-        found = []
+        lines = []
         for info in parameter_table(self.given):
             value = getattr(self.given, info.name)
             given = info.name in self.needed
-            found.append(_line(info.name, value, info.meaning) if given else f"# {info.name}: {info.meaning}")
-        return found
+            lines.append(_line(info.name, value, info.meaning) if given else f"# {info.name}: {info.meaning}")
+        return lines
 
     def lines(self, part: Any, info: ParameterInfo) -> list[str]:
         """A parameter with its default in SI."""
@@ -135,7 +135,7 @@ class _InSI(_Plain):
         if key is not None and key.has_unit and is_number(value):
             value = float(f"{value * units.per_key(key):.3g}")
         elif key is not None and key.has_unit and isinstance(value, (tuple, list)):
-            value = [float(f"{each * units.per_key(key):.3g}") for each in value]
+            value = [float(f"{number * units.per_key(key):.3g}") for number in value]
         return [_line(name, value, info.in_si)]
 
     def state(self, name: str) -> str:

@@ -21,7 +21,7 @@ Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 
 def names() -> list[str]:
     """The commands: a module each in `commands`."""
-    return [each.name.replace("_", "-") for each in pkgutil.iter_modules(commands.__path__)]
+    return [iter_module.name.replace("_", "-") for iter_module in pkgutil.iter_modules(commands.__path__)]
 
 
 def summaries() -> Iterator[tuple[str, str, str]]:

@@ -31,5 +31,5 @@ def checked(parts: Iterable[Any], motion: bool) -> tuple[dict[str, Any], str, bo
     for part in parts:
         with progress(f"Checking {part.name}"):
             reports.append(check_part(part, motion=motion))
-    record = {"parts": [dataclasses.asdict(each) | {"ok": each.ok} for each in reports]}
-    return record, "\n\n".join(map(str, reports)), all(each.ok for each in reports)
+    record = {"parts": [dataclasses.asdict(report) | {"ok": report.ok} for report in reports]}
+    return record, "\n\n".join(map(str, reports)), all(report.ok for report in reports)

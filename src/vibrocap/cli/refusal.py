@@ -16,6 +16,8 @@ class Refusal(ValueError):
 def by_option(complaints: Iterable[str], options: Mapping[str, str]) -> list[str]:
     """The same complaints, with options in place of the fields that they set; options: their names by field."""
     return [
-        each.about(options[each.field]) if isinstance(each, Complaint) and each.field in options else each
-        for each in complaints
+        complaint.about(options[complaint.field])
+        if isinstance(complaint, Complaint) and complaint.field in options
+        else complaint
+        for complaint in complaints
     ]

@@ -107,7 +107,7 @@ class SweepRequest(WithParts):
         """How the study is carried out."""
         from vibrocap.studies.execution import Execution
 
-        names = (each.name for each in dataclasses.fields(Execution))
+        names = (field.name for field in dataclasses.fields(Execution))
         return Execution(**{name: getattr(self, name) for name in names if hasattr(self, name)})
 
     @property
@@ -162,43 +162,49 @@ class SweepRequest(WithParts):
 
     def _destination_complaints(self) -> list[str]:
         """What is wrong with where results go."""
-        found = Complaints()
+        complaints = Complaints()
         if self.adaptive and self.out is not None:
-            found.add("--out", "an adaptive map is made in one go; leave it out, and give --export FILE.nc")
+            complaints.add("--out", "an adaptive map is made in one go; leave it out, and give --export FILE.nc")
         elif self.adaptive and self.export is None:
-            found.add("--export", "is missing; an adaptive map needs a file for its results, such as --export map.nc")
+            complaints.add(
+                "--export", "is missing; an adaptive map needs a file for its results, such as --export map.nc"
+            )
         elif self.out is None and self.export is None:
-            found.add("--out", "is missing; give a folder for the results, such as --out map")
-        with found.collected():
+            complaints.add("--out", "is missing; give a folder for the results, such as --out map")
+        with complaints.collected():
             if self.out is not None:
                 writable_folder("--out", self.out)
                 if (self.out / "study.json").exists() and not self.resume:
                     said = "holds a study already; continue with --resume, or name another folder"
-                    found.add("--out", f"{self.out} {said}")
-        with found.collected():
+                    complaints.add("--out", f"{self.out} {said}")
+        with complaints.collected():
             writable_table("--export", self.export)
             with_headings(self.export, self.unit_headings, "--export")
-        return found
+        return complaints
 
     def _option_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
-        defaults = {each.name: each.default for each in dataclasses.fields(self)}
+        defaults = {field.name: field.default for field in dataclasses.fields(self)}
         given = {name for name, value in vars(self).items() if value not in (defaults[name], (), [])}
-        found, apart = Complaints(), ()
+        complaints, apart = Complaints(), ()
         if self.adaptive:
             apart = tuple(name for name in NOT_ADAPTIVE if name in given)
             for name in apart:
-                found.add(flag(name), "does not go with --adaptive; leave one of them out")
+                complaints.add(flag(name), "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
             if self.cases is not None and name in given:
-                found.add(flag(name), "does not go with --cases; leave one out")
+                complaints.add(flag(name), "does not go with --cases; leave one out")
         for name in ("runs", "seed"):
             if self.design is None and name in given:
-                found.add(flag(name), "belongs to --design, such as --design sobol")
+                complaints.add(flag(name), "belongs to --design, such as --design sobol")
         if self.design is not None and self.runs is None:
-            found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
-        found += [each.about(flag(each.field)) for each in self.how.complaints() if each.field not in apart]
-        return found
+            complaints.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
+        complaints += [
+            complaint.about(flag(complaint.field))
+            for complaint in self.how.complaints()
+            if complaint.field not in apart
+        ]
+        return complaints
 
     def _settings(self, case: Case) -> dict[str, Any]:
         """How the runs are made: as the options say, else as the case does."""
@@ -216,11 +222,11 @@ class SweepRequest(WithParts):
         """Complaints about measures where there is no system to plan with."""
         from vibrocap.measures.during_run import resolved
 
-        found = Complaints()
+        complaints = Complaints()
         for name in self.measures:
-            with found.collected():
+            with complaints.collected():
                 resolved(name)
-        return by_option(found, {"measures": "--measure"})
+        return by_option(complaints, {"measures": "--measure"})
 
     def _by_option(self, complaints: "tuple[str, ...]", cases: "CaseTable | None") -> list[str]:
         """The complaints of the study, with the option that each is about in front."""
@@ -247,12 +253,12 @@ def _map_complaints(study: "Study") -> list[str]:
     axes = getattr(study.plan, "axes", ())
     if len(axes) != 2:
         return [f"--adaptive: needs two axes, two times --over, got {len(axes)}"]
-    found = []
+    complaints = []
     for axis in axes:
         numbers = not any(isinstance(value, str) for value in axis.values)
         if not numbers or len(axis.values) < 2 or (axis.array[1:] <= axis.array[:-1]).any():
-            found.append(f"--over {axis.path}: --adaptive needs two or more numbers, each above the one before")
-    return found
+            complaints.append(f"--over {axis.path}: --adaptive needs two or more numbers, each above the one before")
+    return complaints
 
 
 LARGEST = 2**28  # bytes

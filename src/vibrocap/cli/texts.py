@@ -17,44 +17,44 @@ def split(texts: "list[str] | None") -> list[str]:
 
 def pairs(option: str, texts: "list[str] | None", complaints: Complaints, wanted: str) -> dict[str, str]:
     """KEY=VALUE pairs; wanted: what a complaint says they should be."""
-    found: dict[str, str] = {}
+    texts_by_name: dict[str, str] = {}
     for text in texts or ():
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):
             complaints.add(f"--{option} {text}", f"should be {wanted}")
-        elif key in found:
+        elif key in texts_by_name:
             complaints.add(f"--{option} {key}", "is given twice")
         else:
-            found[key] = value
-    return found
+            texts_by_name[key] = value
+    return texts_by_name
 
 
 def checked_pairs(option: str, texts: "list[str] | None", wanted: str) -> dict[str, str]:
     """The same, refused with every complaint."""
     complaints = Complaints()
-    found = pairs(option, texts, complaints, wanted)
+    checked = pairs(option, texts, complaints, wanted)
     if complaints:
         raise Refusal(*complaints)
-    return found
+    return checked
 
 
 def priors(texts: "list[str] | None", complaints: Complaints) -> dict[str, tuple[float, float]]:
     """What is known beforehand, by name: (mean, standard deviation)."""
-    found, wanted = {}, "NAME=MEAN+-DEVIATION, such as mass=95+-1"
+    priors_by_name, wanted = {}, "NAME=MEAN+-DEVIATION, such as mass=95+-1"
     for name, text in pairs("prior", split(texts), complaints, wanted).items():
         mean, _, deviation = text.replace("\N{PLUS-MINUS SIGN}", "+-").partition("+-")
         try:
-            found[name] = float(mean), float(deviation)
+            priors_by_name[name] = float(mean), float(deviation)
         except ValueError:
             complaints.add(f"--prior {name}={text}", f"should be {wanted}")
-    return found
+    return priors_by_name
 
 
 def changes(
     set_: "list[str] | None", initial: "list[str] | None", complaints: Complaints
 ) -> dict[str, tuple[str, Any]]:
     """What --set PATH=VALUE and --initial NAME=VALUE change in a case, by path: (the option, the value)."""
-    found = {}
+    replaced = {}
     for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
         section, name = split_path(path)
         if not is_section(section):
@@ -62,12 +62,12 @@ def changes(
         elif not name:
             complaints.add(f"--set {path}", f"should be a path such as {section}.NAME")
         else:
-            found[path] = f"--set {path}", value_of(text)
+            replaced[path] = f"--set {path}", value_of(text)
     for name, text in pairs("initial", split(initial), complaints, "NAME=VALUE, such as angle=0.5").items():
-        if f"initial.{name}" in found:
+        if f"initial.{name}" in replaced:
             complaints.add(f"--initial {name}", "is given by --set too")
-        found[f"initial.{name}"] = f"--initial {name}", value_of(text)
-    return found
+        replaced[f"initial.{name}"] = f"--initial {name}", value_of(text)
+    return replaced
 
 
 def value_of(text: str) -> int | float | str:
@@ -96,10 +96,10 @@ def quantity_range(text: str, system: System) -> tuple[Quantity, float, float]:
     """PATH=LEAST:LARGEST of a system, the path in SI or not: (the quantity, the range without units)."""
     path, low, high = range_of(text)
     try:
-        found = quantity(path, system)
+        varied = quantity(path, system)
     except ArgumentError as error:
         raise Refusal(f"--over {error}") from None
-    return found, low / found.scale, high / found.scale
+    return varied, low / varied.scale, high / varied.scale
 
 
 def column_names(texts: "list[str] | None", complaints: Complaints) -> dict[str, str | int]:

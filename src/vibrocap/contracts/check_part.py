@@ -54,20 +54,20 @@ class PartReport:
     @property
     def ok(self) -> bool:
         """Whether the part keeps its contract."""
-        return all(each.ok for each in self.clauses)
+        return all(clause.ok for clause in self.clauses)
 
     @property
     def wrong(self) -> tuple[str, ...]:
         """What is wrong, in words; empty where nothing is."""
-        return tuple(each.wrong for each in self.clauses if not each.ok)
+        return tuple(clause.wrong for clause in self.clauses if not clause.ok)
 
     def __str__(self) -> str:
         clauses = "one clause" if len(self.wrong) == 1 else f"{len(self.wrong)} clauses"
         verdict = "keeps its contract" if self.ok else f"breaks {clauses} of its contract"
         lines = [f"The {self.kind} {self.name} {verdict}."]
-        for each in self.clauses:
-            lines.append(f"  {'ok   ' if each.ok else 'WRONG'}  {each.clause}")
-            lines += [] if each.ok else [f"         {each.wrong}"]
+        for clause in self.clauses:
+            lines.append(f"  {'ok   ' if clause.ok else 'WRONG'}  {clause.clause}")
+            lines += [] if clause.ok else [f"         {clause.wrong}"]
         return "\n".join([*lines, *(f"  note   {note}" for note in self.notes)])
 
 
@@ -95,7 +95,7 @@ def check_part(part: Any, *, motion: bool = True) -> PartReport:
         if not goes_on:
             notes.append("the other clauses were not looked at; check again when this is mended")
             break
-    if motion and all(each.ok for each in results):  # a motion of a part that is wrong tells nothing more
+    if motion and all(result.ok for result in results):  # a motion of a part that is wrong tells nothing more
         results.append(_result(moves, samples[:1])[0])
     return PartReport(name, kind, tuple(results), tuple(notes))
 

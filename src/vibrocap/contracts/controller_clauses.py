@@ -23,11 +23,11 @@ def machine_for(controller: Any) -> Any:
 def _unknown(controller: Any, machine: Any) -> list[str]:
     """What it measures or accelerates that a machine has not."""
     names = [name for name in controller.measures(machine) if name.removesuffix("_rate") not in (SIDE, CURVATURE)]
-    found = [name for name in names if name.removesuffix("_rate") not in machine.states]
+    unknown_states = [name for name in names if name.removesuffix("_rate") not in machine.states]
     if controller.orders == "acceleration":  # not of a body that rubs, where rest would be cancelled
         told, rub = controller.accelerated(machine), machine.contact_states
-        found += [told] if told not in machine.states or told in rub else []
-    return found
+        unknown_states += [told] if told not in machine.states or told in rub else []
+    return unknown_states
 
 
 def declarations(controller: Any) -> str | None:
@@ -62,8 +62,8 @@ def finite(controller: Any) -> str | None:
         told = controller.orders == "acceleration"
         guards = controller.effort_switches(0.7, *given) if told else controller.switches(*given)
         if controller.sampled:
-            found = controller.after_sample(*given), controller.after_action(given[2])
-            if wrong := [each for each in found if len(each) != count - 1]:
+            values = controller.after_sample(*given), controller.after_action(given[2])
+            if wrong := [value for value in values if len(value) != count - 1]:
                 return f"after_sample, after_action: should be all {count} states but the last, got {len(wrong[0])}"
             guards = (1.0,)  # which every sampled one has
         if len(rates) != count:
@@ -85,7 +85,7 @@ def odd(controller: Any) -> str | None:
     """Its command changes its sign with all that it is given exactly where `odd` says so."""
     for t, measured, own, reference, slope in _samples(controller):
         there = controller.command(t, measured, own, reference, slope)
-        turned = tuple(-each for each in measured), tuple(-each for each in own), -reference, -slope
+        turned = tuple(-number for number in measured), tuple(-number for number in own), -reference, -slope
         back = controller.command(t, *turned)
         if controller.odd and not abs(there + back) <= 64 * EPSILON * (1.0 + abs(there)):
             return f"odd: is True, but the command is {there:g}, and {back:g} with all signs changed"
@@ -94,7 +94,7 @@ def odd(controller: Any) -> str | None:
 
 def _samples(controller: Any) -> list[tuple]:
     """(time, measured, own states, reference, slope) at random, in every branch."""
-    names, found = controller.measures(machine_for(controller)), []
+    names, samples = controller.measures(machine_for(controller)), []
     for draw in draws(SAMPLES, "controllers"):
         own = tuple(
             draw.choice((-1.0, 0.0, 1.0)) if name in controller.switched else draw.uniform(-1.2, 1.2)
@@ -102,8 +102,8 @@ def _samples(controller: Any) -> list[tuple]:
         )
         measured = tuple(draw.uniform(-1.2, 1.2) for _ in names)
         slope = draw.uniform(-1.0, 1.0) if controller.uses_slope else 0.0
-        found.append((draw.uniform(0.0, 9.0), measured, own, draw.uniform(-1.0, 1.0), slope))
-    return found
+        samples.append((draw.uniform(0.0, 9.0), measured, own, draw.uniform(-1.0, 1.0), slope))
+    return samples
 
 
 CONTROLLER_CLAUSES = (declarations, finite, odd)

@@ -49,11 +49,11 @@ def slopes(drive: Any) -> str | None:
         if getattr(kind, name) is getattr(Drive, name):
             return None
         for t in _between_corners(drive):
-            found = getattr(drive, name)(t)
+            value = getattr(drive, name)(t)
             ends = [getattr(drive, below)(t + sign * step) for sign in (-1.0, 1.0)]
             rate, size = (ends[1] - ends[0]) / (2.0 * step), max(map(abs, ends)) / drive.period
-            if not abs(found - rate) <= SLOPE_ERROR * (abs(rate) + size):
-                return f"{name}: is {found:g} at time {t:g}, where the {below} changes at a rate of {rate:g}"
+            if not abs(value - rate) <= SLOPE_ERROR * (abs(rate) + size):
+                return f"{name}: is {value:g} at time {t:g}, where the {below} changes at a rate of {rate:g}"
     return None
 
 

@@ -48,10 +48,10 @@ def finite(law: Any) -> str | None:
         for speed in (velocity, 0.0, side * 1e-300, side * 1e3):
             force, rates = law.force(speed, internal, side, load)
             guards = law.switches(speed, internal, side, load)
-            found = (force, *rates, *guards, *law.losses(speed, internal, side, load))
-            if not all(map(math.isfinite, found)):
+            values = (force, *rates, *guards, *law.losses(speed, internal, side, load))
+            if not all(map(math.isfinite, values)):
                 where = f"velocity {speed:g}, states {internal}, load {load:g}"
-                return f"force, rates, guards and losses: are {found} at {where}"
+                return f"force, rates, guards and losses: are {values} at {where}"
         if not math.isfinite(law.steady_force(abs(velocity), load)):
             return f"steady_force({abs(velocity):g}, {load:g}) is {law.steady_force(abs(velocity), load)}"
         if not all(scale > 0.0 for scale in scales):
@@ -112,13 +112,13 @@ def kind(law: Any) -> str | None:
     bends = 0
     for draw in draws(10):
         _, internal, _, load = random_motion(law, draw)
-        found = []
+        differences = []
         for side in (1, -1):
             pieces = settled_pieces(law, 0.0, law.after_reversal(internal, side, load), side, load)
             ends = (law.force(v, pieces, side, load) for v in (0.0, NEAR * side))
             at_rest, ahead = ((force, *rates) for force, rates in ends)
-            found.append((at_rest[0], [after - before for before, after in zip(at_rest, ahead, strict=True)]))
-        (forward, ahead), (back, behind) = found
+            differences.append((at_rest[0], [after - before for before, after in zip(at_rest, ahead, strict=True)]))
+        (forward, ahead), (back, behind) = differences
         if forward != back:
             return (
                 f"kind: is {law.kind!r}, but the force jumps at rest, from {back:g} to {forward:g} at load {load:g}; a "

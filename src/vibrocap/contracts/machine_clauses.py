@@ -46,7 +46,7 @@ def declarations(machine: Any) -> str | None:
 
 def units(machine: Any) -> str | None:
     """Its coordinates have units that are known, and metres are not added to radians."""
-    own = {name: each.unit for name, each in machine.all_coordinates.items()}
+    own = {name: coordinate.unit for name, coordinate in machine.all_coordinates.items()}
     for name, unit in own.items():
         try:
             dimension_of_unit(unit)
@@ -74,8 +74,8 @@ def numbers(given: Any) -> str | None:
 def accelerated(given: Any) -> str | None:
     """Its rates are finite, and its mass matrix is not singular, wherever its coordinates may reach."""
     for machine, t, y, drive, frictions in _moving(given):
-        for each in (machine, machine.tilted(1.0, 0.2)):
-            if not all(map(math.isfinite, each.rates(t, y, drive, frictions))):
+        for placed in (machine, machine.tilted(1.0, 0.2)):
+            if not all(map(math.isfinite, placed.rates(t, y, drive, frictions))):
                 return f"rates: are not finite at {_place(machine, y)}"
     machine, t, start, *_ = next(_moving(given, 1))
     names, sizes, room = [*machine.coordinates], machine.scales(), machine.room()
@@ -95,15 +95,15 @@ def accelerated(given: Any) -> str | None:
         i = machine.states.index(name)
         low, high = room.get(name, (-math.inf, math.inf))
         x = np.linspace(max(low, -REACH * sizes[i]), min(high, REACH * sizes[i]), STEPS + 1)
-        found = [least((*at[:i], float(each), *at[i + 1 :])) for each in x]
-        k = int(np.argmin(found))
+        values = [least((*at[:i], float(number), *at[i + 1 :])) for number in x]
+        k = int(np.argmin(values))
         near = optimize.minimize_scalar(
-            lambda each, at=at, i=i: least((*at[:i], float(each), *at[i + 1 :])),
+            lambda number, at=at, i=i: least((*at[:i], float(number), *at[i + 1 :])),
             bounds=(x[max(k - 1, 0)], x[min(k + 1, STEPS)]),
             method="bounded",
             options={"xatol": 1e-12 * sizes[i]},
         )
-        value, worst = min((found[k], float(x[k])), (float(near.fun), float(near.x)))
+        value, worst = min((values[k], float(x[k])), (float(near.fun), float(near.x)))
         if value <= SINGULAR:
             y = (*at[:i], worst, *at[i + 1 :])
             return f"parts: the mass matrix is singular at {_place(machine, y)}: a coordinate moves no mass there"
@@ -115,9 +115,9 @@ def sizes(machine: Any) -> str | None:
     if not all(math.isfinite(load) and load > 0.0 for load in machine.loads()):
         return f"loads: should be positive, got {_shown(machine.loads())}"
     for period in (1e-3, 1.0, 1e3):
-        found = machine.scales(period)
-        if len(found) != len(machine.states) or not min(found) > 0.0:
-            return f"scales: should be a positive size for each of {', '.join(machine.states)}, got {found}"
+        scales = machine.scales(period)
+        if len(scales) != len(machine.states) or not min(scales) > 0.0:
+            return f"scales: should be a positive size for each of {', '.join(machine.states)}, got {scales}"
     return None
 
 
@@ -127,12 +127,12 @@ def turns(given: Any) -> str | None:
         i = given.states.index(name)
         for machine, t, y, drive, frictions in _moving(given):
             moved = (*y[:i], y[i] + period, *y[i + 1 :])
-            loads = [each.reaction or () for at in (y, moved) for each in machine.contacts(t, at, drive)]
+            loads = [contact.reaction or () for at in (y, moved) for contact in machine.contacts(t, at, drive)]
             values = [*machine.rates(t, y, drive, frictions), machine.energy(t, y), *loads[0]]
-            found = [*machine.rates(t, moved, drive, frictions), machine.energy(t, moved), *loads[len(loads) // 2]]
+            after_turn = [*machine.rates(t, moved, drive, frictions), machine.energy(t, moved), *loads[len(loads) // 2]]
             bound = 64 * EPSILON * (1.0 + period) * max(map(abs, (1.0, *values))) ** 2
-            if not all(abs(a - b) <= bound for a, b in zip(found, values, strict=True)):
-                told = f"{_shown(values)}, got {_shown(found)}"
+            if not all(abs(a - b) <= bound for a, b in zip(after_turn, values, strict=True)):
+                told = f"{_shown(values)}, got {_shown(after_turn)}"
                 return f"repeats: rates, energy and load should be the same after a whole turn of {name}, {told}"
     return None
 

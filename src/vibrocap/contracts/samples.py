@@ -118,16 +118,16 @@ def machine_draw(machine: Any, draw: random.Random) -> tuple[float, tuple, float
 
 def within_room(machine: Any, y: tuple) -> tuple:
     """A state of a machine, moved to where one between two rigid ends may be, or mirrored at the only one."""
-    found = list(y)
+    state = list(y)
     for name, (low, high) in machine.room().items():
         place, width = machine.states.index(name), high - low
-        if low < found[place] < high:
+        if low < state[place] < high:
             continue
         if math.isfinite(width):
-            found[place] = low + width * (0.05 + 0.9 * ((found[place] - low) / width % 1.0))
+            state[place] = low + width * (0.05 + 0.9 * ((state[place] - low) / width % 1.0))
         else:
-            found[place] = 2.0 * (high if math.isfinite(high) else low) - found[place]
-    return tuple(found)
+            state[place] = 2.0 * (high if math.isfinite(high) else low) - state[place]
+    return tuple(state)
 
 
 def settled_branch(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[float, ...]) -> tuple:

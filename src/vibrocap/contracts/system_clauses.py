@@ -67,15 +67,15 @@ def recorded(part: Any) -> str | None:
         mechanical = list(within_room(machine, mechanical))
         if formulas.corners is not None:  # recorded is the time since the start of the period
             t = t % system.drive.period
-            values = tuple(float(each) for each in formulas.filled(values, t))
+            values = tuple(float(value) for value in formulas.filled(values, t))
         mechanical[contact] = side * abs(mechanical[contact])
         mechanical = settled_branch(machine, t, tuple(mechanical), 0.0, still)
         velocity = machine.contacts(t, mechanical, 0.0)[0].velocity
         y = (*mechanical, *random_internal(law, velocity, side, machine.loads()[0], draw))
         expected = system.rates(t, y, side)
-        found = evaluate(formulas.rates, t, y, float(side), values)
+        rates = evaluate(formulas.rates, t, y, float(side), values)
         size = 1.0 + max(map(abs, expected))
-        for name, one, other in zip(system.state_names, found, expected, strict=True):
+        for name, one, other in zip(system.state_names, rates, expected, strict=True):
             if not abs(float(one) - other) <= 1e3 * EPSILON * size:
                 return (
                     f"the recorded rate of {name} is {float(one):g}, the functions give {other:g}; a formula should "
@@ -92,14 +92,16 @@ def moves(part: Any) -> str | None:
         if motion.status not in ENDS and (motion.piece_sides.any() or not motion.status.ok):
             break
     else:
-        motion = max(tried, key=lambda each: (bool(each.piece_sides.any()), each.end))
+        motion = max(tried, key=lambda motion: (bool(motion.piece_sides.any()), motion.end))
     if not motion.status.ok and (motion.status not in ENDS or motion.end < motion.period):
         return f"the motion of {_others(system, part)} ended early: {motion.status.text}"
-    found = dataclasses.asdict(motion.certificate)
+    certificate = dataclasses.asdict(motion.certificate)
     bound = TOLERANCES * motion.tolerance
     for name in ("energy_residual", "momentum_residual", "estimated_error"):
-        if not found[name] <= bound:
-            return f"the motion of {_others(system, part)} has {name} {found[name]:.2g}, over its bound {bound:.2g}"
+        if not certificate[name] <= bound:
+            return (
+                f"the motion of {_others(system, part)} has {name} {certificate[name]:.2g}, over its bound {bound:.2g}"
+            )
     if beyond := [verdict.text for verdict in motion.certificate.verdicts if not verdict.ok]:
         return f"the motion of {_others(system, part)} is not certified: {'; '.join(beyond)}"
     return None

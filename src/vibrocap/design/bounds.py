@@ -49,8 +49,8 @@ class PerformanceBound(Result):
     def of(self, orbit: Orbit) -> NumberInUnit:
         """The measure of a steady motion, in the unit of the bound; its size where it has a direction."""
         motion = orbit.motion()
-        found = measured(motion, self.measure, window=len(motion.sections) - 1)[self.measure]
-        return abs(found) * self.scale
+        values = measured(motion, self.measure, window=len(motion.sections) - 1)[self.measure]
+        return abs(values) * self.scale
 
     def holds(self, orbit: Orbit) -> bool:
         """Whether a steady motion is one of those for which the bound holds."""
@@ -77,17 +77,17 @@ def performance_bounds(system: System) -> tuple[PerformanceBound, ...]:
 
     Raises ValueError where no bound of the system is known, with the reason for each.
     """
-    found: list[PerformanceBound] = []
+    bounds: list[PerformanceBound] = []
     refused: list[str] = []
     for bound in (_least_cost, _largest_velocity):
-        each = bound(system)
-        if isinstance(each, str):
-            refused.append(each)
+        bound_found = bound(system)
+        if isinstance(bound_found, str):
+            refused.append(bound_found)
         else:
-            found.append(each)
-    if not found:
+            bounds.append(bound_found)
+    if not bounds:
         raise ArgumentError("system", f"no bound is known of this system: {'; '.join(refused)}")
-    return tuple(found)
+    return tuple(bounds)
 
 
 def _least_cost(system: System) -> PerformanceBound | str:
@@ -112,7 +112,7 @@ def _least_cost(system: System) -> PerformanceBound | str:
 
 def _least_friction(law: Any, load: float) -> float:
     """The least |R| of a set-valued law at any speed, in either direction."""
-    found = math.inf
+    least = math.inf
     for side in (1.0, -1.0):
 
         def force(speed: float, side: float = side) -> float:
@@ -120,13 +120,13 @@ def _least_friction(law: Any, load: float) -> float:
 
         forces = np.array([force(speed) for speed in SPEEDS])
         k = int(np.argmin(forces))
-        found = min(found, forces[k])
+        least = min(least, forces[k])
         if 0 < k < len(SPEEDS) - 1 and forces[k] < min(forces[0], forces[-1]):
             from scipy.optimize import minimize_scalar
 
             near = minimize_scalar(force, bounds=(SPEEDS[k - 1], SPEEDS[k + 1]), options={"xatol": 1e-12 * SPEEDS[k]})
-            found = min(found, float(near.fun))  # type: ignore[attr-defined]
-    return found
+            least = min(least, float(near.fun))  # type: ignore[attr-defined]
+    return least
 
 
 def _largest_velocity(system: System) -> PerformanceBound | str:
@@ -173,11 +173,11 @@ def _stroke(drive: Drive) -> float | str:
     steps = steps[steps != 0.0]
     if np.count_nonzero(steps != np.roll(steps, 1)) != 2:
         return "the drive has more than one stroke in a period"
-    found = []
+    lengths = []
     for sign in (1.0, -1.0):
         k = int(np.argmax(sign * values))
-        found.append(_refined(drive, sign, float(times[k]), drive.period / len(times)))
-    return found[0] + found[1]
+        lengths.append(_refined(drive, sign, float(times[k]), drive.period / len(times)))
+    return lengths[0] + lengths[1]
 
 
 def _refined(drive: Drive, sign: float, near: float, step: float) -> float:
@@ -185,7 +185,7 @@ def _refined(drive: Drive, sign: float, near: float, step: float) -> float:
     from scipy.optimize import minimize_scalar
 
     best = sign * drive.value(near)
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda t: -sign * drive.value(t), bounds=(near - step, near + step), options={"xatol": 1e-12 * step}
     )
-    return max(best, -float(found.fun))  # type: ignore[attr-defined]
+    return max(best, -float(minimum.fun))  # type: ignore[attr-defined]

@@ -80,22 +80,22 @@ class ParetoFront(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        found = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
+        facts = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
         if not len(self):
-            return found | {"advice": self.status.advice}
+            return facts | {"advice": self.status.advice}
         ends = [
             f"{low:.6g} to {high:.6g}{'' if unit == '1' else f' {unit}'}"
             for low, high, unit in zip(self.values.min(0), self.values.max(0), self.units, strict=True)
         ]
         spans = dict(zip(self.measures, ends, strict=True))
         left = {"left out": ", ".join(f"{number}: {why}" for why, number in self.rejected.items())}
-        return {"points": str(len(self))} | spans | found | (left if self.rejected else {})
+        return {"points": str(len(self))} | spans | facts | (left if self.rejected else {})
 
     def others(self) -> Numbers:
         """Both measures of every motion that was evaluated and allowed, [motions, 2], as `values`."""
         design, start, _ = _allowed(self.population)
-        found = np.stack([self.population.found[name][design, start] for name in self.measures], axis=1)
-        return np.where(self.sized, np.abs(found), found) * self.scales
+        values = np.stack([self.population.found[name][design, start] for name in self.measures], axis=1)
+        return np.where(self.sized, np.abs(values), values) * self.scales
 
     @property
     def points(self) -> tuple[ParetoDesign, ...]:
@@ -173,8 +173,8 @@ def pareto_front(
     made = Evaluations(problem, evaluations, kept, told(progress))
     _search(made, seed)
     every = together(problem, made.found)
-    found, rejected = _closed(problem, every, points)
-    return _front(problem, every, found, rejected)
+    designs, rejected = _closed(problem, every, points)
+    return _front(problem, every, designs, rejected)
 
 
 def _search(made: Evaluations, seed: int) -> None:
@@ -198,7 +198,7 @@ def _search(made: Evaluations, seed: int) -> None:
             asked: Any = method.ask()
             population = made.of(np.ascontiguousarray(asked.get("X")))
             own = np.arange(len(population)), population.best_start
-            costs = np.stack([each[own] for each in population.costs], axis=1)
+            costs = np.stack([cost[own] for cost in population.costs], axis=1)
             asked.set("F", np.where(costs < INFEASIBLE, costs, 0.0), "G", _violation(costs)[:, None])
             method.tell(infills=asked)
     except Spent:
@@ -227,12 +227,12 @@ def _violation(costs: np.ndarray) -> np.ndarray:
 def not_dominated(costs: np.ndarray) -> np.ndarray:
     """Which of some points [points, 2] no other betters: as indices, by the first cost."""
     order = np.lexsort((costs[:, 1], costs[:, 0]))
-    best, found = np.inf, []
+    best, indices = np.inf, []
     for k in order:
         if costs[k, 1] < best:
             best = costs[k, 1]
-            found.append(k)
-    return np.array(found, dtype=int)
+            indices.append(k)
+    return np.array(indices, dtype=int)
 
 
 def _spread(costs: np.ndarray, many: int) -> np.ndarray:
@@ -251,7 +251,7 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
     design, start, motions = _allowed(every)
     front = not_dominated(motions)
     front = front[_spread(motions[front], points)]
-    found: list[Refined] = []
+    designs: list[Refined] = []
     rejected: dict[str, int] = {}
     for k in front:
         state = every.end(problem.system.state_names, int(design[k]), int(start[k]))
@@ -259,20 +259,20 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
         if near is None or near.best is None:
             rejected[why] = rejected.get(why, 0) + 1
         else:
-            found.append(near.best)
-    exact = np.array([[-each.merit(one.found[each.measure]) for each in problem.goals] for one in found])
-    kept = not_dominated(exact) if found else np.array([], dtype=int)
-    beaten = len(found) - len(kept)
+            designs.append(near.best)
+    exact = np.array([[-goal.merit(one.found[goal.measure]) for goal in problem.goals] for one in designs])
+    kept = not_dominated(exact) if designs else np.array([], dtype=int)
+    beaten = len(designs) - len(kept)
     if beaten:
         rejected["bettered by another's orbit"] = beaten
-    return [found[k] for k in kept], rejected
+    return [designs[k] for k in kept], rejected
 
 
 def _front(problem: Problem, every: Population, found: list[Refined], rejected: dict[str, int]) -> ParetoFront:
     counts, goals = every.counts(), problem.goals
     status = OptimumStatus.FOUND if found else OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
-    scaled = [measure_unit(problem.system, each.measure) for each in goals]
-    values = np.array([[one.found[each.measure] for each in goals] for one in found]).reshape(-1, 2)
+    scaled = [measure_unit(problem.system, goal.measure) for goal in goals]
+    values = np.array([[one.found[goal.measure] for goal in goals] for one in found]).reshape(-1, 2)
     sized, scales = (goals[0].size, goals[1].size), (scaled[0][1], scaled[1][1])
     return ParetoFront(
         status=status,

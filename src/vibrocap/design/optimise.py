@@ -109,11 +109,11 @@ class Optimum(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        found = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
+        facts = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
         if self.design is None or self.value is None:
             if self.nearest is not None:
-                found["nearest"] = f"nearest {_in_words(self.nearest[0])}: {self.nearest[1]}"
-            return found | {"advice": self.status.advice}
+                facts["nearest"] = f"nearest {_in_words(self.nearest[0])}: {self.nearest[1]}"
+            return facts | {"advice": self.status.advice}
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": _in_words(self.design)}
         if self.under is not None:
@@ -121,7 +121,7 @@ class Optimum(Result):
         best["limits"] = f"limited by {', '.join(self.limits)}"
         if self.attractors is not None:
             best["reached"] = self.reached
-        return best | found
+        return best | facts
 
     @property
     def reached(self) -> str:
@@ -131,13 +131,13 @@ class Optimum(Result):
             return "not asked"
         own = None if self.attractor is None else known.attractors[self.attractor]
         twin = None if own is None or own.twin in (None, self.attractor) else known.attractors[own.twin]
-        mine = [each for each in (own, twin) if each is not None]
+        mine = [motion for motion in (own, twin) if motion is not None]
         others = len(known.attractors) - len(mine)
         parts = [f"reached from {100.0 * (own.share if own else 0.0):.3g} % of {len(known.label)} spread starts"]
         if twin is not None:
             parts.append(f"its mirror twin from {100.0 * twin.share:.3g} %")
         if others:
-            share = sum(each.share for each in known.attractors) - sum(each.share for each in mine)
+            share = sum(attractor.share for attractor in known.attractors) - sum(motion.share for motion in mine)
             parts.append(f"{others} other motion{'s' if others > 1 else ''} from {100.0 * share:.3g} %")
         lost = float(np.mean(known.label < 0))
         if lost:
@@ -236,8 +236,8 @@ def optimise(
     populations = searched(problem, evaluations, seed, kept, told(progress))
     if refinement is None:
         refinement = EACH * max(3, len(problem.space.variables))
-    found, rejected = _refined(problem, populations, refinement)
-    return _optimum(problem, together(problem, populations), found, rejected, spread_starts)
+    designs, rejected = _refined(problem, populations, refinement)
+    return _optimum(problem, together(problem, populations), designs, rejected, spread_starts)
 
 
 def _refined(
@@ -247,12 +247,12 @@ def _refined(
     best: ClosedDesigns | None = None
     rejected: list[str] = []
     accepted = 0
-    for each in best_designs(problem, populations, APART, TRIED):
+    for best_design in best_designs(problem, populations, APART, TRIED):
         if accepted == REFINED:
             break
-        near, why = closed_near(problem, each.shares, each.state)
+        near, why = closed_near(problem, best_design.shares, best_design.state)
         if near is None:
-            rejected.append(f"{problem.goal.measure} {abs(each.cost):.6g}: {why}")
+            rejected.append(f"{problem.goal.measure} {abs(best_design.cost):.6g}: {why}")
             continue
         accepted += 1
         near.refine(refinement // len(near.near))
@@ -284,7 +284,11 @@ def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str
         return f"its orbit: {steady.status.value}"
     if near.best.margins[-1] < 0.0:
         return f"largest multiplier {np.max(np.abs(steady.multipliers)):.6g}"
-    broken = [each.words for each, margin in zip(goal.constraints, near.best.margins, strict=False) if margin < 0.0]
+    broken = [
+        constraint.words
+        for constraint, margin in zip(goal.constraints, near.best.margins, strict=False)
+        if margin < 0.0
+    ]
     return f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
 
 
@@ -300,10 +304,15 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
     elif cost < INFEASIBLE:
         why = "its orbit is not stable, or does not fulfil the constraints"
     else:
-        known = [(each, float(every.found[each.measure][k, start])) for each in problem.goal.constraints]
-        lacking = [(each, x) for each, x in known if not each.margin(x) >= 0.0]
-        scaled = [(each, x * measure_unit(problem.system, each.measure)[1]) for each, x in lacking]
-        why = ", ".join(f"{each.measure} {x:.6g}, not {each.words}" for each, x in scaled) or "no value of the measure"
+        known = [
+            (constraint, float(every.found[constraint.measure][k, start])) for constraint in problem.goal.constraints
+        ]
+        lacking = [(design, x) for design, x in known if not design.margin(x) >= 0.0]
+        scaled = [(design, x * measure_unit(problem.system, design.measure)[1]) for design, x in lacking]
+        why = (
+            ", ".join(f"{design.measure} {x:.6g}, not {design.words}" for design, x in scaled)
+            or "no value of the measure"
+        )
     return problem.space.design(every.shares[k]), why
 
 
@@ -320,7 +329,7 @@ def _optimum(
     problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...], spread_starts: int
 ) -> Optimum:
     """The result of a search."""
-    goal, starts = problem.goal, tuple(dict(each) for each in problem.starts)
+    goal, starts = problem.goal, tuple(dict(start) for start in problem.starts)
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
     stands = near is not None and goal.travels and not _travels(problem, every)
     if near is None or stands:
@@ -333,11 +342,11 @@ def _optimum(
         return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
     best = _of(near)
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
-    found = None
+    best_design = None
     if spread_starts:
         system, start = steady.system, problem.starts[0]
         begun = within_room(system, {name: start.get(name, 0.0) for name in system.state_names})
-        found = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
+        best_design = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
     turned = goal.size and value < 0.0 and steady.system.mirrored
     steady = steady.twin() if turned else steady
@@ -357,14 +366,16 @@ def _optimum(
         value=float(sign * value),
         unit=unit,
         orbit=steady,
-        constraints={each.words: best.found[each.measure] * measure_unit(problem.system, each.measure)[1]
-                     for each in goal.constraints},
+        constraints={
+            constraint.words: best.found[constraint.measure] * measure_unit(problem.system, constraint.measure)[1]
+            for constraint in goal.constraints
+        },
         limits=near.limits(),
         slopes=slopes,  # type: ignore[arg-type]
         starts=starts,
         reached_from=tuple(map(int, reached)),
-        attractors=found,
-        attractor=None if found is None else found.of(steady),
+        attractors=best_design,
+        attractor=None if best_design is None else best_design.of(steady),
         counts=every.counts(),
         rejected=rejected,
         nearest=None,

@@ -88,7 +88,8 @@ class Robustness(Result):
     def quantiles(self) -> dict[Number, NumberInUnit]:
         """Values that the share of samples given by each key stays below."""
         return {
-            each: float(np.quantile(self._finite, each)) if len(self._finite) else float("nan") for each in QUANTILES
+            quantile: float(np.quantile(self._finite, quantile)) if len(self._finite) else float("nan")
+            for quantile in QUANTILES
         }
 
     @property
@@ -118,21 +119,21 @@ class Robustness(Result):
     def facts(self) -> dict[str, str]:
         unit = "" if self.unit == "1" else f" {self.unit}"
         low, *_, high = self.quantiles.values()
-        found = {
+        facts = {
             "nominal": f"{self.nominal:.8g}{unit}" + f" ({self.nominal_doubt})" * bool(self.nominal_doubt),
             "mean": f"{self.mean:.6g}{unit}, deviation {self.deviation:.3g}{unit}",
             "90 % within": f"{low:.6g} to {high:.6g}{unit}",
             "worst": f"{self.worst:.6g}{unit}, mean of the worst tenth {self.tail_mean:.6g}{unit}",
         }
         if self.wrong_way is not None:
-            found["wrong way"] = f"{100.0 * self.wrong_way:.3g} % of {len(self.values)} samples"
+            facts["wrong way"] = f"{100.0 * self.wrong_way:.3g} % of {len(self.values)} samples"
         if self.failed:
-            found["failed"] = ", ".join(f"{100.0 * share:.3g} % {status}" for status, share in self.failed.items())
+            facts["failed"] = ", ".join(f"{100.0 * share:.3g} % {status}" for status, share in self.failed.items())
         if self.not_settled:
-            found["not settled"] = f"{100.0 * self.not_settled:.3g} %"
+            facts["not settled"] = f"{100.0 * self.not_settled:.3g} %"
         if self.total and (name := self.most_influential):
-            found["to know better"] = f"{name} (total index {self.total[name][0]:.3g})"
-        return found
+            facts["to know better"] = f"{name} (total index {self.total[name][0]:.3g})"
+        return facts
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each sample: the uncertain quantities and the measure."""
@@ -263,4 +264,6 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
     every, generator = np.arange(samples), np.random.default_rng(seed)
     low, high = bootstrap((every,), indices, n_resamples=999, vectorized=False, rng=generator).confidence_interval
     rows = np.stack([indices(every), low, high], axis=-1).tolist()
-    return tuple({each.name: SobolIndex(*row) for each, row in zip(quantities, table, strict=True)} for table in rows)  # type: ignore[return-value]
+    return tuple(
+        {quantity.name: SobolIndex(*row) for quantity, row in zip(quantities, table, strict=True)} for table in rows
+    )  # type: ignore[return-value]

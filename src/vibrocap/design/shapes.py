@@ -29,7 +29,7 @@ def drive_shape(
     if not 1 <= count <= len(HARMONICS):
         raise ArgumentError("cosines", f"should be of one to {len(HARMONICS)} harmonics, got {count}")
     given = [*cosines, *(0.0,) * (count - len(cosines)), *sines, *(0.0,) * (count - len(sines))]
-    *parts, wanted = np.broadcast_arrays(*(np.atleast_1d(np.asarray(each, dtype=float)) for each in (*given, peak)))
+    *parts, wanted = np.broadcast_arrays(*(np.atleast_1d(np.asarray(number, dtype=float)) for number in (*given, peak)))
     shape = np.stack(parts)  # [cosines and sines, n]
     largest = _peaks(shape[:count], shape[count:])
     scaled = shape * np.divide(wanted, largest, out=np.zeros(len(largest)), where=largest > 0.0)
@@ -50,6 +50,6 @@ def _peaks(cosines: np.ndarray, sines: np.ndarray) -> np.ndarray:
         slope, curvature = orders @ (b * c - a * d), -(orders**2) @ (a * c + b * d)
         s = s - np.clip(np.divide(slope, curvature, out=np.zeros(len(s)), where=curvature != 0.0), -step, step)
     polished = np.abs(np.sum(a * np.cos(orders[:, None] * s) + b * np.sin(orders[:, None] * s), axis=0))
-    found = np.max(size, axis=0)
-    np.maximum.at(found, which, polished)
-    return found
+    peaks = np.max(size, axis=0)
+    np.maximum.at(peaks, which, polished)
+    return peaks

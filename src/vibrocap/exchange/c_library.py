@@ -58,7 +58,7 @@ def export_c(case: Case, folder: str | Path, name: str = "capsule", input: Input
     """
     files = c_files(case, name, input)
     place = made_folder(folder)
-    return [write_text(place / each, text) for each, text in files.items()]
+    return [write_text(place / name, text) for name, text in files.items()]
 
 
 def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
@@ -69,7 +69,7 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     firsts = {code: said for code, said in stepped.statuses.items() if codes[code] == code}
     same = {code: first for code, first in codes.items() if first != code}
     held, in_si = stepped.input is not None, stepped.system.units is not None
-    words = {each: str(place) for each, place in (kernel.places | sizes).items()}
+    words = {name: str(place) for name, place in (kernel.places | sizes).items()}
     words |= {"name": name, "NAME": name.upper()}
     return words | {
         "drive_said": AN_INPUT if held else "The drive is that of the case.",
@@ -92,13 +92,13 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
             if code > REFUSED
         ),
         "statuses": "\n".join(f'    case {code}: return "{said}";' for code, said in firsts.items()),
-        "event_names": ", ".join(f'"{each}"' for each in stepped.event_kinds),
+        "event_names": ", ".join(f'"{event_kind}"' for event_kind in stepped.event_kinds),
         "time_infos": _infos([stepped.time]),
         "input_infos": _infos(stepped.inputs),
         "parameter_infos": _infos(stepped.parameters),
         "state_infos": _infos(stepped.states),
         "observable_infos": _infos(stepped.observables),
-        "parameter_places": ", ".join(str(each.place) for each in stepped.parameters) or "0",
+        "parameter_places": ", ".join(str(parameter.place) for parameter in stepped.parameters) or "0",
         "set_floats": _settings("floats", memory.floats),
         "set_ints": _settings("ints", memory.ints),
         "input_declared": templates.INPUT_DECLARED if held else "",
@@ -120,10 +120,10 @@ def _first_codes(stepped: SteppedCase) -> dict[int, int]:
 def _infos(ports: Sequence[Port]) -> str:
     """Initialisers of quantities; C has no empty arrays."""
     rows = (
-        f'\n    {{"{each.name}", "{each.unit}", '
-        + ", ".join(map(number, (each.scale, each.in_unit, *each.bounds)))
+        f'\n    {{"{port.name}", "{port.unit}", '
+        + ", ".join(map(number, (port.scale, port.in_unit, *port.bounds)))
         + "}"
-        for each in ports
+        for port in ports
     )
     return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 
@@ -146,5 +146,5 @@ def number(value: float | int) -> str:
 def _filled(template: str, words: Mapping[str, str]) -> str:
     """A template with its @places@ filled, which may hold places themselves."""
     while re.search(r"@\w+@", template):
-        template = re.sub(r"@(\w+)@", lambda found: words[found[1]], template)
+        template = re.sub(r"@(\w+)@", lambda match: words[match[1]], template)
     return template

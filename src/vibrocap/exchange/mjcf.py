@@ -276,19 +276,19 @@ def _start_frame(root: ET.Element, mechanism: Mechanism, unit: _Units, pressed: 
 
 def _lost(system: System, levels: list[float], unit: _Units, step: float) -> tuple[str, ...]:
     """What the model does not say of the system, in sentences."""
-    found = []
+    lost = []
     for number, ((law, load), level) in enumerate(zip(_loaded(system), levels, strict=True), start=1):
-        found += _lost_of_law(system, numbered("friction", number), law, load, level, unit)
+        lost += _lost_of_law(system, numbered("friction", number), law, load, level, unit)
     if system.machine.follows_load:
-        found.append(
+        lost.append(
             "machine.normal_load: the load is that of a soft contact, into which the body sinks and on which it bounces"
         )
     second = "" if system.units is None else " s"
-    found += [
+    lost += [
         f"rest: friction is soft; a contact at rest creeps, and events wait for the end of a step ({step:.4g}{second})",
         f"drive: MJCF has no {system.drive.name} waveform; set every control to the value of the drive at each step",
     ]
-    return tuple(found)
+    return tuple(lost)
 
 
 def _lost_of_law(system: System, path: str, law: Law, load: float, level: float, unit: _Units) -> list[str]:
@@ -298,17 +298,17 @@ def _lost_of_law(system: System, path: str, law: Law, load: float, level: float,
     of = "" if system.machine.follows_load or system.units is None else " N"
     slow, fast = (sliding_level(law, share * speed, load) for share in (RESTS, 1e3))
     kept = f"the file has {force * level:.4g}{of}, that at {speed * unit('m/s'):.4g}{unit.names[0]}"
-    found = []
+    lost = []
     if law.internal:
-        found.append(f"the states of its contact ({', '.join(law.internal)}), so memory and presliding")
+        lost.append(f"the states of its contact ({', '.join(law.internal)}), so memory and presliding")
     if law.kind == "smooth":
-        found.append("that it holds nothing at rest")
+        lost.append("that it holds nothing at rest")
     if not law.symmetric:
-        found.append("that its directions differ")
+        lost.append("that its directions differ")
     if law.kind == "set-valued" and law.holding_limit(load) > slow * (1.0 + 1e-6):
-        found.append(f"that it holds up to {force * law.holding_limit(load):.4g}{of} at rest")
+        lost.append(f"that it holds up to {force * law.holding_limit(load):.4g}{of} at rest")
     if not math.isclose(slow, fast, rel_tol=1e-6):
-        found.append(f"that friction goes from {force * slow:.4g}{of} at vanishing speed to {force * fast:.4g}{of}")
-    if not found:
+        lost.append(f"that friction goes from {force * slow:.4g}{of} at vanishing speed to {force * fast:.4g}{of}")
+    if not lost:
         return []
-    return [f"{path}: MuJoCo cannot say the {law.name} law; lost: {'; '.join(found)}; {kept}"]
+    return [f"{path}: MuJoCo cannot say the {law.name} law; lost: {'; '.join(lost)}; {kept}"]

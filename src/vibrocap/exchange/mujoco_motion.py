@@ -49,7 +49,7 @@ def judgement(case: Case, model: MujocoModel | None = None) -> Judgement:
     exact = case.simulate().dimensionless
     place = exact.state[str(case.system.machine.place or case.system.cyclic)]
     travel = drift(exact) if case.system.cyclic is not None and len(exact.sections) > 1 else None
-    as_written, rewritten = (mujoco_ending(case, model, exact.end, rewritten=each) for each in (False, True))
+    as_written, rewritten = (mujoco_ending(case, model, exact.end, rewritten=contact) for contact in (False, True))
     steps = math.ceil(exact.end * _time_unit(case) / model.step)
     return Judgement(exact, Ending(place, travel), as_written, rewritten, steps)
 
@@ -71,21 +71,21 @@ def mujoco_ending(case: Case, model: MujocoModel, end: float, rewritten: bool) -
     period = system.drive.period * time
     last = math.floor(end * time / period * (1.0 + 1e-12))
     asked = [(last - 1) * period, last * period, end * time] if last else [end * time]
-    found: list[float] = []
+    positions: list[float] = []
     before, count = 0.0, 0
-    while len(found) < len(asked):
+    while len(positions) < len(asked):
         now, ahead = count * model.step, float(state.qpos[first])
-        while len(found) < len(asked) and asked[len(found)] <= now:
-            share = (now - asked[len(found)]) / model.step
-            found.append(ahead - share * (ahead - before))
+        while len(positions) < len(asked) and asked[len(positions)] <= now:
+            share = (now - asked[len(positions)]) / model.step
+            positions.append(ahead - share * (ahead - before))
         before = ahead
         if rewritten:
             friction.rewrite(state)
         state.ctrl[:] = effort * system.drive.value(now / time)
         mujoco.mj_step(runner, state)
         count += 1
-    travel = (found[1] - found[0]) / length if last else None
-    return Ending(found[-1] / length, travel)
+    travel = (positions[1] - positions[0]) / length if last else None
+    return Ending(positions[-1] / length, travel)
 
 
 class _Friction:

@@ -52,8 +52,8 @@ class Port:
     @property
     def in_unit(self) -> float:
         """The value in the unit, with the fewest digits that give the dimensionless one exactly."""
-        found = shortest(self.value, self.scale)
-        return self.value * self.scale if found is None else found
+        number = shortest(self.value, self.scale)
+        return self.value * self.scale if number is None else number
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -129,13 +129,13 @@ class SteppedCase:
         """Value, slope and curvature of the input; none without."""
         if self.input is None:
             return ()
-        found = [self._of_motion("drive")]
+        inputs = [self._of_motion("drive")]
         for _ in INPUT_NAMES[1:]:
-            unit = found[-1].unit if self.system.units is None else over_seconds(found[-1].unit)
-            found.append(Port("", unit, found[-1].scale / self.time.scale))
-        named = zip(found, INPUT_NAMES, strict=True)
+            unit = inputs[-1].unit if self.system.units is None else over_seconds(inputs[-1].unit)
+            inputs.append(Port("", unit, inputs[-1].scale / self.time.scale))
+        named = zip(inputs, INPUT_NAMES, strict=True)
         return tuple(
-            dataclasses.replace(each, name="drive" if name == "value" else f"drive_{name}") for each, name in named
+            dataclasses.replace(port, name="drive" if name == "value" else f"drive_{name}") for port, name in named
         )
 
     @functools.cached_property
@@ -144,9 +144,9 @@ class SteppedCase:
         if self.system.units is None:
             return NO_UNITS
         seen = (*self.states, *self.observables)
-        units = {each.name: each.unit for each in (self.time, *self.inputs, *seen)}
-        inputs = tuple(each.scale for each in self.inputs) or NO_UNITS.inputs
-        return PortScales(self.time.scale, inputs, np.array([each.scale for each in seen]), units)
+        units = {port.name: port.unit for port in (self.time, *self.inputs, *seen)}
+        inputs = tuple(port.scale for port in self.inputs) or NO_UNITS.inputs
+        return PortScales(self.time.scale, inputs, np.array([port.scale for port in seen]), units)
 
     @functools.cached_property
     def parameters(self) -> tuple[Port, ...]:
@@ -154,15 +154,15 @@ class SteppedCase:
 
         Of a sampled controller those are left out that decide how many samples a period has, and when they act.
         """
-        found, parts, corners = [], self.system.parts, self.equations.corners
+        parameters, parts, corners = [], self.system.parts, self.equations.corners
         counted = () if corners is None else corners.counted
         values = zip(self.equations.parameter_paths, parameter_values(self.system), strict=True)
         for place, (path, value) in enumerate(values):
             part, name = split_path(path)
             if not (path.startswith(SEGMENT) or part == self.input or place in counted):
                 known = quantity_in_si(path, self.system)
-                found.append(Port(path, known.unit, known.scale, value, *bounds(parts[part], name), place))
-        return tuple(found)
+                parameters.append(Port(path, known.unit, known.scale, value, *bounds(parts[part], name), place))
+        return tuple(parameters)
 
     @functools.cached_property
     def states(self) -> tuple[Port, ...]:
@@ -189,8 +189,8 @@ class SteppedCase:
     def event_kinds(self) -> tuple[str, ...]:
         """Names of what is counted: kinds of event of each contact, then those of none, from `contact_kinds` on."""
         kinds = event_kinds(self.system.placed.switch_events)
-        found = (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
-        return found[: self.kernel.counted_kinds]  # a machine may have fewer branches than it has names
+        all_kinds = (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
+        return all_kinds[: self.kernel.counted_kinds]  # a machine may have fewer branches than it has names
 
     @property
     def contact_kinds(self) -> int:

@@ -142,8 +142,10 @@ def stepper(
 
 def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[dict[str, Any] | None], dict[str, Any]]:
     """What is given by name without its arrays, and the arrays."""
-    arrays = {name: value for each in given for name, value in (each or {}).items() if np.ndim(value)}
-    rest = [None if each is None else {name: each[name] for name in each if name not in arrays} for each in given]
+    arrays = {name: value for column in given for name, value in (column or {}).items() if np.ndim(value)}
+    rest = [
+        None if column is None else {name: column[name] for name in column if name not in arrays} for column in given
+    ]
     return rest, arrays
 
 
@@ -215,10 +217,10 @@ class SteppedMotion:
     @property
     def events(self) -> dict[str, int]:
         """How often each kind of event occurred; of a further contact "stick_2" and so on."""
-        first, found = self.stepped.kernel.places["COUNTED"], dict.fromkeys(self.stepped.counted, 0)
+        first, counts = self.stepped.kernel.places["COUNTED"], dict.fromkeys(self.stepped.counted, 0)
         for i, name in enumerate(self.stepped.counted):
-            found[name] += self._ints[first + i]
-        return found
+            counts[name] += self._ints[first + i]
+        return counts
 
     @property
     def last_event(self) -> StepperEvent | None:
@@ -251,8 +253,8 @@ class SteppedMotion:
         )
 
     def __repr__(self) -> str:
-        found = zip(self._names, self.states, strict=False)
-        states = ", ".join(f"{name} {said(value, self.unit_of(name), 5)}" for name, value in found)
+        pairs = zip(self._names, self.states, strict=False)
+        states = ", ".join(f"{name} {said(value, self.unit_of(name), 5)}" for name, value in pairs)
         now = said(self.time, self.unit_of("time"))
         return f"<{type(self).__name__}: t = {now}; {states}; {self.status or 'continues'}>"
 

@@ -24,7 +24,7 @@ class StepperArray:
     def __init__(self, stepped: SteppedCase, count: int, columns: Mapping[str, Any]):
         self.stepped, self.count = stepped, count
         one, placed = stepped.memory(), self._placed(columns)
-        self._bind([np.tile(each, (count, 1)) for each in (one.floats, one.ints, one.trace)], NO_UNITS)
+        self._bind([np.tile(memory, (count, 1)) for memory in (one.floats, one.ints, one.trace)], NO_UNITS)
         for place, column in placed.items():
             self._floats[:, place] = column
         for memory in self._memories():
@@ -32,7 +32,7 @@ class StepperArray:
 
     def _placed(self, columns: Mapping[str, Any]) -> dict[int, np.ndarray]:
         """Initial states and parameters of all motions by their place in the memory."""
-        places, found = self.stepped.kernel.places, {}
+        places, by_place = self.stepped.kernel.places, {}
         states = {port.name: places["STATE"] + i for i, port in enumerate(self.stepped.states)}
         ports = {port.name: port for port in self.stepped.parameters}
         for name, value in columns.items():
@@ -41,17 +41,17 @@ class StepperArray:
                 raise ArgumentError(str(name), f"no such state or parameter; {suggestion(name, [*states, *ports])}")
             column = self._column(name, value)
             if name not in states and name not in ports:
-                found |= {places["PARAMETER"] + i: each for i, each in self._given_in_si(name, column).items()}
+                by_place |= {places["PARAMETER"] + i: each for i, each in self._given_in_si(name, column).items()}
                 continue
             if name in ports:
                 port = ports[name]
                 if np.any((column < port.least) | (column > port.most)):
                     limits = f"from {port.least:.4g} to {port.most:.4g}"
                     raise ArgumentError(name, f"should be {limits}, got {shown(value)}")
-                found[places["PARAMETER"] + port.place] = column
+                by_place[places["PARAMETER"] + port.place] = column
             else:
-                found[states[name]] = column
-        return found
+                by_place[states[name]] = column
+        return by_place
 
     def _given_in_si(self, path: str, column: np.ndarray) -> dict[int, np.ndarray]:
         """What a parameter in SI makes of the parameter vector, by place, where it changes any of it."""
@@ -62,12 +62,12 @@ class StepperArray:
 
     def _column(self, name: str, value: Any) -> np.ndarray:
         """A number for each motion."""
-        found = np.asarray(value, dtype=float)
-        if found.shape not in ((), (self.count,)):
-            raise ArgumentError(name, f"should be a number or {self.count} of them, got an array {found.shape}")
-        if not np.all(np.isfinite(found)):
+        column = np.asarray(value, dtype=float)
+        if column.shape not in ((), (self.count,)):
+            raise ArgumentError(name, f"should be a number or {self.count} of them, got an array {column.shape}")
+        if not np.all(np.isfinite(column)):
             raise ArgumentError(name, f"should be finite, got {shown(value)}")
-        return np.broadcast_to(found, (self.count,))
+        return np.broadcast_to(column, (self.count,))
 
     def _bind(self, rows: list[np.ndarray], scales: PortScales) -> None:
         self._scales = scales
@@ -77,7 +77,7 @@ class StepperArray:
         self._look = [kernel.entry("look_at", memory) for memory in self._memories()]
 
     def _memories(self) -> list[StepperMemory]:
-        return [StepperMemory(*each) for each in zip(self._floats, self._ints, self._trace, strict=True)]
+        return [StepperMemory(*memory) for memory in zip(self._floats, self._ints, self._trace, strict=True)]
 
     def step(self, *given: Any) -> None:
         """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count].
@@ -141,10 +141,10 @@ class StepperArray:
     @property
     def events(self) -> dict[str, np.ndarray]:
         """How often each kind of event occurred, by name as of `Stepper`: arrays [count]."""
-        first, found = self._places["COUNTED"], dict.fromkeys(self.stepped.counted, np.zeros(self.count, int))
+        first, counts = self._places["COUNTED"], dict.fromkeys(self.stepped.counted, np.zeros(self.count, int))
         for i, name in enumerate(self.stepped.counted):
-            found[name] = found[name] + self._ints[:, first + i]
-        return found
+            counts[name] = counts[name] + self._ints[:, first + i]
+        return counts
 
     @property
     def ended(self) -> np.ndarray:
@@ -164,7 +164,7 @@ class StepperArray:
 
     def copy(self) -> "StepperArray":
         """The same motions once more."""
-        rows = [each.copy() for each in (self._floats, self._ints, self._trace)]
+        rows = [memory.copy() for memory in (self._floats, self._ints, self._trace)]
         return _bound(self.stepped, self.count, rows, self._scales)
 
     @property

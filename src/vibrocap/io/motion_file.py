@@ -140,9 +140,9 @@ def motion_dataset(
 
 
 def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
-    found: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
+    attributes: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
     context = motion.si_context()
-    return found if context is None else found | {"dimensionless_unit": context.units.factor(name)}
+    return attributes if context is None else attributes | {"dimensionless_unit": context.units.factor(name)}
 
 
 def _certificate_text(motion: "Trajectory") -> str:

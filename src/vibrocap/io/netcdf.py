@@ -42,8 +42,8 @@ def _write(dataset: "xarray.Dataset", target: Any, check: Callable[[], None] = l
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    arrays = {name: each for name, each in dataset.variables.items() if each.dims and each.size}
-    checked = {name: {"fletcher32": True} for name, each in arrays.items() if each.dtype.kind in "biuf"}
+    arrays = {name: variable for name, variable in dataset.variables.items() if variable.dims and variable.size}
+    checked = {name: {"fletcher32": True} for name, array in arrays.items() if array.dtype.kind in "biuf"}
     with h5netcdf.File(target, "w") as file:
         dataset.dump_to_store(H5NetCDFStore(file), writer=_InOrder(check), encoding=checked)
 
@@ -128,13 +128,13 @@ class _Disk(io.RawIOBase):
         view = memoryview(buffer).cast("B")
         size = max(0, min(len(view), self._end - self._at))
         self._file.seek(self._at)
-        found = bytearray(self._file.read(size) or b"")
-        found.extend(bytes(size - len(found)))
+        content = bytearray(self._file.read(size) or b"")
+        content.extend(bytes(size - len(content)))
         for place, data in self._later:
             begin, end = max(place, self._at), min(place + len(data), self._at + size)
             if begin < end:
-                found[begin - self._at : end - self._at] = data[begin - place : end - place]
-        view[:size] = found
+                content[begin - self._at : end - self._at] = data[begin - place : end - place]
+        view[:size] = content
         self._at += size
         return size
 

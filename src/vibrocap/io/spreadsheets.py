@@ -181,8 +181,8 @@ def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:
     from scipy.io import savemat  # takes long to load
 
     memory = io.BytesIO()
-    found = {_name(name): _matlab(value) for name, value in variables.items()}
-    savemat(memory, found, long_field_names=True, do_compression=True, oned_as="column")
+    arrays = {_name(name): _matlab(value) for name, value in variables.items()}
+    savemat(memory, arrays, long_field_names=True, do_compression=True, oned_as="column")
     data = memory.getbuffer()
     data[: len(MATLAB)] = MATLAB  # in place of the date: the same results give the same bytes
     with replacing(path) as temporary:
@@ -191,7 +191,7 @@ def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:
 
 def _matlab(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {_name(name): _matlab(each) for name, each in value.items()}
+        return {_name(name): _matlab(element) for name, element in value.items()}
     array = np.asarray(value)
     return array.astype(object) if array.dtype.kind in "UO" and array.ndim else array
 
@@ -206,5 +206,5 @@ def _cell(value: Any) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, str):
-        return CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), no_formula(value))
+        return CONTROL.sub(lambda match: match[0].encode("unicode_escape").decode(), no_formula(value))
     return None if isinstance(value, float) and value != value else str(value) if value in (np.inf, -np.inf) else value

@@ -44,8 +44,8 @@ class StudyExport(Export):
         self.runs, self.case, self.size = dataset, str(dataset.attrs["case"]), dataset["status"].size
         self.columns = [str(name) for name in (*dataset.coords, *dataset.data_vars)]
         known = {name: dataset[name].attrs for name in self.columns}
-        self.units = {name: str(each.get("units", "1")) for name, each in known.items()}
-        self.meanings = {name: str(each.get("long_name", name)) for name, each in known.items()}
+        self.units = {name: str(variable.get("units", "1")) for name, variable in known.items()}
+        self.meanings = {name: str(variable.get("long_name", name)) for name, variable in known.items()}
         self.facts = {key: str(value) for key, value in dataset.attrs.items() if key != "case"}
         flags = dataset["status"].attrs
         self.words = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))
@@ -58,7 +58,7 @@ class StudyExport(Export):
         for index in tile_indices(shape, tile):
             block = tile_block(shape, tile, index)
             part = self.runs.isel(dict(zip(dims, block, strict=True))).load()
-            sizes = tuple(each.stop - each.start for each in block)
+            sizes = tuple(column.stop - column.start for column in block)
             texts = []
             for name in self.columns:
                 array = part[name]

@@ -79,14 +79,18 @@ def contents(
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
-        *([] if examples is None else (each for each in gallery(examples) if each.key != (opened and opened.key))),
+        *(
+            []
+            if examples is None
+            else (preset for preset in gallery(examples) if preset.key != (opened and opened.key))
+        ),
     ]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)
-    known = [each for each in offered if _key(each.case.system) in forms]
-    presets = [each for each in known if series_order(each.case.tolerance) == order]
+    known = [form for form in offered if _key(form.case.system) in forms]
+    presets = [preset for preset in known if series_order(preset.case.tolerance) == order]
     for system in systems:
-        if all(each.parts[0] != system.machine.name for each in presets):  # it begins with its defaults
+        if all(preset.parts[0] != system.machine.name for preset in presets):  # it begins with its defaults
             presets.append(defaults(system, tolerance))
     return Contents(tuple(systems), tuple(presets), tolerance)
 

@@ -65,14 +65,14 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
     low, high, log = slider_range(info, least)
     high = min(high, bounds.get("most", high))
     keys = parameter_keys(part, effort)
-    si = [[each.stem, each.unit, each.factor] for each in keys.values() if each.name == info.name]
+    si = [[key.stem, key.unit, key.factor] for key in keys.values() if key.name == info.name]
     return {
         "name": info.name,
         "symbol": info.symbol,
         "meaning": info.meaning,
         **({"inSi": info.in_si} if info.in_si != info.meaning else {}),
         "default": info.default,
-        "needed": any(each.name == info.name for each in needed(part)),
+        "needed": any(key.name == info.name for key in needed(part)),
         **bounds,
         "low": low,
         "high": high,
@@ -92,19 +92,19 @@ def bounds_of(part: Any, name: str) -> dict[str, Any]:
     """The bounds that a parameter has by itself: least and most, above and below where these are excluded."""
     field = part.__pydantic_fields__[name]
     rules = [*field.metadata]
-    for each in typing.get_args(field.annotation):  # a number with bounds, or None
-        rules += [rule for info in typing.get_args(each)[1:] for rule in getattr(info, "metadata", [info])]
-    found: dict[str, Any] = {}
+    for inner in typing.get_args(field.annotation):  # a number with bounds, or None
+        rules += [rule for info in typing.get_args(inner)[1:] for rule in getattr(info, "metadata", [info])]
+    bounds: dict[str, Any] = {}
     for rule in rules:
         for key, kind, excluded in ("gt", "least", "above"), ("lt", "most", "below"):
             if (bound := getattr(rule, key, None)) is not None:
-                found |= {kind: float(bound), excluded: True}
+                bounds |= {kind: float(bound), excluded: True}
             elif (bound := getattr(rule, key[0] + "e", None)) is not None:
-                found[kind] = float(bound)
+                bounds[kind] = float(bound)
         check = getattr(rule, "func", None)
         if check is not None and _refused(check, -1.0) and not _refused(check, 0.0):
-            found["least"] = 0.0
-    return found
+            bounds["least"] = 0.0
+    return bounds
 
 
 def _refused(check: Any, value: float) -> bool:
@@ -142,4 +142,4 @@ def slider_range(info: ParameterInfo, least: float | None) -> tuple[float, float
 def _rounded(value: float) -> float:
     """The nearest of 1, 2, 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
-    return min((1.0, 2.0, 5.0, 10.0), key=lambda each: abs(math.log(value / (each * power)))) * power
+    return min((1.0, 2.0, 5.0, 10.0), key=lambda factor: abs(math.log(value / (factor * power)))) * power

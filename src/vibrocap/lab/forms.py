@@ -55,10 +55,10 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     observed["load"] = recording.observables["reaction"] if follows else load
     observed |= {f"{name}_power": power for name, power in zip(recording.channels, recording.powers, strict=True)}
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
-    functions = [*(_on(load.graph, each) for each in observed.values()), *drawn]
+    functions = [*(_on(load.graph, expression) for expression in observed.values()), *drawn]
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
     room = recorded_room(system)
-    bounds = [bound for each in room.values() for bound in each]
+    bounds = [bound for place in room.values() for bound in place]
     own = gathered_functions(system)
     motion, ensemble = browser_kernels(recording, functions, tolerance, looser, bounds, own)
     fixed = {
@@ -77,7 +77,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "switched": list(system.switched),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
-        "rests": [each.sticks for each in recording.contacts],
+        "rests": [contact.sticks for contact in recording.contacts],
         "channels": list(system.channels),
         "observed": list(observed),
         "parameters": list(paths),
@@ -87,8 +87,14 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "corners": _corners(recording.corners, system, paths),
         "fixed": fixed,
         "scene": [
-            {"kind": each.kind, "name": each.name, "points": len(each.points), "size": list(each.size), "box": each.box}
-            for each in shapes
+            {
+                "kind": shape.kind,
+                "name": shape.name,
+                "points": len(shape.points),
+                "size": list(shape.size),
+                "box": shape.box,
+            }
+            for shape in shapes
         ],
         "tolerance": looser,
         "motion": _places(motion),
@@ -112,12 +118,12 @@ def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
     """SI unit of quantities, and their exponents of mass, length and time."""
     known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.parts)
     known |= {} if system.controller is None else {"reference": DRIVE_UNITS[system.controller.reference]}
-    found = {}
+    units = {}
     for name in names:
         unit = known.get(name) or ("N" if name == "load" else "W" if name.endswith("_power") else None)
         if unit is not None:
-            found[name] = [unit, exponents(dimension_of_unit(unit))]
-    return found
+            units[name] = [unit, exponents(dimension_of_unit(unit))]
+    return units
 
 
 def _on(graph: Any, expression: Any) -> Any:

@@ -42,23 +42,26 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
     of whether the system has the half-period symmetry, m. It is what the measure itself does, written down; a measure
     that this system does not have is left out.
     """
-    found = []
+    records = []
     for name, measure in measure_table(system).items():
         _, needed = resolved(name, system)
-        if any(isinstance(each.how, Standard) and each.how.text for each in needed):
+        if any(isinstance(measure.how, Standard) and measure.how.text for measure in needed):
             continue
         read = _read(system, kernel, needed, name)
         if read != "NaN":
             si = None if measure.si_unit == "1" else [measure.si_unit, exponents(dimension_of_unit(measure.si_unit))]
             record = {"name": name, "meaning": measure.meaning, "asked": asked_groups(needed), "read": read}
-            found.append(record if si is None else record | {"si": si})
-    return found
+            records.append(record if si is None else record | {"si": si})
+    return records
 
 
 def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name: str) -> str:
     ways, layout = Ways(), kernel.layout
     own = _reductions(system)
-    ordered = (*own, *(each for each in needed if each not in own))  # their numbers stand in the order of the kernel
+    ordered = (
+        *own,
+        *(measure for measure in needed if measure not in own),
+    )  # their numbers stand in the order of the kernel
     numbers = np.array([[Written(1.0, f"r[{i}]", ways) for i in range(layout.result_size)]], dtype=object)
     period = np.array([Written(1.0, "T", ways)], dtype=object)
     threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text

@@ -46,17 +46,17 @@ def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
     for form in forms:
         own.append(f"(p,f)=>{form['rules']}||null")
         known.append(f"(p,odd)=>{form['mirrored']}")
-        measures = ",".join(f"{each['name']}:{each['read']}" for each in form.get("measures", ()))
+        measures = ",".join(f"{measure['name']}:{measure['read']}" for measure in form.get("measures", ()))
         read.append(f"(r,T,h,m)=>({{{measures}}})")
         parts.append(f"(p)=>{form['corners']['parts'] if form['corners'] else 0}")
-    rules, mirrored, readers, cut = (f"[{','.join(each)}]" for each in (own, known, read, parts))
+    rules, mirrored, readers, cut = (f"[{','.join(names)}]" for names in (own, known, read, parts))
     return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers},CUTS={cut};\n"
 
 
 def _policy(scripts: str, styles: str) -> str:
     """What the browser is to allow the page, as a Content Security Policy (level 3)."""
     script, style = (
-        base64.b64encode(hashlib.sha256(each.encode()).digest()).decode("ascii") for each in (scripts, styles)
+        base64.b64encode(hashlib.sha256(texts.encode()).digest()).decode("ascii") for texts in (scripts, styles)
     )
     allowed = {
         "default-src": "'none'",
@@ -76,9 +76,9 @@ def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:
     measures: dict[str, dict[str, Any]] = {}  # by their text: most are those of all forms, and stand once
     forms = []
     for form in data["forms"]:
-        shown = [{name: value for name, value in each.items() if name != "read"} for each in form["measures"]]
-        measures |= {json.dumps(each): each for each in shown}
-        numbers = [list(measures).index(json.dumps(each)) for each in shown]
+        shown = [{name: value for name, value in measure.items() if name != "read"} for measure in form["measures"]]
+        measures |= {json.dumps(form): form for form in shown}
+        numbers = [list(measures).index(json.dumps(form)) for form in shown]
         forms.append({name: value for name, value in form.items() if name != "rules"} | {"measures": numbers})
     data = {**data, "forms": forms, "measures": list(measures.values())}
     letters = f"const GREEK={json.dumps(GREEK, ensure_ascii=False)};\n"

@@ -46,14 +46,14 @@ class Preset:
 
 def paper_presets() -> list[Preset]:
     """The systems of the paper's figures of motion, on both laws."""
-    found = []
+    presets = []
     for key, figures, made in (("5-8", "Figs 5-8", figures_5_to_8), ("9-11", "Figs 9-11", figures_9_to_11)):
         for law, words in (("exponential", "exponential law (EM)"), ("lugre", "LuGre law (LM)")):
             system = made(law)
             note = f"The machine of the paper's {figures} on the {words}, from the paper's start."
             case = Case(system, start(system), periods=40)
-            found.append(Preset(f"paper-{key}-{law}", f"Paper, {figures}, {law}", note, case))
-    return found
+            presets.append(Preset(f"paper-{key}-{law}", f"Paper, {figures}, {law}", note, case))
+    return presets
 
 
 def gallery(folder: Path) -> list[Preset]:
@@ -75,8 +75,10 @@ def file_preset(path: Path) -> Preset:
     text = path.read_text(encoding="utf-8-sig") if path.is_file() else ""  # of a pipe all was read
     head = re.match(r"(?:#[^\n]*\n)*", text.replace("\r\n", "\n"))
     lines = [line[1:].strip().replace("`", "") for line in (head[0] if head else "").splitlines()]
-    paragraphs = [" ".join(each.split()) for each in "\n".join(lines).split("\n\n")]
-    told = [re.sub(r"[^.]*$", "", each) for each in paragraphs if not each.startswith("vibrocap ")]  # "Run it with"
+    paragraphs = [" ".join(paragraph.split()) for paragraph in "\n".join(lines).split("\n\n")]
+    told = [
+        re.sub(r"[^.]*$", "", paragraph) for paragraph in paragraphs if not paragraph.startswith("vibrocap ")
+    ]  # "Run it with"
     note = " ".join(filter(None, told))
     return Preset(path.stem, path.stem.replace("-", " ").capitalize(), note, case)
 
@@ -111,6 +113,6 @@ def end_of(case: Case) -> dict[str, Any]:
     """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
     system, start = case.system, initial_state(case.system, case.initial)
     run = list(start.values()), system.drive.period, Budget(**case.run)
-    found = recorded_run(equations(system), parameter_values(system), *run, literal=True)
-    counts = {"events": len(found.events), "pieces": len(found.pieces), "status": found.status}
-    return {"state": found.final.tolist()} | counts
+    motion = recorded_run(equations(system), parameter_values(system), *run, literal=True)
+    counts = {"events": len(motion.events), "pieces": len(motion.pieces), "status": motion.status}
+    return {"state": motion.final.tolist()} | counts

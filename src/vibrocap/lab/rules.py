@@ -40,12 +40,12 @@ def rules(system: System, paths: tuple[str, ...]) -> str:
     """
     ways = Ways()
     made = written_system(system, paths, ways)
-    found: dict[str, list[str]] = {}  # conditions by what is said
+    texts: dict[str, list[str]] = {}  # conditions by what is said
     for field, check in (*_checks(made), ("", lambda: _place_stays_free(system, made))):
         for asked, value in ways.through(check):
             if isinstance(value, ValueError) and asked:
-                found.setdefault(_said(value, field), []).append(condition(asked))
-    return "||".join(f"({'||'.join(dict.fromkeys(each))})&&{said}" for said, each in found.items()) or "null"
+                texts.setdefault(_said(value, field), []).append(condition(asked))
+    return "||".join(f"({'||'.join(dict.fromkeys(text))})&&{said}" for said, text in texts.items()) or "null"
 
 
 def mirrored(system: System, paths: tuple[str, ...]) -> str:
@@ -61,8 +61,8 @@ def mirrored(system: System, paths: tuple[str, ...]) -> str:
         vars(asking).update(vars(made.drive))
         object.__setattr__(made, "drive", asking)
     ends = ways.through(lambda: made.mirrored, MOST_CASES)
-    found = [(asked, "true" if value is True else "false") for asked, value in ends]
-    return "false" if len(found) == MOST_CASES else chosen(found)
+    cases = [(asked, "true" if value is True else "false") for asked, value in ends]
+    return "false" if len(cases) == MOST_CASES else chosen(cases)
 
 
 def parts_of_period(system: System, paths: tuple[str, ...]) -> str:
@@ -89,12 +89,12 @@ def _checks(system: System) -> Iterator[tuple[str, Callable[[], Any]]]:
         cls: Any = type(record)
         for info in parameter_table(cls):
             value = getattr(record, info.name)
-            for each in cls.__pydantic_fields__[info.name].metadata:
-                if isinstance(value, Written) and callable(check := getattr(each, "func", None)):
+            for constraint in cls.__pydantic_fields__[info.name].metadata:
+                if isinstance(value, Written) and callable(check := getattr(constraint, "func", None)):
                     yield f"{name}.{info.name}", lambda check=check, value=value: check(value)
-        for each in cls.__pydantic_decorators__.model_validators.values():
-            if each.info.mode == "after":
-                yield f"{name}.", lambda check=each.func, record=record: check(record)
+        for model_validator in cls.__pydantic_decorators__.model_validators.values():
+            if model_validator.info.mode == "after":
+                yield f"{name}.", lambda check=model_validator.func, record=record: check(record)
     yield "", system.__post_init__
 
 
@@ -107,12 +107,14 @@ def _place_stays_free(system: System, made: System) -> None:
 def _said(error: ValueError, field: str) -> str:
     """[field, text] in JavaScript. field: as `_checks` gives it."""
     known = tuple(getattr(error, "complaints", ()))
-    found: Complaint = known[0] if known else complaint_of(str(error))
+    complaints: Complaint = known[0] if known else complaint_of(str(error))
     if field and not known:
-        found = Complaint(field, str(error)) if not field.endswith(".") else found.about(field + found.field)
-    parts = found.text.split(HELD)
-    text = "".join(f"${{f({each})}}" if i % 2 else _plain(each) for i, each in enumerate(parts))
-    return f"[{json.dumps(found.field)},`{text}`]"
+        complaints = (
+            Complaint(field, str(error)) if not field.endswith(".") else complaints.about(field + complaints.field)
+        )
+    parts = complaints.text.split(HELD)
+    text = "".join(f"${{f({part})}}" if i % 2 else _plain(part) for i, part in enumerate(parts))
+    return f"[{json.dumps(complaints.field)},`{text}`]"
 
 
 def _plain(text: str) -> str:

@@ -27,16 +27,16 @@ def _until(script: str, at: int, end: str) -> tuple[str, int]:
         if letter == "`":
             text, at = _template(script, at)
             out.append(text)
-        elif found := TEXT.match(script, at) or WORDS.match(script, at):
-            out.append(found[0].lstrip())
-            at = found.end()
-        elif found := COMMENT.match(script, at):
-            at = found.end()
-        elif found := SPACES.match(script, at):
-            at = found.end()
+        elif match := TEXT.match(script, at) or WORDS.match(script, at):
+            out.append(match[0].lstrip())
+            at = match.end()
+        elif match := COMMENT.match(script, at):
+            at = match.end()
+        elif match := SPACES.match(script, at):
+            at = match.end()
             before = out[-1][-1] if out else "{"
             after = script[at] if at < len(script) else "}"
-            if "\n" in found[0] and before not in GOES_ON and after not in "})]?:.,&|":
+            if "\n" in match[0] and before not in GOES_ON and after not in "})]?:.,&|":
                 out.append("\n")
             elif (WORD.match(before) and WORD.match(after)) or (before in "+-" and after in "+-"):
                 out.append(" ")

@@ -87,10 +87,10 @@ def break_away(
     check_numbers(mass=mass, load=load)
     sizes = contact_sizes(law, load)
     chosen = sizes.stiffness * sizes.speed * np.array(RATES) if rates is None else checked_list("rates", rates)
-    found = [_pulled(law, float(rate), mass, load, sizes, tolerance) for rate in chosen]
-    columns = np.array([row for row, _ in found]).T
+    pulled = [_pulled(law, float(rate), mass, load, sizes, tolerance) for rate in chosen]
+    columns = np.array([row for row, _ in pulled]).T
     force, applied, velocity, displacement, peaked = columns
-    pulls = tuple(pull for _, pull in found)
+    pulls = tuple(pull for _, pull in pulled)
     return BreakAway(chosen, force, applied, velocity, displacement, peaked > 0.0, pulls, mass)
 
 

@@ -89,7 +89,7 @@ class _Stretch:
 def _turn(recorded, levels, durations, state, size) -> list[_Stretch] | None:
     """One period from a state; None where something is not finite."""
     side = next((math.copysign(1.0, v) for v in reversed(levels) if v), 1.0)
-    now, found = 0.0, []
+    now, stretches = 0.0, []
     for velocity, duration in zip(levels, durations, strict=True):
         if velocity * side < 0.0:
             side = -side
@@ -97,9 +97,9 @@ def _turn(recorded, levels, durations, state, size) -> list[_Stretch] | None:
         stretch = _stretch(recorded, velocity, side, state, size, now, duration)
         if stretch is None:
             return None
-        found.append(stretch)
+        stretches.append(stretch)
         state, now = stretch.internal[-1], now + duration
-    return found
+    return stretches
 
 
 def _stretch(recorded, velocity, side, state, size, now, duration) -> _Stretch | None:
@@ -130,15 +130,15 @@ def _stretch(recorded, velocity, side, state, size, now, duration) -> _Stretch |
         if not np.all(np.isfinite(before)):
             return None
         grid = np.linspace(start, duration, POINTS)
-        found = solve_ivp(rates, (start, duration), before, "LSODA", grid, events=guards, rtol=1e-10, atol=small)
-        if found.status < 0 or not np.all(np.isfinite(found.y)):
+        solution = solve_ivp(rates, (start, duration), before, "LSODA", grid, events=guards, rtol=1e-10, atol=small)
+        if solution.status < 0 or not np.all(np.isfinite(solution.y)):
             return None
-        t.append(found.t)
-        y.append(found.y.T)
-        if found.status == 0:
+        t.append(solution.t)
+        y.append(solution.y.T)
+        if solution.status == 0:
             break
-        which = next(i for i, times in enumerate(found.t_events) if len(times))
-        start, before = float(found.t_events[which][0]), found.y_events[which][0].copy()
+        which = next(i for i, times in enumerate(solution.t_events) if len(times))
+        start, before = float(solution.t_events[which][0]), solution.y_events[which][0].copy()
         before[:states] = recorded.values(recorded.after_switch[which], velocity, before[:states], side)
     else:
         return None

@@ -26,12 +26,12 @@ def check_numbers(**given: Any) -> None:
 def checked_list(name: str, given: Any) -> np.ndarray:
     """Positive numbers [n]; ValueError for anything else."""
     try:
-        found = np.asarray(given, dtype=float)
+        numbers = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         raise ArgumentError(name, f"should be a list of positive numbers, got {given!r}") from None
-    if found.ndim != 1 or not len(found) or not np.all((found > 0.0) & np.isfinite(found)):
+    if numbers.ndim != 1 or not len(numbers) or not np.all((numbers > 0.0) & np.isfinite(numbers)):
         raise ArgumentError(name, f"should be a list of positive numbers, got {given!r}")
-    return found
+    return numbers
 
 
 def check_motion(status: Status, law: Law) -> None:
@@ -95,15 +95,15 @@ def _recorded(kind: type[Law], names: tuple[str, ...], fixed: tuple) -> DrivenEq
 def _numbers(name: str, values: Any) -> np.ndarray:
     """Finite numbers [n]."""
     try:
-        found = np.asarray(values, dtype=float)
+        numbers = np.asarray(values, dtype=float)
     except (TypeError, ValueError) as error:
         raise ArgumentError(name, f"should be numbers, got {values!r}") from error
-    if found.ndim != 1:
-        raise ArgumentError(name, f"should be a list of numbers, got an array of shape {found.shape}")
-    if not np.isfinite(found).all():
-        i = int(np.argmin(np.isfinite(found)))
-        raise ArgumentError(name, f"should be finite, got {found[i]} at sample {i}")
-    return found
+    if numbers.ndim != 1:
+        raise ArgumentError(name, f"should be a list of numbers, got an array of shape {numbers.shape}")
+    if not np.isfinite(numbers).all():
+        i = int(np.argmin(np.isfinite(numbers)))
+        raise ArgumentError(name, f"should be finite, got {numbers[i]} at sample {i}")
+    return numbers
 
 
 def imposed_motion(law: Law, time: Any, velocity: Any, load: Any, tolerance: float) -> np.ndarray:
@@ -137,16 +137,16 @@ def start_states(law: Law, internal: Any, runs: int) -> np.ndarray:
     k = len(law.internal)
     if internal is None:
         return np.zeros((runs, k))
-    found = np.atleast_1d(np.asarray(internal, dtype=float))
-    if found.shape not in ((k,), (runs, k)):
+    states = np.atleast_1d(np.asarray(internal, dtype=float))
+    if states.shape not in ((k,), (runs, k)):
         raise ArgumentError(
             "internal",
             f"should have the {k} internal states of the {law.name} law "
-            f"({', '.join(law.internal) or 'none'}), got an array of shape {found.shape}",
+            f"({', '.join(law.internal) or 'none'}), got an array of shape {states.shape}",
         )
-    if not np.isfinite(found).all():
+    if not np.isfinite(states).all():
         raise ArgumentError("internal", f"should be finite, got {internal!r}")
-    return np.array(np.broadcast_to(found, (runs, k)))
+    return np.array(np.broadcast_to(states, (runs, k)))
 
 
 def parameter_sets(law: Law, values: Any, names: tuple[str, ...]) -> np.ndarray:

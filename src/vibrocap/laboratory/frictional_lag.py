@@ -80,6 +80,6 @@ def _loop(law: Law, mean: float, amplitude: float, omega: float, load: float, di
     way = 2.0 * math.pi / omega * mean
     cycles = CYCLES + math.ceil(RELAXATIONS * displacement / way)
     phase = 2.0 * math.pi * np.arange(cycles * SAMPLES + 1) / SAMPLES
-    found = driven_force(law, phase / omega, mean - amplitude * np.cos(phase), load=load, tolerance=TOLERANCE)
-    check_motion(found.status, law)
-    return found.force[-SAMPLES - 1 :]
+    forces = driven_force(law, phase / omega, mean - amplitude * np.cos(phase), load=load, tolerance=TOLERANCE)
+    check_motion(forces.status, law)
+    return forces.force[-SAMPLES - 1 :]

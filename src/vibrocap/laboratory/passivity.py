@@ -238,16 +238,16 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
     bottom = min(scale, top) * 10.0**-DECADES
     speeds = np.geomspace(bottom, top, 1 + math.ceil(PER_DECADE * math.log10(top / bottom)))
     states, sides, sizes = _states(recorded, speeds)
-    found = powers(recorded, states, sides, speeds)
+    worst_powers = powers(recorded, states, sides, speeds)
     continuous = sizes[recorded.continuous]
     proven = type(law).passive is not Law.passive and law.passive  # one that says nothing is not proven
     cycle = needed = None
     if not proven:
-        worst = worst_chatter(found, continuous)
+        worst = worst_chatter(worst_powers, continuous)
         if worst is not None:
-            needed = _speed_needed(recorded, found, continuous, worst, sides)
+            needed = _speed_needed(recorded, worst_powers, continuous, worst, sides)
             bound = top if fastest is not None else SHOWN * needed
-            cycle = _real_cycle(recorded, _brisk(found, bound, continuous) or worst, sizes)
+            cycle = _real_cycle(recorded, _brisk(worst_powers, bound, continuous) or worst, sizes)
         if cycle is None and (len(recorded.continuous) > 1 or law.switched):
             slow = min(10.0 * scale, top) if fastest is None else top
             cycle = _measured(closed_cycle(recorded, *searched_cycle(recorded, bottom, slow, sizes), sizes))

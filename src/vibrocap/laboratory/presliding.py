@@ -102,21 +102,21 @@ def presliding_loop(
     velocity = shape * amplitude * (2.0 * math.tan(math.pi / (2.0 * loading))) / step
     time = step * np.arange(count + 1)
     displacement = np.append(0.0, np.cumsum(0.5 * step * (velocity[1:] + velocity[:-1])))
-    found = driven_force(law, time, velocity, load=load, tolerance=LOOP_TOLERANCE)
-    check_motion(found.status, law)
+    forces = driven_force(law, time, velocity, load=load, tolerance=LOOP_TOLERANCE)
+    check_motion(forces.status, law)
     last = count - SAMPLES
-    peak = float(np.max(np.abs(found.force[last:])))
+    peak = float(np.max(np.abs(forces.force[last:])))
     return PreslidingLoop(
         amplitude=float(amplitude),
         time=time,
         displacement=displacement,
         velocity=velocity,
-        force=found.force,
+        force=forces.force,
         last=last,
-        area=_integral(found.force[last:] * amplitude * shape[last:], math.pi / loading),
+        area=_integral(forces.force[last:] * amplitude * shape[last:], math.pi / loading),
         peak_force=peak,
-        deflection=float(np.max(np.abs(found.internal[last:, 0]))) if law.internal else None,
-        closure=abs(float(found.force[-1] - found.force[last])) / peak if peak else 0.0,
+        deflection=float(np.max(np.abs(forces.internal[last:, 0]))) if law.internal else None,
+        closure=abs(float(forces.force[-1] - forces.force[last])) / peak if peak else 0.0,
     )
 
 

@@ -137,7 +137,7 @@ def visited_states(recorded: RecordedLaw, speeds: np.ndarray) -> tuple[np.ndarra
     states, draw = len(recorded.rates), np.random.default_rng(20)
     size = np.asarray([float(scale) for scale in recorded.law.internal_scales(recorded.load)])
     state, side = np.zeros((states, MOTIONS)), np.ones(MOTIONS)
-    found, sides = [state], [side]
+    visited, sides = [state], [side]
     for _ in range(LEVELS):
         turn = draw.choice([-1.0, 1.0], MOTIONS)
         velocity = turn * draw.choice(speeds, MOTIONS)
@@ -150,9 +150,9 @@ def visited_states(recorded: RecordedLaw, speeds: np.ndarray) -> tuple[np.ndarra
         for share in np.diff(np.geomspace(1e-3, 1.0, STEPS + 1), prepend=0.0):
             state = implicit_euler(recorded, velocity, state, side, share * duration)
             state = recorded.settled_pieces(velocity, state, side)
-            found.append(state)
+            visited.append(state)
             sides.append(side)
-    every, where = np.concatenate(found, axis=1), np.concatenate(sides)
+    every, where = np.concatenate(visited, axis=1), np.concatenate(sides)
     finite = np.all(np.isfinite(every), axis=0)
     return every[:, finite], where[finite]
 

@@ -194,8 +194,8 @@ def width_for(
 
     def excess(run: SmoothedRun) -> float:
         """ln of |error| over the wanted one; positive: too large."""
-        found = abs(run.value - meter.exact.value)
-        return math.log(max(found, 1e-300) / wanted) if math.isfinite(found) else math.inf
+        difference = abs(run.value - meter.exact.value)
+        return math.log(max(difference, 1e-300) / wanted) if math.isfinite(difference) else math.inf
 
     width = 0.1 * meter.speed
     met = 0
@@ -253,16 +253,16 @@ class _Meter:
 
     def _measured(self, system: System, width: float, motion: Any) -> SmoothedRun:
         loose = simulate(system, tolerance=min(LOOSER * self._tolerance, 1e-2), **self._run)
-        value, second = (self._value(each) for each in (motion, loose))
+        value, second = (self._value(run) for run in (motion, loose))
         return SmoothedRun(width, value, abs(value - second), len(motion.piece_start), motion.status)
 
     def _value(self, motion: Any) -> float:
         if not motion.status.ok:
             return math.nan
-        found = measured(motion, self._measure, **self._options)[self.name]
-        if isinstance(found, str):
+        value = measured(motion, self._measure, **self._options)[self.name]
+        if isinstance(value, str):
             raise ArgumentError("measure", f"should be a number, got {self.name!r}, which is a text")
-        return float(found)
+        return float(value)
 
     def regularisation(self, runs: Sequence[SmoothedRun]) -> Regularisation:
         """All runs together, from wide to narrow."""

@@ -161,8 +161,8 @@ def _cycle(motion: Trajectory, stiffness: float, speed: float, still: float, arr
 
 def _roots(motion: Trajectory, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Times at which a continuous function of time changes its sign."""
-    found = [part.roots(function) for part in stretches(motion, 0.0, motion.end)]
-    return np.unique(np.concatenate(found))
+    roots = [part.roots(function) for part in stretches(motion, 0.0, motion.end)]
+    return np.unique(np.concatenate(roots))
 
 
 def _rests(motion: Trajectory, start: float, end: float, still: float) -> list[tuple[float, float]]:

@@ -196,9 +196,9 @@ def _jacobians(recorded: RecordedLaw, speeds: np.ndarray, states: np.ndarray) ->
 def _eigenvalues(matrices: np.ndarray) -> np.ndarray:
     """Eigenvalues [n, k] of matrices [n, k, k], NaN where a matrix is not finite."""
     finite = np.all(np.isfinite(matrices), axis=(1, 2))
-    found = np.full(matrices.shape[:2], np.nan + 0.0j)
-    found[finite] = np.linalg.eigvals(matrices[finite])
-    return found
+    eigenvalues = np.full(matrices.shape[:2], np.nan + 0.0j)
+    eigenvalues[finite] = np.linalg.eigvals(matrices[finite])
+    return eigenvalues
 
 
 def _steady_slope(recorded: RecordedLaw, speeds: np.ndarray) -> np.ndarray:

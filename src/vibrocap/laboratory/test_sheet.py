@@ -85,12 +85,12 @@ def test_sheet(
         "stick_slip": lambda: stick_slip_test(law, stiffness, speed, mass=mass, load=load),
         "creep": lambda: creep(law, cycles=CREEP_CYCLES, load=load),
     }
-    found = {}
+    results = {}
     for name, run in tests.items():
         if progress is not None:
             progress(name.replace("_", " "))
-        found[name] = run()
-    return TestSheet(law, load, sizes, mass, stiffness, speed, **found)
+        results[name] = run()
+    return TestSheet(law, load, sizes, mass, stiffness, speed, **results)
 
 
 test_sheet.__test__ = False  # type: ignore[attr-defined]

@@ -23,8 +23,8 @@ def sticking_measures(number: int) -> tuple[Measure, ...]:
         def value(runs: Gathered) -> np.ndarray:
             if kind(runs) != "set-valued":
                 return runs.nowhere
-            found = runs.results.entry(entry, contact)
-            return found / runs.time if share else found
+            entry_values = runs.results.entry(entry, contact)
+            return entry_values / runs.time if share else entry_values
 
         meaning = f"{meaning} (NaN: the law cannot stick)"
         return Measure(numbered(name, number), meaning, Standard(value, codes.ASK_MODES))

@@ -100,8 +100,8 @@ def measured(
     results = replayed(*given, own_integrands(needed, recording), _switch_times(motion))
     period = np.array([motion.period])
     runs = Gathered(motion.system, results, period, lambda: np.array([motion.system.mirrored]), threshold)
-    found = values(needed, runs)
-    return {measure.name: found[measure.name][0].item() for measure in asked}
+    columns = values(needed, runs)
+    return {measure.name: columns[measure.name][0].item() for measure in asked}
 
 
 def _switch_times(motion: Trajectory) -> list[np.ndarray]:
@@ -157,17 +157,17 @@ def unavailable(needed: Sequence[Measure], system: System) -> dict[str, str]:
 
     needed: as `resolved` gives them, each after what it is derived from
     """
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for measure in needed:
         how = measure.how
-        if isinstance(how, Derived) and (lacking := [found[name] for name in how.of if name in found]):
-            found[measure.name] = f"{measure.name} needs {lacking[0]}"
+        if isinstance(how, Derived) and (lacking := [reasons[name] for name in how.of if name in reasons]):
+            reasons[measure.name] = f"{measure.name} needs {lacking[0]}"
         try:
             check_travel([measure], system)
             own_integrands([measure] if isinstance(how, Reduction) else (), equations(system))
         except ArgumentError as error:
-            found[measure.name] = error.complaint.text
-    return found
+            reasons[measure.name] = error.complaint.text
+    return reasons
 
 
 def check_travel(needed: Sequence[Measure], system: System) -> None:
@@ -182,35 +182,35 @@ def check_travel(needed: Sequence[Measure], system: System) -> None:
 
 def asked_groups(needed: Sequence[Measure]) -> int:
     """Groups that have to be gathered for measures, a sum of powers of two."""
-    found = 0
+    groups = 0
     for measure in needed:
         if isinstance(measure.how, Standard):
-            found |= measure.how.groups
+            groups |= measure.how.groups
         elif isinstance(measure.how, Reduction):
-            found |= codes.ASK_INTEGRALS if is_summed(measure) else codes.ASK_PEAK
-    return found
+            groups |= codes.ASK_INTEGRALS if is_summed(measure) else codes.ASK_PEAK
+    return groups
 
 
 def values(needed: Sequence[Measure], runs: Gathered) -> dict[str, np.ndarray]:
     """Values of measures, in the order of `resolved`: an array [runs] each."""
-    found: dict[str, np.ndarray] = {}
+    columns: dict[str, np.ndarray] = {}
     contacts = len(runs.system.laws)
     # After the standard ones, see `integrands_source`.
     own_sum, own_extreme = len(runs.system.channels) + contacts * codes.FUNCTIONS_PER_CONTACT, contacts
     for measure in needed:
         how = measure.how
         if isinstance(how, Standard):
-            found[measure.name] = how.value(runs)
+            columns[measure.name] = how.value(runs)
         elif isinstance(how, Derived):
-            value = np.asarray(how.function(*(found[name] for name in how.of)))
-            found[measure.name] = np.broadcast_to(value, (len(runs.results),))
+            value = np.asarray(how.function(*(columns[name] for name in how.of)))
+            columns[measure.name] = np.broadcast_to(value, (len(runs.results),))
         elif is_summed(measure):
             total = runs.results.entry("INTEGRAL", own_sum)
-            found[measure.name] = total / runs.time if how.kind == "mean" else total
+            columns[measure.name] = total / runs.time if how.kind == "mean" else total
             own_sum += 1
         else:
             signs = signs_of_extremes(measure)
             largest = [runs.results.entry("PEAK", own_extreme + k) for k in range(len(signs))]
-            found[measure.name] = np.maximum(*largest) if len(signs) == 2 else signs[0] * largest[0]
+            columns[measure.name] = np.maximum(*largest) if len(signs) == 2 else signs[0] * largest[0]
             own_extreme += len(signs)
-    return found
+    return columns

@@ -131,7 +131,7 @@ def ensemble(
     )
     runs = len(next(iter(columns.values())))
     finals = [FINAL + name for name in system.state_names] if final_states else []
-    found: dict[str, np.ndarray] = {}
+    by_measure: dict[str, np.ndarray] = {}
     done = 0
     with reporting(None if callable(progress) else progress, "Running") as bar:
         tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
@@ -140,11 +140,13 @@ def ensemble(
             values = {path: column[chosen] for path, column in columns.items()}
             part = _measured(system, values, start, budget, needed, run_all, report)
             for name in (*ALWAYS, *(measure.name for measure in asked), *finals):
-                if name not in found:
-                    found[name] = np.empty(runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype)
-                found[name][chosen] = part[name]
+                if name not in by_measure:
+                    by_measure[name] = np.empty(
+                        runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype
+                    )
+                by_measure[name][chosen] = part[name]
             done += len(chosen)
-    return {name: column.astype(str) if column.dtype == object else column for name, column in found.items()}
+    return {name: column.astype(str) if column.dtype == object else column for name, column in by_measure.items()}
 
 
 def _measured(
@@ -160,7 +162,7 @@ def _measured(
     runs = len(next(iter(columns.values())))
     one = _system_of_run(system, columns, 0)
     lacking = unavailable(needed, one) if one.cyclic != system.cyclic else ()
-    needed = [each for each in needed if each.name not in lacking]
+    needed = [measure for measure in needed if measure.name not in lacking]
     recording = equations(one)
     parameters = np.tile(parameter_values(one), (runs, 1))
     states = np.tile(list(start.values()), (runs, 1))
@@ -190,7 +192,7 @@ def _measured(
     if budget.asked & numerics.codes.ASK_INTEGRALS:
         good &= balanced(recording, gathered, parameters[finished], budget.tolerance)
     status[np.flatnonzero(finished)[~good]] = NOT_CERTIFIED
-    found = {
+    by_measure = {
         "status": status,
         "settled": everything.settled,
         "response_period": everything.response_period.astype(np.int16),
@@ -199,10 +201,10 @@ def _measured(
         **{FINAL + name: results.state[:, i] for i, name in enumerate(recording.state_names)},
     }
     for name, value in values(needed, gathered).items():
-        if name not in found:
-            found[name] = np.full(runs, "" if value.dtype.kind == "U" else np.nan, dtype=value.dtype)
-            found[name][finished] = value
-    return found | {name: np.full(runs, np.nan) for name in lacking}
+        if name not in by_measure:
+            by_measure[name] = np.full(runs, "" if value.dtype.kind == "U" else np.nan, dtype=value.dtype)
+            by_measure[name][finished] = value
+    return by_measure | {name: np.full(runs, np.nan) for name in lacking}
 
 
 def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -261,7 +263,7 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     compares its fields is made for every combination that they take.
     """
     runs: dict[int, None] = {}
-    for column in (each for path, each in columns.items() if not path.startswith(INITIAL)):
+    for column in (column for path, column in columns.items() if not path.startswith(INITIAL)):
         kinds = np.unique(column.astype(str), return_index=True)[1] if column.dtype == object else ()
         runs |= dict.fromkeys((0, *map(int, kinds)))
         if column.dtype != object:

@@ -42,14 +42,14 @@ class Gathered:
 
         What makes no returns has to stand still: marks at equal distances also stand still where that is its period.
         """
-        found = self.results.head("response_period") > 0
-        return found & ((self.cycle_time > 0.0) | self.still) if self.results.layout.returns else found
+        periods = self.results.head("response_period") > 0
+        return periods & ((self.cycle_time > 0.0) | self.still) if self.results.layout.returns else periods
 
     @property
     def response_period(self) -> np.ndarray:
         """Drive periods, or returns of a cycle, after which the settled motion repeats; 0 where it has not settled."""
-        found = self.results.head("response_period")
-        return np.where(self.settled, found, 0) if self.results.layout.returns else found
+        periods = self.results.head("response_period")
+        return np.where(self.settled, periods, 0) if self.results.layout.returns else periods
 
     @property
     def cycle_time(self) -> np.ndarray:
@@ -79,22 +79,22 @@ class Gathered:
     @property
     def periods(self) -> np.ndarray:
         """Drive periods in the window; 1 where it is a turn of a cycle."""
-        found = self.results.head("periods") - self.results.head("window_start")
-        return np.where(self.cycle_time > 0.0, 1, found) if self.results.layout.returns else found
+        periods = self.results.head("periods") - self.results.head("window_start")
+        return np.where(self.cycle_time > 0.0, 1, periods) if self.results.layout.returns else periods
 
     @property
     def time(self) -> np.ndarray:
         """Length of the window."""
-        found = self.periods * self.period
-        return np.where(self.cycle_time > 0.0, self.cycle_time, found) if self.results.layout.returns else found
+        time = self.periods * self.period
+        return np.where(self.cycle_time > 0.0, self.cycle_time, time) if self.results.layout.returns else time
 
     @property
     def time_to_settle(self) -> np.ndarray:
         """Time after which the motion stays within the threshold of where it goes, where it has settled."""
-        found = self.results.head("since") * self.period
+        time = self.results.head("since") * self.period
         if not self.results.layout.returns:
-            return found
-        return np.where(self.cycle_time > 0.0, self.results.entry("SETTLED_TIME"), found)
+            return time
+        return np.where(self.cycle_time > 0.0, self.results.entry("SETTLED_TIME"), time)
 
     @property
     def displacement(self) -> np.ndarray:
@@ -142,11 +142,11 @@ class Gathered:
         That of a cycle begins where it comes first in the alphabet, at whichever return the window began.
         """
         sequences, which = self.results.letters(contact)
-        found = [_letters(*sequence) for sequence in sequences]
-        modes = np.array(found, dtype=str)[which]
+        texts = [_letters(*sequence) for sequence in sequences]
+        modes = np.array(texts, dtype=str)[which]
         if not self.results.layout.returns:
             return modes
-        turned = np.array([each if each.endswith("...") else first_turned(each) for each in found], dtype=str)[which]
+        turned = np.array([text if text.endswith("...") else first_turned(text) for text in texts], dtype=str)[which]
         return np.where(self.cycle_time > 0.0, turned, modes)
 
 

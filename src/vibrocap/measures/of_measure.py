@@ -35,7 +35,7 @@ class OfMeasures(Declared):
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         asked = next(iter(context.known("measures")), ())
         asked = (asked,) if isinstance(asked, (str, Measure)) else asked
-        own = {each.name: each for each in asked if isinstance(each, Measure)}
+        own = {item.name: item for item in asked if isinstance(item, Measure)}
         units = {name: _unit(own.get(name) or name, context) for name in value}
         if context.units is not None:
             states = {name: name.removeprefix(FINAL) for name in value if name.startswith(FINAL)}

@@ -46,7 +46,7 @@ def undefined_measures(system: System) -> frozenset[str]:
         "symmetric": not (system.mirrored and equations(system).timed),
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
-        **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
+        **{value.name: system.cyclic is None for value in (*TRAVEL, _cost_of_transport("drive"))},
     }
     for i, law in enumerate(system.laws, 1):
         share, phases, sequence = sticking_measures(i)
@@ -69,9 +69,9 @@ def _standard_measures(
     states = dict.fromkeys(state for names in (*moving, *lawful) for state in names)
     systems = [{"machine": kind, "friction": law} for kind in kinds for law in contacts]
     known = [state_units(parts) for parts in (systems if system is None else [system.parts])]
-    units = {name: unit for each in known for name, unit in each.items()}
+    units = {name: unit for value in known for name, unit in value.items()}
     surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
-    outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
+    outside = (channel for surrounding in surroundings for kind in kinds for channel in surrounding.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
     each_contact = range(1, 1 + max(len(kind.contact_states) for kind in kinds))
     channels |= dict.fromkeys(numbered(name, number) for number in each_contact[1:] for name in STANDING_CHANNELS)
@@ -80,7 +80,7 @@ def _standard_measures(
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     source = "drive" if system is None or system.controller is None else "controller"  # of the power
-    found = [
+    measures = [
         *TRAVEL,
         *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
         *(measure for i in each_contact for measure in sticking_measures(i)),
@@ -95,7 +95,7 @@ def _standard_measures(
         *(measure for i in each_contact if _has_reaction(system, i) for measure in reaction_measures(i)),
         *([_HIDDEN_LIFT_OFF] if any(_has_reaction(system, i) for i in each_contact) else ()),
     ]
-    return {measure.name: measure for measure in found}
+    return {measure.name: measure for measure in measures}
 
 
 def further_measure(name: str) -> Measure | None:
@@ -103,8 +103,8 @@ def further_measure(name: str) -> Measure | None:
 
     A study over kinds of parts asks all of them for what one has: it is NaN for the others.
     """
-    found = re.search(r"_([1-9][0-9]{0,8})(?:_work)?$", name)
-    return None if found is None else _of_further_contact(int(found[1]), tuple(laws().values())).get(name)
+    match = re.search(r"_([1-9][0-9]{0,8})(?:_work)?$", name)
+    return None if match is None else _of_further_contact(int(match[1]), tuple(laws().values())).get(name)
 
 
 @functools.lru_cache(maxsize=64)
@@ -112,12 +112,12 @@ def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping
     if number < 2:
         return {}
     works = (_work(numbered(channel, number)) for channel in CONTACT_CHANNELS)
-    found = [*sticking_measures(number), *friction_measures(number), *reaction_measures(number), *works]
+    measures = [*sticking_measures(number), *friction_measures(number), *reaction_measures(number), *works]
     for law in contacts:
         for name in (name for name in law.internal if name not in law.switched):
             unit = quantity_unit(name, law.state_units) or "1"
-            found += _extremes(numbered(name, number), unit)
-    return {measure.name: measure for measure in found}
+            measures += _extremes(numbered(name, number), unit)
+    return {measure.name: measure for measure in measures}
 
 
 TRAVEL = (

@@ -44,7 +44,7 @@ def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, t
 def loses_at_switches(recording: Equations) -> bool:
     """Whether a change of branch may change what the contact stores, as where one begins unloaded."""
     stored = recording.observables["contact_energy"]
-    outcomes = (*recording.after_switch, *(each.after_reversal for each in recording.contacts))
+    outcomes = (*recording.after_switch, *(contact.after_reversal for contact in recording.contacts))
     return any(
         value.index != recording.graph.node("state", i).index and derivative(stored, i).value != 0.0
         for outcome in outcomes

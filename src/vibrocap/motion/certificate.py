@@ -87,9 +87,9 @@ class Certificate:
     def __repr__(self) -> str:
         """Passed or failed, and by what."""
         said = [
-            f"{each.field} {each.value:.2g}"
-            + ("" if each.bound is None else f" {'<=' if each.ok else '>'} {each.bound:.2g}")
-            for each in self.verdicts
+            f"{verdict.field} {verdict.value:.2g}"
+            + ("" if verdict.bound is None else f" {'<=' if verdict.ok else '>'} {verdict.bound:.2g}")
+            for verdict in self.verdicts
         ]
         steps = f"{self.taylor_steps} Taylor and {self.implicit_steps} implicit steps"
         word = "passed" if self.ok else "FAILED" if self.finished else "not finished"

@@ -69,14 +69,14 @@ def contact_modes(
     y = tuple(initial_state(system, state).values())
     placed = system.placed
     contacts = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))
-    velocities = np.array([each.velocity for each in contacts])
+    velocities = np.array([contact.velocity for contact in contacts])
     problem = _problem(system, time, y, contacts, velocities, still)
     choices = [
         (int(np.sign(v)),) if abs(v) > still else (0, 1, -1) if law.kind == "set-valued" else (1,)
         for law, v in zip(system.laws, velocities, strict=True)
     ]
-    found = (_consistent(problem, sides, np.abs(velocities) > still) for sides in itertools.product(*choices))
-    return tuple(each for each in found if each is not None)
+    consistent = (_consistent(problem, sides, np.abs(velocities) > still) for sides in itertools.product(*choices))
+    return tuple(each for each in consistent if each is not None)
 
 
 def _problem(
@@ -86,14 +86,14 @@ def _problem(
     machine, count = system.placed, len(velocities)
     mechanical = y[: len(machine.states)]
     loads, raised = np.array(machine.loads(), dtype=float), np.zeros((count, count))
-    if any(each.response for each in contacts):
-        free = np.array([each.acceleration for each in contacts], dtype=float)
-        response = np.array([each.response for each in contacts], dtype=float)
+    if any(contact.response for contact in contacts):
+        free = np.array([contact.acceleration for contact in contacts], dtype=float)
+        response = np.array([contact.response for contact in contacts], dtype=float)
     else:
         free, response = _from_rates(machine, time, mechanical, system.drive.value(time), count)
     if machine.follows_load:
-        reactions: list[Any] = [each.reaction for each in contacts]
-        loads = np.array([each[0] for each in reactions])
+        reactions: list[Any] = [contact.reaction for contact in contacts]
+        loads = np.array([reaction[0] for reaction in reactions])
         raised = np.array([[-slope for slope in slopes] for _, *slopes in reactions])
     if system.environment is not None:
         outside = system.environment.outside(machine, time, mechanical, velocities, np.sign(velocities))
@@ -156,5 +156,5 @@ def _consistent(problem: _Problem, sides: tuple[int, ...], moving: np.ndarray) -
     departs = side * accelerations > ROUNDING * (1.0 + np.max(np.abs(problem.free)))
     if not np.all(np.where(rests, within, moving | departs)):
         return None
-    lists = [tuple(float(value) for value in each) for each in (friction, loads, accelerations)]
+    lists = [tuple(float(value) for value in column) for column in (friction, loads, accelerations)]
     return ContactModes(sides, lists[0], lists[1], lists[2], determined)

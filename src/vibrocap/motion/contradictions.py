@@ -36,13 +36,13 @@ def energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     known, machine, contact = recording.observables, [], []
     for name, power in zip(recording.channels, recording.powers, strict=True):
         (contact if name_and_number(name)[0] in CONTACT_CHANNELS else machine).append(power)
-    taken = [each.friction * each.velocity for each in recording.contacts]
-    found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
-    if found:
-        return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    found = _contradiction(motion, recording, known["contact_energy"], [*contact, *taken])
-    if found:
-        return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
+    taken = [contact.friction * contact.velocity for contact in recording.contacts]
+    problem = _contradiction(motion, recording, known["energy"], [*machine, *(-power for power in taken)])
+    if problem:
+        return f"`energy` and `powers` of the machine contradict its `rates`: {problem}"
+    problem = _contradiction(motion, recording, known["contact_energy"], [*contact, *taken])
+    if problem:
+        return f"`losses` and `stored_energy` of the law contradict its `force`: {problem}"
     return ""
 
 
@@ -50,15 +50,15 @@ def momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
     known = recording.observables
     outer = [known["outer_force"]] if "outer_force" in known else []
-    taken = [-each.friction for each in recording.contacts]
-    found = _contradiction(motion, recording, known["momentum"], [*outer, *taken])
-    return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
+    taken = [-contact.friction for contact in recording.contacts]
+    problem = _contradiction(motion, recording, known["momentum"], [*outer, *taken])
+    return f"`momentum` of the machine contradicts its `rates`: {problem}" if problem else ""
 
 
 def _contradiction(motion: Trajectory, recording: Equations, stored: Expression, inflows: Sequence[Expression]) -> str:
     """Where the rate of what is stored is not the sum of what flows in, at the starts of the pieces; empty: nowhere."""
     terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
-    terms += [derivative(stored, -1), *(-each for each in inflows)]
+    terms += [derivative(stored, -1), *(-inflow for inflow in inflows)]
     states, (local, parameters) = at_starts(motion)
     sides = tuple(motion.piece_sides.T)
     values = evaluated(terms, local, states, sides, parameters, local.shape)

@@ -62,11 +62,11 @@ def certificate(
     slack = ROUNDING * max(1.0, *(contact.fastest for contact in contacts))
     starts = at_starts(motion)
     natural_speed = max(_natural_size(recording, scales, starts, name) for name in velocity_names(recording))
-    imposed = any(derivative(each.velocity, -1).value != 0.0 for each in recording.contacts)
+    imposed = any(derivative(contact.velocity, -1).value != 0.0 for contact in recording.contacts)
     if motion.system.machine.imposes_distances or imposed:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * natural_speed)
-    energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
+    energy_residual, momentum_residual = (float(np.max(np.abs(verdict), initial=0.0)) for verdict in (balance, impulse))
     ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
     defect = _defect(motion, seen, scales, DEFECT_BOUND * tolerance)
     estimate = tighter and _estimated_error(motion, recorded, tighter, scales, ratio_of_tolerances)
@@ -97,7 +97,7 @@ def certificate(
         ("momentum_residual", momentum_residual, ("momentum",), (*impulses, outer), momentum_contradiction),
     ):
         bound = errors * tolerance * _natural_size(recording, scales, starts, *observables)
-        bound += EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))  # half a unit in the last place of sums
+        bound += EPSILON * float(sum(np.sum(np.abs(flow)) for flow in flows))  # half a unit in the last place of sums
         text = "" if value <= bound else unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
     words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
@@ -192,7 +192,7 @@ def _shares_held(
     law, load = motion.system.laws[number - 1], motion.system.law_loads[number - 1]
     limit, middle = law.holding_limit(load), law.holding_centre(load)
     if motion.system.machine.follows_load:
-        limit, middle = (seen[numbered(each, number)][at] for each in ("holding_limit", "holding_centre"))
+        limit, middle = (seen[numbered(name, number)][at] for name in ("holding_limit", "holding_centre"))
     force = seen[numbered(name, number)][at] - middle
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(force == 0.0, 0.0, force / limit)
@@ -203,7 +203,7 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     system = motion.system
     if not system.machine.imposes_distances:
         return ()
-    can_rest = [each.kind == "set-valued" for each in system.laws]
+    can_rest = [law.kind == "set-valued" for law in system.laws]
     together = np.sum(motion.piece_sides[:, can_rest] == 0.0, axis=1) > 1
     if not np.any(together):
         return ()
@@ -219,21 +219,22 @@ def _reaction(motion: Trajectory, seen: Mapping[str, np.ndarray]) -> tuple[float
     names = {name: i for i in contacts if (name := numbered("reaction", i)) in seen}
     if not names:
         return None, ()
-    found, warnings = [], []
+    reactions, warnings = [], []
     for name, number in names.items():
         where = f" on contact {number}" if len(contacts) > 1 else ""
         if not np.all(np.isfinite(seen[name])):
             warnings.append(f"the normal load{where} is beyond all numbers: nothing is known of it")
             continue
         lows = _least_of_pieces(motion, name, seen[name])
-        found.append(float(np.min(lows)))
-        if found[-1] < 0.0 and not motion.system.machine.follows_load:
+        reactions.append(float(np.min(lows)))
+        if reactions[-1] < 0.0 and not motion.system.machine.follows_load:
             time = motion.piece_start[np.argmax(lows < 0.0)]
             warnings.append(
-                f"the true normal load{where} would be negative, first about time {time:.4g}, down to {found[-1]:.4g}: "
+                f"the true normal load{where} would be negative, first about time {time:.4g}, "
+                f"down to {reactions[-1]:.4g}: "
                 f'the machine would lift off, which a constant load hides; use normal_load = "dynamic"'
             )
-    return min(found, default=None), tuple(warnings)
+    return min(reactions, default=None), tuple(warnings)
 
 
 def _least_of_pieces(motion: Trajectory, name: str, seen: np.ndarray) -> np.ndarray:

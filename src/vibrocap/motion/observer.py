@@ -53,18 +53,18 @@ class Observer:
         """States, observables and rates of integrals, see `Trajectory.piece_observables`, in a compiled loop."""
         rows = [[*motion.state_names, *self.known].index(name) for name in names]
         laws = [name in self.known and of_law(name) for name in names]
-        found, stored = np.empty((len(names), *s.shape)), self._stored(motion)
+        values, stored = np.empty((len(names), *s.shape)), self._stored(motion)
         for block, pieces, ends in blocks(motion, index, s):
             seen = stored.rows(rows, laws, pieces, ends, s[block].ravel())
-            found[:, block] = seen.reshape(len(names), *s[block].shape)
-        return found
+            values[:, block] = seen.reshape(len(names), *s[block].shape)
+        return values
 
     def left_at_many(self, motion: "Trajectory", bound: float, index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """What the pieces leave of the equations, see `evidence`, in a compiled loop."""
-        found, stored = np.empty(s.shape), self._stored(motion)
+        values, stored = np.empty(s.shape), self._stored(motion)
         for block, pieces, ends in blocks(motion, index, s):
-            found[block] = stored.left(bound, pieces, ends, s[block].ravel()).reshape(s[block].shape)
-        return found
+            values[block] = stored.left(bound, pieces, ends, s[block].ravel()).reshape(s[block].shape)
+        return values
 
     def _stored(self, motion: "Trajectory") -> "StoredMotion":
         from vibrocap.numerics.api import StoredMotion  # which writes kernels
@@ -83,7 +83,7 @@ def blocks(motion: "Trajectory", index: np.ndarray, s: np.ndarray):
         ends = points * np.append(begins[1:], len(index[block]))
         pieces = index[block][begins]
         local, parameters = motion.drive_at(pieces, 0.0 * pieces)
-        segment = [each for each in parameters if np.ndim(each)]
+        segment = [parameter for parameter in parameters if np.ndim(parameter)]
         sides, numbers = motion.piece_sides[pieces], motion.series.numbers[pieces]
         head = 0.0 * local, local, motion.piece_length[pieces], motion.piece_implicit[pieces]
         yield block, np.column_stack((*head, numbers, sides, *segment)), ends

@@ -26,9 +26,9 @@ def certified(recording: Equations, results: RunResults, parameters: np.ndarray,
         for name in velocity_names(recording):
             speeds = np.maximum(speeds, changes(recording, (name,), scales, 0.0, states, values).sum(axis=0))
     slowest = EVENT_BOUND * tolerance * speeds
-    found = results.head("contact_residual") <= slowest
+    good = results.head("contact_residual") <= slowest
     rounding = ROUNDING * np.maximum(1.0, speeds)
-    imposed = recording.several or any(derivative(each.velocity, -1).value != 0.0 for each in recording.contacts)
-    found &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
-    found &= results.entry("HOLD_SHARE") <= 1.0 + STICK_SLACK
-    return found & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)
+    imposed = recording.several or any(derivative(contact.velocity, -1).value != 0.0 for contact in recording.contacts)
+    good &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
+    good &= results.entry("HOLD_SHARE") <= 1.0 + STICK_SLACK
+    return good & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)

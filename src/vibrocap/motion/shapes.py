@@ -24,20 +24,20 @@ def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
     index = motion.piece_at(times)
     local, parameters = motion.drive_at(index, times - motion.piece_start[index])
     states = motion.states(times)
-    found = []
+    moving = []
     for shape in shapes:
-        places = [each for point in shape.points for each in point]
+        places = [coordinate for point in shape.points for coordinate in point]
         rows = evaluated(places, local, states, 1.0, parameters, times.shape)
-        found.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
-    for box in [each for each in found if each.shape.kind == "box"]:
-        inside = [each for each in found if each.shape.kind == "disc" and each.shape.box == box.shape.name]
-        far = [float(np.abs(each.points[0, 0] - box.points[0, 0]).max()) + each.shape.size[0] for each in inside]
+        moving.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
+    for box in [each for each in moving if each.shape.kind == "box"]:
+        inside = [each for each in moving if each.shape.kind == "disc" and each.shape.box == box.shape.name]
+        far = [float(np.abs(shape.points[0, 0] - box.points[0, 0]).max()) + shape.shape.size[0] for shape in inside]
         more = max(far, default=0.0) - 0.5 * box.shape.size[0]
         if more > 0.0:
-            found = [
-                _widened(each, more) if box.shape.name in (each.shape.name, each.shape.box) else each for each in found
+            moving = [
+                _widened(each, more) if box.shape.name in (each.shape.name, each.shape.box) else each for each in moving
             ]
-    return found
+    return moving
 
 
 def _widened(each: MovingShape, more: float) -> MovingShape:

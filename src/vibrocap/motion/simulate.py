@@ -92,16 +92,16 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     """
     y = tuple(state.values())
     contacts = system.placed.contacts(time, y[: len(system.placed.states)], system.drive.value(time))
-    reactions = [each.reaction for each in contacts]
+    reactions = [contact.reaction for contact in contacts]
     if any(slope for _, *slopes in reactions for slope in slopes):
         pairs = zip(contacts, system.laws, strict=True)
-        modes = itertools.product(*(_ways(each.velocity, law.kind) for each, law in pairs))
+        modes = itertools.product(*(_ways(load.velocity, law.kind) for load, law in pairs))
         loads = (_least_load(system, time, y, sides) for sides in modes)
     else:  # no friction raises or lowers any of them
         loads = iter([min((own, i) for i, (own, *_) in enumerate(reactions, start=1))])
     least, number = -math.inf, 0
-    for each in loads:
-        least, number = max((least, number), each)
+    for load in loads:
+        least, number = max((least, number), load)
         if least >= 0.0:
             return
     states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
@@ -119,7 +119,7 @@ def _ways(velocity: float, kind: str) -> tuple[int, ...]:
 def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:
     """(least load, number of its contact) in some modes of the contacts; 0 where it does not follow from the forces."""
     flow = system.flow(time, y, sides)
-    if any(side and not each.clear > 0.0 for side, each in zip(sides, flow.contacts, strict=True)):
+    if any(side and not contact.clear > 0.0 for side, contact in zip(sides, flow.contacts, strict=True)):
         return 0.0, 1
     return min((flow.reaction(i), i + 1) for i in range(len(sides)))
 
@@ -152,11 +152,11 @@ def within_room(system: System, state: Mapping[str, float]) -> dict[str, float]:
     """A state of a motion of other parameters, at the stop or the limit where it would lie beyond it."""
     placed = system.placed
     room = placed.room()
-    found = dict(state) | {name: min(max(state[name], low), high) for name, (low, high) in room.items()}
+    clipped = dict(state) | {name: min(max(state[name], low), high) for name, (low, high) in room.items()}
     for switch, (name, *_) in placed.locked.items():
-        if found[switch] != 0.0 and name in room:
-            found[name] = room[name][found[switch] > 0.0]
-    return found
+        if clipped[switch] != 0.0 and name in room:
+            clipped[name] = room[name][clipped[switch] > 0.0]
+    return clipped
 
 
 def check_room(system: System, start: Mapping[str, float]) -> None:
@@ -170,9 +170,9 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
             raise ArgumentError(f"initial.{switch}", f"should not be {start[switch]:g}, as there is no stop")
         # over a belt it slides at the stop
         rest = dict.fromkeys(system.machine.contact_states, -system.machine.ground_speed())
-        for locked, value in ((name, where), *((each, rest.get(each, 0.0)) for each in still)) if start[switch] else ():
+        for locked, value in ((name, where), *((name, rest.get(name, 0.0)) for name in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
-                wanted, got = (_said(each, locked, system, 10) for each in (value, start[locked]))
+                wanted, got = (_said(number, locked, system, 10) for number in (value, start[locked]))
                 what = f"should be {wanted}, as {switch} is {start[switch]:g}, got {got}"
                 raise ArgumentError(f"initial.{locked}", what)
     for name, (low, high) in system.placed.room().items():
@@ -180,7 +180,7 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         if not low - rounding <= start[name] <= high + rounding:
             what = "the actuator has its limit" if name == OUTPUT else "a stop stands"
             side, bound = ("most", high) if start[name] > high else ("least", low)
-            wanted, got = (_said(each, name, system, 6) for each in (bound, start[name]))
+            wanted, got = (_said(number, name, system, 6) for number in (bound, start[name]))
             raise ArgumentError(f"initial.{name}", f"should be at {side} {wanted}, where {what}, got {got}")
 
 
@@ -263,8 +263,8 @@ def period_marks(
     start = initial_state(system, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     budget = Budget(periods, tolerance, max_events_per_period, max_steps)
-    found = _run(system, start, budget, keep_pieces=False)
-    return STATUSES[found.status], found.sections
+    run = _run(system, start, budget, keep_pieces=False)
+    return STATUSES[run.status], run.sections
 
 
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:

@@ -168,7 +168,9 @@ class Trajectory(Result):
             start, length = self.piece_drive_time[index], self.piece_length[index]
             inside = np.where(length > 0.0, 0.5 * length, AT_ONCE * self.period)
             parameters = parameters_at(self.system, start + inside)
-            return along(start, s) + s, tuple(along(each, s) if np.ndim(each) else each for each in parameters)
+            return along(start, s) + s, tuple(
+                along(parameter, s) if np.ndim(parameter) else parameter for parameter in parameters
+            )
         start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
         begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
         return along(start - begun, s) + s, parameter_values(self.system)
@@ -189,8 +191,8 @@ class Trajectory(Result):
     def events(self) -> Rows[Event]:
         """Changes of the contact, in order; `events.table()` and `events.to_pandas()` give them as a table."""
         states = (dict(zip(self.state_names, map(float, row), strict=True)) for row in self.event_states)
-        found = zip(self.event_times, self.event_kinds, states, self.event_contacts, strict=True)
-        return Rows(Event(float(t), str(kind), state, int(contact)) for t, kind, state, contact in found)
+        rows = zip(self.event_times, self.event_kinds, states, self.event_contacts, strict=True)
+        return Rows(Event(float(t), str(kind), state, int(contact)) for t, kind, state, contact in rows)
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -307,25 +309,25 @@ class Trajectory(Result):
 
         It does where it strikes a wall on the ground (`Machine.strikes_ground`), at one instant.
         """
-        found, later = np.zeros(max(len(self.piece_start) - 1, 0)), np.arange(1, len(self.piece_start))
+        blows, later = np.zeros(max(len(self.piece_start) - 1, 0)), np.arange(1, len(self.piece_start))
         struck = self.event_times[np.isin(self.event_kinds, self.system.machine.strikes_ground)]
         later = later[np.isin(self.piece_start[1:], struck)]
         index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[later - 1], 0.0 * later))
         before, after = self.piece_observables(("momentum",), index, s).reshape(2, -1)
-        found[later - 1] = after - before
-        return found
+        blows[later - 1] = after - before
+        return blows
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of observables: array [integrals, *s.shape]."""
         (nodes, weights), names = gauss(GAUSS_NODES), names or self.integral_names
-        found = np.empty((len(names), *s.shape))
+        integrals = np.empty((len(names), *s.shape))
         for first in range(0, len(s), PIECES_AT_A_TIME):
             block = slice(first, first + PIECES_AT_A_TIME)
             half = 0.5 * s[block, ..., None]
             points = (half * (1.0 + nodes)).reshape(len(half), -1)
             powers = self.piece_observables(names, index[block], points).reshape(len(names), *half.shape[:-1], -1)
-            found[:, block] = (powers @ weights) * half[..., 0]
-        return found
+            integrals[:, block] = (powers @ weights) * half[..., 0]
+        return integrals
 
     def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:
         """States and integrals at times t: array [states + integrals, len(t)]."""

@@ -20,7 +20,7 @@ RESIDUE = 10.0  # thresholds of settling by which a measure of a settled motion 
 ZERO = 1e-6  # of travel without units: none where motions were not to settle, so that their residue is not known
 NOT_SETTLED = "not settled"
 TRAVEL = ("mean_velocity", "drift", "displacement")  # measures with a direction, which the mirror image turns
-FINISHED, NOT_CERTIFIED = (list(Status).index(each) for each in (Status.FINISHED, Status.NOT_CERTIFIED))
+FINISHED, NOT_CERTIFIED = (list(Status).index(status) for status in (Status.FINISHED, Status.NOT_CERTIFIED))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -19,9 +19,9 @@ def imposed_cycle(friction: LuGre, mean: float, amplitude: float) -> tuple[np.nd
     """
     time = np.linspace(0.0, 2.0 * np.pi * CYCLES, CYCLES * SAMPLES * FINER + 1)
     velocity = mean + amplitude * np.sin(time)
-    found = driven_force(friction, time, velocity, tolerance=1e-10)
+    forces = driven_force(friction, time, velocity, tolerance=1e-10)
     last = slice(-SAMPLES * FINER - 1, None, FINER)
-    return velocity[last], found.force[last]
+    return velocity[last], forces.force[last]
 
 
 def imposed_sliding(damping: float) -> dict[str, np.ndarray]:

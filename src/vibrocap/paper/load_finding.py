@@ -47,15 +47,15 @@ class LoadedFigure:
 
 def loaded_motions(runs: Runs) -> tuple[LoadedMotion, ...]:
     """The motions of Figs 5-8 under the printed load, the weight of the machine, and the load that the motion makes."""
-    found = []
+    motions = []
     for name in SHORT:
         for load in LOADS:
             period = runs.steady(name, load=load)
             travel = period.motion.sections[SHOWN_PERIODS, 2]
             reaction = period.motion.at(period.motion.end - period.motion.period + period.time, "reaction")
             extremes = float(reaction.min()), float(reaction.max())
-            found.append(LoadedMotion(SHORT[name], load, float(travel), period.drift, *extremes))
-    return tuple(found)
+            motions.append(LoadedMotion(SHORT[name], load, float(travel), period.drift, *extremes))
+    return tuple(motions)
 
 
 def loaded_figure(runs: Runs, key: str) -> LoadedFigure:

@@ -100,14 +100,14 @@ class Runs:
     @functools.cache  # noqa: B019
     def random_starts(self, friction: str) -> tuple[float, ...]:
         """Mean velocities at the end of motions of Fig. 9 from random starts, at mass ratios over the whole range."""
-        random, found = np.random.default_rng(9), []
+        random, starts = np.random.default_rng(9), []
         for ratio in np.linspace(*MASS_RATIOS, RANDOM_RATIOS):
             system = figures_9_to_11(friction, float(ratio))
             for angle, turn, velocity in random.uniform((-2.0, -3.0, -1.0), (2.0, 3.0, 1.0), (RANDOM_STARTS, 3)):
                 begin = {"angle": float(angle), "angle_rate": float(turn), "velocity": float(velocity)}
                 motion = simulate(system, periods=SWEEP_PERIODS, initial=begin, tolerance=TOLERANCE)
-                found.append(mean_velocity(motion, periods=LAST).value)
-        return tuple(found)
+                starts.append(mean_velocity(motion, periods=LAST).value)
+        return tuple(starts)
 
     def first_set(self, friction: str, twin: bool = False, **friction_changes: float) -> Trajectory:
         """The motion of Figs 5-8 from the start, as far as it is shown."""

@@ -30,8 +30,8 @@ class SteadyPoints:
 
 def crossings_of(runs: Runs, stiffness: float) -> dict[str, Crossings]:
     """Zeros of the steady drift over the mass ratio, for each law, and where both laws drift alike."""
-    found = {name: runs.crossings(name, stiffness) for name in SHORT}
-    return found | {BOTH: runs.crossings("lugre", stiffness, "exponential")}
+    crossings = {name: runs.crossings(name, stiffness) for name in SHORT}
+    return crossings | {BOTH: runs.crossings("lugre", stiffness, "exponential")}
 
 
 def steady_points(runs: Runs, stiffness: float) -> SteadyPoints:
@@ -40,38 +40,38 @@ def steady_points(runs: Runs, stiffness: float) -> SteadyPoints:
     As in the paper, of the mirror twins the one that a light capsule follows forward: O1 and O2 are the first zeros of
     LM and of EM, P1 is where EM first falls below LM, P2 where it rises above it again.
     """
-    found = crossings_of(runs, stiffness)
-    drift = float(found["lugre"].differences[0])
+    located = crossings_of(runs, stiffness)
+    drift = float(located["lugre"].differences[0])
     forward = math.copysign(1.0, drift) if abs(drift) > 0.0 else 1.0
-    zeros = [_first(found[name]) for name in SHORT]
-    falls = _first(found[BOTH], forward)  # LM less EM rises
-    rises = _first(found[BOTH], -forward, after=falls.at if falls else -math.inf)
+    zeros = [_first(located[name]) for name in SHORT]
+    falls = _first(located[BOTH], forward)  # LM less EM rises
+    rises = _first(located[BOTH], -forward, after=falls.at if falls else -math.inf)
     points = dict(zip(PRINTED, (*zeros, falls, rises), strict=True))
     return SteadyPoints(
         stiffness,
         {name: math.nan if place is None else place.at for name, place in points.items()},
         {name: math.nan if place is None else place.error for name, place in points.items()},
-        {key: each.equal for key, each in found.items()},
+        {key: value.equal for key, value in located.items()},
     )
 
 
 def _first(found: Crossings, way: float = 0.0, after: float = -math.inf) -> Crossing | None:
     """The first crossing beyond a place, upwards (way > 0), downwards (< 0) or either way; None where there is none."""
-    for each in found.found:
-        if each.kind is CrossingKind.CROSSING and each.at > after and each.slope * way >= 0.0:
-            return each
+    for place in found.found:
+        if place.kind is CrossingKind.CROSSING and place.at > after and place.slope * way >= 0.0:
+            return place
     return None
 
 
 def printed_range_in_numbers(runs: Runs, key: str, stiffness: float = 4.0) -> dict[str, float]:
     """What the search for a point at the printed parameters has seen: all numbers behind "there is none"."""
-    found = crossings_of(runs, stiffness)[key]
-    nothing = found.equal[0] if len(found.equal) == 1 else (math.nan, math.nan)
+    numbers = crossings_of(runs, stiffness)[key]
+    nothing = numbers.equal[0] if len(numbers.equal) == 1 else (math.nan, math.nan)
     what = "drift of LM less EM" if key == BOTH else "drift"
     return {
-        f"steady: points where the {what} changes sign": float(len(found.places)),
-        f"steady: largest |{what}|": float(abs(found.differences).max()),
+        f"steady: points where the {what} changes sign": float(len(numbers.places)),
+        f"steady: largest |{what}|": float(abs(numbers.differences).max()),
         "steady: it is nothing from lambda": nothing[0],
         "steady: it is nothing to lambda": nothing[1],
-        "steady: mass ratios not settled": float(len(found.unsettled)),
+        "steady: mass ratios not settled": float(len(numbers.unsettled)),
     }

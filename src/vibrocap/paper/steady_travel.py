@@ -72,7 +72,7 @@ def steady_panel(friction: str, load: float | str, mass_ratio: np.ndarray, stiff
     """Settled motions from the paper's start, over a grid of mass ratios and stiffnesses."""
     system = with_load(figures_9_to_11(friction), load)
     ratios, springs = np.meshgrid(mass_ratio, stiffness, indexing="ij")
-    found = ensemble(
+    measured = ensemble(
         system,
         {"machine.mass_ratio": ratios.ravel(), "machine.stiffness": springs.ravel()},
         measures=("mean_velocity", "least_reaction"),
@@ -82,7 +82,7 @@ def steady_panel(friction: str, load: float | str, mass_ratio: np.ndarray, stiff
         tolerance=TOLERANCE,
     )
     names = ("mean_velocity", "status", "settled", "least_reaction")
-    columns = (found[name].reshape(ratios.shape) for name in names)
+    columns = (measured[name].reshape(ratios.shape) for name in names)
     return SteadyPanel(SHORT[friction], load, residue(system, "mean_velocity", SETTLE), *columns)
 
 

@@ -29,7 +29,7 @@ def kind_of(machine: Any) -> Any:
 
 def waves_of(kind: Any, given: Any) -> tuple[Any, ...]:
     """The waveform of each signal of a machine, or of its class: as given, else that of the class."""
-    own = {name: each.default for name, each in kind.signals.items()}
+    own = {name: signal.default for name, signal in kind.signals.items()}
     given = given if isinstance(given, Mapping) else dict(zip(own, given, strict=False))
     return by_name(given, own, "drives", "signal", own)
 

@@ -55,15 +55,15 @@ class Parts(Mapping[str, Any]):
 
     def listed(self, name: Any) -> Any:
         """The part that is listed under a name; None where there is none."""
-        found = None if "_listed" in vars(self) else _in_file_of_its_name(self._contract, name)
-        return self._listed.get(name) if found is None else found
+        kind = None if "_listed" in vars(self) else _in_file_of_its_name(self._contract, name)
+        return self._listed.get(name) if kind is None else kind
 
     def __getitem__(self, name: str) -> Any:
-        found = self.listed(name)
-        if found is None and self._other is None:
+        part = self.listed(name)
+        if part is None and self._other is None:
             raise KeyError(name)
         try:
-            return found or self._other(name)  # type: ignore[misc]
+            return part or self._other(name)  # type: ignore[misc]
         except ValueError:
             raise KeyError(name) from None
 
@@ -182,46 +182,48 @@ def registered() -> tuple[type, ...]:
 
 def contract_of(part: Any) -> type:
     """Law, Machine, Drive or Controller: the contract that a class is to keep. TypeError for what is none of them."""
-    found = next((each for each in CONTRACTS if isinstance(part, type) and issubclass(part, each)), None)
-    if found is None or part in CONTRACTS:
+    contract = next((contract for contract in CONTRACTS if isinstance(part, type) and issubclass(part, contract)), None)
+    if contract is None or part in CONTRACTS:
         given = f"an instance of {type(part).__name__}" if isinstance(part, tuple(CONTRACTS)) else repr(part)
         raise TypeError(f"should be a class that extends Law, Machine, Drive or Controller, got {given}")
-    return found
+    return contract
 
 
 def complaints(part: type) -> list[str]:
     """What stands in the way of a class that is to be a part; empty where nothing does."""
     contract = contract_of(part)
     what, _, constants, functions = CONTRACTS[contract]
-    found = []
+    texts = []
     name = getattr(part, "name", None)
     if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
         wanted = f'a ClassVar of small letters, digits and hyphens, such as "my-{what}"'
-        found.append(f"name: should be {wanted}, got {name!r}")
+        texts.append(f"name: should be {wanted}, got {name!r}")
     if not is_pydantic_dataclass(part):
-        return [*found, "is no record of parameters; write @parameters above the class"]
+        return [*texts, "is no record of parameters; write @parameters above the class"]
     try:
         part.states  # type: ignore[attr-defined] # noqa: B018, of a machine that is described it follows from its parts
     except AttributeError:
         pass
     except Exception as error:  # whatever the parts of one's own are
         said = error if isinstance(error, MechanicsError) else f"{type(error).__name__}: {error}"
-        return [*found, f"parts: {said}"]
+        return [*texts, f"parts: {said}"]
     required = [name for name, field in part.__pydantic_fields__.items() if field.is_required()]
-    found += [f"{name}: every parameter needs a default" for name in required]
-    missing = [each for each in constants if not hasattr(part, each) and each not in part.__pydantic_fields__]
-    found += [f"{each}: is missing; see the contract, {contract.__module__}" for each in missing]
+    texts += [f"{name}: every parameter needs a default" for name in required]
+    missing = [
+        constant for constant in constants if not hasattr(part, constant) and constant not in part.__pydantic_fields__
+    ]
+    texts += [f"{name}: is missing; see the contract, {contract.__module__}" for name in missing]
     if contract is Law and "kind" not in missing:
         kind = part.kind  # type: ignore[attr-defined]
         if kind not in ("set-valued", "kinked", "smooth"):
-            found.append(f"kind: should be 'set-valued', 'kinked' or 'smooth', got {kind!r}")
+            texts.append(f"kind: should be 'set-valued', 'kinked' or 'smooth', got {kind!r}")
         functions = (*functions, "holding_limit") if kind == "set-valued" else functions
-    found += [
-        f"{each}: is missing, which every {what} defines; see the contract, {contract.__module__}"
-        for each in functions
-        if getattr(part, each) is getattr(contract, each)
+    texts += [
+        f"{function}: is missing, which every {what} defines; see the contract, {contract.__module__}"
+        for function in functions
+        if getattr(part, function) is getattr(contract, function)
     ]
-    return found
+    return texts
 
 
 def parts_in(module: ModuleType, contract: type | None = None) -> list[type]:
@@ -270,22 +272,22 @@ def _place(part: type) -> str:
 @functools.cache
 def _installed(contract: type) -> dict[str, type]:
     """Parts of installed packages; what is wrong with one is a warning that names its package, and no more."""
-    found: dict[str, type] = {}
+    parts: dict[str, type] = {}
     built_in = _found(CONTRACTS[contract][1], contract)
     for part, package in _announced():
         if issubclass(part, contract):
             name = part.name  # type: ignore[attr-defined]
-            if name in built_in or found.get(name, part) is not part:
+            if name in built_in or parts.get(name, part) is not part:
                 _warn(package, f"{_place(part)} is left out: its name {name!r} is taken")
             else:
-                found[name] = part
-    return found
+                parts[name] = part
+    return parts
 
 
 @functools.cache
 def _announced() -> tuple[tuple[type, str], ...]:
     """The parts that entry points lead to, classes or whole modules of them, each with its package."""
-    found: list[tuple[type, str]] = []
+    pairs: list[tuple[type, str]] = []
     for entry in importlib.metadata.entry_points(group=GROUP):
         package = entry.dist.name if entry.dist is not None else entry.value
         try:
@@ -298,8 +300,8 @@ def _announced() -> tuple[tuple[type, str], ...]:
         if faults:
             _warn(package, f"the entry point {entry.name!r} is left out: {'; '.join(faults)}")
         else:
-            found += [(part, package) for part in parts]
-    return tuple(found)
+            pairs += [(part, package) for part in parts]
+    return tuple(pairs)
 
 
 def _warn(package: str, text: str) -> None:
@@ -308,11 +310,11 @@ def _warn(package: str, text: str) -> None:
 
 def _found(folder: str, contract: type) -> Mapping[str, type]:
     """Classes that fulfil a contract and have a name, from every module of a folder."""
-    found: dict[str, Any] = {}
+    parts: dict[str, Any] = {}
     for info in pkgutil.iter_modules(importlib.import_module(folder).__path__, folder + "."):
         for thing in parts_in(importlib.import_module(info.name), contract):
             name = thing.name  # type: ignore[attr-defined]
-            if name in found:
-                raise ImportError(f"{name!r} names two classes in {folder}: {found[name]} and {thing}")
-            found[name] = thing
-    return MappingProxyType(found)
+            if name in parts:
+                raise ImportError(f"{name!r} names two classes in {folder}: {parts[name]} and {thing}")
+            parts[name] = thing
+    return MappingProxyType(parts)

@@ -156,9 +156,12 @@ class Contacts:
 
     def __init__(self, machine: Any, contacts: Sequence[RubbingContact]):
         self.all = tuple(contacts)
-        self.given, self.follows_load = [each.given for each in contacts], machine.follows_load
+        self.given, self.follows_load = [contact.given for contact in contacts], machine.follows_load
         self.shared = machine.imposes_distances
-        self.several, self.coupled = len(self.all) > 1, any(each.response for each in self.given) and not self.shared
+        self.several, self.coupled = (
+            len(self.all) > 1,
+            any(contact.response for contact in self.given) and not self.shared,
+        )
         self.bounds: tuple = ()
         self.bound_kinds: tuple[int, ...] = ()
         self.loads: tuple = ()
@@ -168,12 +171,12 @@ class Contacts:
         self._sums: tuple = ()
         if self.coupled and self.several:
             if self.follows_load:
-                rows: list[Any] = [each.reaction for each in self.given]
+                rows: list[Any] = [contact.reaction for contact in self.given]
                 self.mean_loads = tuple(own for own, *_ in rows)
                 self.load_response = tuple(tuple(-raised for raised in more) for _, *more in rows)
             self.acting = self._coupled()
         else:
-            self.acting = tuple(self._alone(i, each) for i, each in enumerate(self.all))
+            self.acting = tuple(self._alone(i, contact) for i, contact in enumerate(self.all))
 
     # --- each by itself --------------------------------------------------------------------------------------------
 
@@ -234,25 +237,27 @@ class Contacts:
             rows.append([rests * response + slips * own for response, own in row])
             right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
         forces, self.divisors = solution(rows, right)
-        modes, found = self._modes() if self.mean_loads else (), []
-        for i, (each, force) in enumerate(zip(self.all, forces, strict=True)):
+        modes, determinants = self._modes() if self.mean_loads else (), []
+        for i, (contact, force) in enumerate(zip(self.all, forces, strict=True)):
             normal: Any = 1.0
             if self.mean_loads:
                 normal = self.mean_loads[i] - sum(c * r for c, r in zip(self.load_response[i], forces, strict=True))
-            push, middle, limit = each.push, None, None
+            push, middle, limit = contact.push, None, None
             held, at_rest = self._would_hold(i, rows, right)
-            resting: tuple = force + each.push_at_rest, None, None
-            if each.sticks:
-                push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-                middle, limit = each.middle * at_rest, each.limit * at_rest
-                resting = resting[0], each.middle * normal, each.limit * normal
+            resting: tuple = force + contact.push_at_rest, None, None
+            if contact.sticks:
+                push = contact.push_at_rest + contact.slips * (contact.push - contact.push_at_rest)
+                middle, limit = contact.middle * at_rest, contact.limit * at_rest
+                resting = resting[0], contact.middle * normal, contact.limit * normal
             own = resting, normal, (None, None), modes[0] if modes else 1.0
-            found.append(ContactForce(each, force, force + push, held + each.push_at_rest, middle, limit, *own))
+            determinants.append(
+                ContactForce(contact, force, force + push, held + contact.push_at_rest, middle, limit, *own)
+            )
         if self.mean_loads:
-            self.loads = tuple(each.normal for each in found)
+            self.loads = tuple(determinant.normal for determinant in determinants)
             self.bounds = *modes, *self.loads
-            self.bound_kinds = (_AMBIGUOUS,) * len(modes) + (_LIFT_OFF,) * len(found)
-        return tuple(found)
+            self.bound_kinds = (_AMBIGUOUS,) * len(modes) + (_LIFT_OFF,) * len(determinants)
+        return tuple(determinants)
 
     def _would_hold(self, i: int, rows: Sequence[Sequence], right: Sequence) -> tuple[Any, Any]:
         """(what the machine would take of a contact at rest, its load then over the one that its law is given)."""
@@ -276,8 +281,8 @@ class Contacts:
 
     def _share(self, at: int):
         """What one contact takes where it rests: its share of what must be held by those that rest."""
-        each = self.all[at]
-        if not each.sticks:
+        contact = self.all[at]
+        if not contact.sticks:
             return 0.0
         if not self._sums:
             held = width = 0.0
@@ -286,9 +291,9 @@ class Contacts:
                 width = width + (1.0 - other.slips) * (other.limit + LEAST if other.sticks else 0.0)
             self._sums = held, width
         held, width = self._sums
-        middle, own = each.middle - each.push_at_rest, each.limit + LEAST
-        total = each.given.acceleration / each.given.response[at] - (held - _own_share(each)) - middle
-        return middle + total * (own / (width + each.slips * own))
+        middle, own = contact.middle - contact.push_at_rest, contact.limit + LEAST
+        total = contact.given.acceleration / contact.given.response[at] - (held - _own_share(contact)) - middle
+        return middle + total * (own / (width + contact.slips * own))
 
     def rows(self) -> Rows | None:
         """The problem that decides which of them rest; None where there is one."""
@@ -296,11 +301,11 @@ class Contacts:
         if not self.several:
             return None
         if self.shared:
-            b = tuple(each.acceleration / each.response[i] for i, each in enumerate(self.given))
+            b = tuple(contact.acceleration / contact.response[i] for i, contact in enumerate(self.given))
             return Rows(b, ((1.0,) * n,) * n)
         if not self.coupled:
-            return Rows(tuple(each.holding_force for each in self.given), tuple(_unit(i, n) for i in range(n)))
-        b, response = (tuple(getattr(each, name) for each in self.given) for name in ("acceleration", "response"))
+            return Rows(tuple(contact.holding_force for contact in self.given), tuple(_unit(i, n) for i in range(n)))
+        b, response = (tuple(getattr(contact, name) for contact in self.given) for name in ("acceleration", "response"))
         return Rows(b, response, self.mean_loads, self.load_response)
 
     def _modes(self) -> tuple:
@@ -312,14 +317,14 @@ class Contacts:
         minors of A, which is positive definite: always.
         """
         ways = []
-        for i, each in enumerate(self.all):
-            if not each.sticks:
-                ways.append([self._sliding_row(i, each.force)[0]])
+        for i, contact in enumerate(self.all):
+            if not contact.sticks:
+                ways.append([self._sliding_row(i, contact.force)[0]])
                 continue
-            most = (each.middle + each.limit, each.middle - each.limit)
-            rows = [self._sliding_row(i, level + each.slips * (each.force - level))[0] for level in most]
-            still = [entry / each.given.response[i] for entry in each.given.response]
-            ways.append([[s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)], *rows])
+            most = (contact.middle + contact.limit, contact.middle - contact.limit)
+            rows = [self._sliding_row(i, level + contact.slips * (contact.force - level))[0] for level in most]
+            still = [entry / contact.given.response[i] for entry in contact.given.response]
+            ways.append([[s + contact.slips * (r - s) for s, r in zip(still, rows[0], strict=True)], *rows])
         return tuple(determinant(rows) for rows in itertools.product(*ways))
 
 
@@ -342,20 +347,20 @@ def solution(rows: Sequence[Sequence], right: Sequence) -> tuple[list, tuple]:
     for i, j in itertools.combinations(range(n), 2):
         factor = work[j][i] / work[i][i]
         work[j] = [a - factor * b if k > i else 0.0 for k, (a, b) in enumerate(zip(work[j], work[i], strict=True))]
-    found: list = []  # the last first
+    unknowns: list = []  # the last first
     for i in reversed(range(n)):
-        rest = work[i][n] - sum(a * x for a, x in zip(work[i][n - 1 : i : -1], found, strict=True))
-        found.append(rest / work[i][i])
-    return found[::-1], tuple(work[i][i] for i in range(n))
+        rest = work[i][n] - sum(a * x for a, x in zip(work[i][n - 1 : i : -1], unknowns, strict=True))
+        unknowns.append(rest / work[i][i])
+    return unknowns[::-1], tuple(work[i][i] for i in range(n))
 
 
 def determinant(rows: Sequence[Sequence]):
     """By its first row; for the two or three contacts of a machine."""
     if len(rows) == 1:
         return rows[0][0]
-    found = 0.0
+    total = 0.0
     for k, entry in enumerate(rows[0]):
         minor = [[*row[:k], *row[k + 1 :]] for row in rows[1:]]
         term = entry * determinant(minor)
-        found = found + term if k % 2 == 0 else found - term
-    return found
+        total = total + term if k % 2 == 0 else total - term
+    return total

@@ -145,7 +145,7 @@ class Environment(Part):
         or at rest (0).
         """
         ground = machine.ground_speed()
-        moving = tuple(each + ground for each in velocities)
+        moving = tuple(velocity + ground for velocity in velocities)
         drags = tuple(map(self.drag, moving, sides))
         lost = sum(-drag * velocity for drag, velocity in zip(drags, moving, strict=True))
         powers: tuple = (lost, self.force * moving[0])

@@ -54,7 +54,7 @@ def equations_of(machine: Machine, form: Literal["text", "latex", "mathml"] = "t
     of, _ = machine._form()
     derived = of.derived
     symbols = _symbols(machine, derived)
-    write = FORMS[form](symbols, (each.operands[0] for each in derived.inputs.parameters))
+    write = FORMS[form](symbols, (parameter.operands[0] for parameter in derived.inputs.parameters))
     speeds = [derived.rates[name] for name in derived.names]
     first = derived.inputs.count  # inputs beyond those there are stand for the accelerations
     rises = {name: derived.inputs.tape.input(first + i) for i, name in enumerate(derived.names)}
@@ -85,8 +85,8 @@ def equations_of(machine: Machine, form: Literal["text", "latex", "mathml"] = "t
         return derived.load_at_rest(contact)
 
     loads = [f"N_{c}" if len(derived.contacts) > 1 else "N" for c in range(1, len(derived.contacts) + 1)]
-    loads = [write.name(each.replace("N", "load") if each in symbols.values() else each) for each in loads]
-    given = [Sum.of(each) for each in derived.inputs.parameters]
+    loads = [write.name(load.replace("N", "load") if load in symbols.values() else load) for load in loads]
+    given = [Sum.of(parameter) for parameter in derived.inputs.parameters]
     pressed = list(zip(loads, map(load, derived.contacts), strict=True))
     along = [derived.along[name] for name in derived.names]
     slid = [x for x, rate in zip(along, speeds, strict=True) if x.rate != derived.states[rate]]
@@ -117,11 +117,11 @@ def _symbols(machine: Machine, derived: Derivation) -> dict[int, str]:
     """The symbol of each input, by its number; of two with one symbol the second is called by its name."""
     kind, inputs = type(machine), derived.inputs
     numbers = [info for info in parameter_table(kind) if isinstance(getattr(machine, info.name), (int, float))]
-    shared = collections.Counter(each.symbol for each in kind.all_coordinates.values())
+    shared = collections.Counter(coordinate.symbol for coordinate in kind.all_coordinates.values())
     contact = {speed: i for i, speed in enumerate(dict.fromkeys(derived.speeds), start=1)}
     states = dict.fromkeys(kind.states, TOUCHING)
-    for name, each in kind.all_coordinates.items():
-        own = f"{each.symbol}_{name_and_number(name)[1]}" if shared[each.symbol] > 1 else each.symbol
+    for name, coordinate in kind.all_coordinates.items():
+        own = f"{coordinate.symbol}_{name_and_number(name)[1]}" if shared[coordinate.symbol] > 1 else coordinate.symbol
         rate = derived.rates[name]
         plain = derived.along[name].rate == derived.states[rate]
         slides = f"v_{contact[rate]}" if rate in contact and len(contact) > 1 else "v"
@@ -130,18 +130,21 @@ def _symbols(machine: Machine, derived: Derivation) -> dict[int, str]:
     named = [
         *zip((inputs.t, inputs.drive, *inputs.gravity), *2 * [("t", "drive", "g_n", "g_t")], strict=True),
         *zip(inputs.frictions, rubs, rubs, strict=True),
-        *((each, info.symbol, info.name) for each, info in zip(inputs.parameters, numbers, strict=True)),
+        *((parameter, info.symbol, info.name) for parameter, info in zip(inputs.parameters, numbers, strict=True)),
         *zip(inputs.states, states.values(), states, strict=True),
     ]
     for name, given in inputs.signals.items():
         symbol = kind.signals[name].symbol if name in kind.signals else "d"
-        named += ((each, symbol + primes, name + primes) for each, primes in zip(given, ("", "'", "''"), strict=True))
+        named += (
+            (derivative, symbol + primes, name + primes)
+            for derivative, primes in zip(given, ("", "'", "''"), strict=True)
+        )
     taken: set[str] = set()
-    found = {}
+    symbols = {}
     for formula, symbol, name in named:
-        found[formula.operands[0]] = name if symbol in taken else symbol
+        symbols[formula.operands[0]] = name if symbol in taken else symbol
         taken.add(symbol)
-    return found
+    return symbols
 
 
 class _Text:
@@ -163,7 +166,7 @@ class _Text:
 
     def sum(self, x: Any) -> str:
         """A sum or whatever else, its positive terms first."""
-        factors = [(sign, _factors(each)) for sign, each in _terms(written(x))]
+        factors = [(sign, _factors(term)) for sign, term in _terms(written(x))]
         terms = [(sign * number, above, below) for sign, (number, above, below) in factors]
         text = ""
         for number, above, below in sorted(terms, key=lambda term: term[0] < 0):

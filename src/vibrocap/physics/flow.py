@@ -37,7 +37,7 @@ class Flow:
     @property
     def tangential(self) -> tuple:
         """By the machine in place of friction, at each contact: R less what pushes its body from outside."""
-        return tuple(each.tangential for each in self.contacts)
+        return tuple(contact.tangential for contact in self.contacts)
 
     def reaction(self, contact: int) -> Any:
         """Of the ground at a contact, counted from 0; None where the machine does not say."""
@@ -52,22 +52,24 @@ class Flow:
 
 def _internal(system: Any, y) -> list[tuple]:
     """The internal states of the law of each contact, the first contact first; they stand last."""
-    found, start = {}, len(system.placed.states)
+    internal_states, start = {}, len(system.placed.states)
     for number, law in laws_by_state(system.parts):
-        found[number] = tuple(y[start : start + len(law.internal)])
+        internal_states[number] = tuple(y[start : start + len(law.internal)])
         start += len(law.internal)
-    return [found[number] for number in sorted(found)]
+    return [internal_states[number] for number in sorted(internal_states)]
 
 
 def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:
     """The contacts of the machine, each with its law, in their modes."""
-    found, pushes = [], ((0.0, 0.0),) * len(given) if outside is None else outside.pushes
-    each = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
-    for contact, law, load, internal, side, (push, push_at_rest) in each:
+    rubbing_contacts, pushes = [], ((0.0, 0.0),) * len(given) if outside is None else outside.pushes
+    contacts_in_order = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
+    for contact, law, load, internal, side, (push, push_at_rest) in contacts_in_order:
         force, rates = law.force(contact.velocity, internal, side, load)
         losses = law.losses(contact.velocity, internal, side, load)
-        found.append(RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest))
-    return found
+        rubbing_contacts.append(
+            RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest)
+        )
+    return rubbing_contacts
 
 
 def flow_of(system: Any, t, y, side) -> Flow:
@@ -88,11 +90,11 @@ def flow_of(system: Any, t, y, side) -> Flow:
     rubbing = _rubbing(system, y, given, sides, outside)
     contacts = Contacts(machine, rubbing)
     acting = contacts.acting
-    frictions = tuple(each.tangential for each in acting)
+    frictions = tuple(force.tangential for force in acting)
     switches, outcomes, law_switches = _switches(system, machine, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
     against_all = system.machine.imposes_motion or any(each.response for each in given)
-    worked_against = frictions if against_all else tuple(each.friction for each in acting)
+    worked_against = frictions if against_all else tuple(force.friction for force in acting)
     rates = machine.rates(t, mechanical, drive, frictions)
     if contacts.coupled:
         rates = _still(system, rates, rubbing)
@@ -105,9 +107,14 @@ def flow_of(system: Any, t, y, side) -> Flow:
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
     if outside is not None:
         outer_force = outer_force + outside.total
-    storing = () if machine.follows_load else [each for each in rubbing if each.law.internal]
+    storing = (
+        () if machine.follows_load else [rubbing_contact for rubbing_contact in rubbing if rubbing_contact.law.internal]
+    )
     return Flow(
-        rates=(*rates, *(rate for each in (*rubbing[1:], rubbing[0]) for rate in each.internal_rates)),
+        rates=(
+            *rates,
+            *(rate for rubbing_contact in (*rubbing[1:], rubbing[0]) for rate in rubbing_contact.internal_rates),
+        ),
         drive=_felt(system, machine, t, mechanical, drive, frictions),
         command=drive if system.controller is None else machine.commanded(t, mechanical, drive, frictions),
         reference=drive,
@@ -124,7 +131,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
             *_powers_lost(system, acting[:1]),
         ),
         energy=machine.energy(t, mechanical),
-        contact_energy=sum((each.law.stored_energy(each.internal) for each in storing), start=0.0),
+        contact_energy=sum((law.law.stored_energy(law.internal) for law in storing), start=0.0),
         bounds=(*contacts.bounds, *ends),
         bound_kinds=(*contacts.bound_kinds, *kinds),
         loads=contacts.loads,
@@ -142,25 +149,25 @@ def _felt(system: Any, machine: Any, t, mechanical, drive, frictions) -> Any:
 
 def _still(system: Any, rates: tuple, contacts: list[RubbingContact]) -> tuple:
     """Rates that are exactly zero of the velocities of contacts at rest, whose forces follow from one problem."""
-    moves = {name: each.slips for name, each in zip(system.machine.contact_states, contacts, strict=True)}
+    moves = {name: contact.slips for name, contact in zip(system.machine.contact_states, contacts, strict=True)}
     return tuple(moves.get(name, 1.0) * rate for name, rate in zip(system.placed.states, rates, strict=True))
 
 
 def _powers_lost(system: Any, contacts: tuple[ContactForce, ...]) -> tuple:
     """Powers lost at contacts; then, under loads that follow the motion, what they store."""
     lost, stored = [], []
-    for each in contacts:
-        sliding, bristles = each.losses
+    for contact in contacts:
+        sliding, bristles = contact.losses
         lost += [-sliding, -bristles]
-        if each.contact.law.internal and system.machine.follows_load:
-            stored.append(sliding + bristles - each.friction * each.contact.velocity)
+        if contact.contact.law.internal and system.machine.follows_load:
+            stored.append(sliding + bristles - contact.friction * contact.contact.velocity)
     return (*lost, *stored)
 
 
 def _switches(system: Any, machine: Any, t, y, contacts, drive, frictions) -> tuple[tuple, tuple, int]:
     """(guards of the pieces of all laws, then of the machine; all states after each of them; how many are laws')."""
     parts, mechanical = _internal(system, y), tuple(y[: len(machine.states)])
-    asked = [(each.law, each.velocity, each.internal, each.side, each.load) for each in contacts]
+    asked = [(contact.law, contact.velocity, contact.internal, contact.side, contact.load) for contact in contacts]
     guards, outcomes = [], []
     for i, (law, *at) in enumerate(asked):
         own = law.switches(*at)

@@ -21,8 +21,8 @@ def numbered(name: str, number: int) -> str:
 
 def name_and_number(name: str) -> tuple[str, int]:
     """What it is called of the first one, and whose it is: ("friction", 2) of "friction_2", ("friction", 1) without."""
-    found = _NUMBERED.fullmatch(name)
-    return (name, 1) if found is None else (found[1], int(found[2]))
+    match = _NUMBERED.fullmatch(name)
+    return (name, 1) if match is None else (match[1], int(match[2]))
 
 
 def number_in(name: object, first: str) -> int:
@@ -51,12 +51,12 @@ def own_laws(parts: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
 
     Where a path names the first contact, "frictions.bit", all others keep the law that they had of it.
     """
-    machine, found = parts["machine"], set()
+    machine, laws = parts["machine"], set()
     contacts = range(2, 1 + len(machine.contact_states))
     for path in paths:
         number = number_in(split_path(plain_path(path, machine))[0], "friction")
-        found |= {*contacts} if number == 1 and path.startswith(NAMED_LAW) else {number}
-    names = (numbered("friction", each) for each in contacts if each in found)
+        laws |= {*contacts} if number == 1 and path.startswith(NAMED_LAW) else {number}
+    names = (numbered("friction", contact) for contact in contacts if contact in laws)
     return {name: parts["friction"] for name in names if name not in parts}
 
 

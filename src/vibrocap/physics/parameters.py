@@ -142,16 +142,16 @@ def dimension_of_unit(unit: str) -> Dimension:
     Raises ValueError for what is none.
     """
     above, *below = unit.split("/")
-    found = NUMBER
+    dimension = NUMBER
     for text, sign in ((above, 1.0), *((part, -1.0) for part in below)):
         for factor in text.split():
             match = re.fullmatch(r"(\w+?)(?:\^(-?\d+(?:\.\d+)?))?", factor)
             if match is None or match[1] not in _UNITS:
                 raise ValueError(f"unit: {factor!r} in {unit!r} is none of {', '.join(_UNITS)}, nor a power of one")
-            found = found * _UNITS[match[1]] ** (sign * float(match[2] or 1))
+            dimension = dimension * _UNITS[match[1]] ** (sign * float(match[2] or 1))
     if len(below) > 1 or not all(part.strip() for part in (above, *below)):
         raise ValueError(f'unit: should be as "N s/m" or "1/s", with one "/" at most, got {unit!r}')
-    return found
+    return dimension
 
 
 Record = TypeVar("Record")
@@ -206,7 +206,9 @@ class ParameterError(ValueError):
 
     def within(self, part: str) -> "ParameterError":
         """The same for a part of a system, with fields such as "machine.mass_ratio"."""
-        return ParameterError("the system", (each.about(f"{part}.{each.field}") for each in self.complaints))
+        return ParameterError(
+            "the system", (complaint.about(f"{part}.{complaint.field}") for complaint in self.complaints)
+        )
 
 
 @dataclass_transform(frozen_default=True)
@@ -259,9 +261,9 @@ def bounds(record: Any, name: str) -> tuple[float, float]:
     """
     fields: dict[str, Any] = (record if isinstance(record, type) else type(record)).__pydantic_fields__
     least, most = -math.inf, math.inf
-    for each in fields[name].metadata:
-        least = max(least, getattr(each, "ge", least), math.nextafter(getattr(each, "gt", -math.inf), math.inf))
-        most = min(most, getattr(each, "le", most), math.nextafter(getattr(each, "lt", math.inf), -math.inf))
+    for limit in fields[name].metadata:
+        least = max(least, getattr(limit, "ge", least), math.nextafter(getattr(limit, "gt", -math.inf), math.inf))
+        most = min(most, getattr(limit, "le", most), math.nextafter(getattr(limit, "lt", math.inf), -math.inf))
     return least, most
 
 
@@ -286,22 +288,22 @@ def brief(value: Any, digits: int) -> str:
 
 def _declaring(cls: type) -> Any:
     """The class that declares the parameters of a class: itself, or the last one above it that declares any."""
-    for each in cls.__mro__:
-        if is_pydantic_dataclass(each):
-            return each
-        if any(isinstance(value, FieldInfo) for value in vars(each).values()):
+    for kind in cls.__mro__:
+        if is_pydantic_dataclass(kind):
+            return kind
+        if any(isinstance(value, FieldInfo) for value in vars(kind).values()):
             break
     raise TypeError(f"{cls.__name__} should have @parameters (from vibrocap import parameters) above its class")
 
 
 @functools.cache
 def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
-    found = []
+    table = []
     for name, field in _declaring(cls).__pydantic_fields__.items():
         extra = field.json_schema_extra or {}
         declared = extra.get("role", ""), extra.get("dimension"), extra.get("in_si", ""), extra.get("unit", "")
-        found.append(ParameterInfo(name, extra.get("symbol", ""), field.description or "", field.default, *declared))
-    return tuple(found)
+        table.append(ParameterInfo(name, extra.get("symbol", ""), field.description or "", field.default, *declared))
+    return tuple(table)
 
 
 def complaint_of(said: str) -> Complaint:

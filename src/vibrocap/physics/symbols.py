@@ -210,7 +210,7 @@ def page() -> str:
     lines += ["## Further quantities of a motion", "", *_quantities(QUANTITIES), ""]
     lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]
     records = dict.fromkeys((*(machine.si_scales for machine in machines().values()), FreeScales))
-    for record in (each for each in records if parameter_table(each)):
+    for record in (record for record in records if parameter_table(record)):
         lines += [f"### `{record.__name__}`", "", *_rows(parameter_table(record)), ""]
     return "\n".join(lines)
 
@@ -233,8 +233,8 @@ def added_parameters(wrapper: Callable[[Any], Any], parts: Mapping[str, Any]) ->
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
-    found = [head, tuple("---" for _ in head), *rows]
-    return ["| " + " | ".join(row) + " |" for row in found]
+    table = [head, tuple("---" for _ in head), *rows]
+    return ["| " + " | ".join(row) + " |" for row in table]
 
 
 def _parameters(part: type) -> list[str]:
@@ -242,9 +242,9 @@ def _parameters(part: type) -> list[str]:
     efforts = [part.effort] if issubclass(part, Machine) else list(EFFORTS)
     keys: dict[str, list[str]] = {}
     for effort in efforts:
-        for each in parameter_keys(part, effort).values():
-            if each.has_unit and each.key not in keys.setdefault(each.name, []):
-                keys[each.name].append(each.key)
+        for parameter_key in parameter_keys(part, effort).values():
+            if parameter_key.has_unit and parameter_key.key not in keys.setdefault(parameter_key.name, []):
+                keys[parameter_key.name].append(parameter_key.key)
     rows = [
         (*row, ", ".join(f"`{key}`" for key in keys.get(row[1].strip("`"), ())))
         for row in _cells(parameter_table(part))

@@ -136,8 +136,8 @@ class System:
     def __post_init__(self):
         given = self.parts
         if any(isinstance(part, PartInSI) for part in given.values()):
-            found, scales = parts_without_units(given, self.units)
-            self._set(**fields_of(found), units=scales)
+            plain_parts, scales = parts_without_units(given, self.units)
+            self._set(**fields_of(plain_parts), units=scales)
         if self.units is not None and not isinstance(self.units, Scales):
             wanted = self.machine.si_scales.__name__
             raise TypeError(f"units should be scales, {wanted}(...), got {self.units!r}")
@@ -202,10 +202,10 @@ class System:
     def parts(self) -> dict[str, Any]:
         """The parts by name: machine, friction, drive, then those that may be left out and are not, the laws of further
         contacts ("friction_2", ...) last."""
-        found = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
-        found |= {numbered("friction", i): law for i, law in enumerate(self.further, 2)}
-        found |= dict(zip((SIGNAL + name for name in kind_of(self.machine).signals), self.drives, strict=False))
-        return {part: record for part, record in found.items() if record is not None or part in PARTS}
+        parts = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
+        parts |= {numbered("friction", i): law for i, law in enumerate(self.further, 2)}
+        parts |= dict(zip((SIGNAL + name for name in kind_of(self.machine).signals), self.drives, strict=False))
+        return {part: record for part, record in parts.items() if record is not None or part in PARTS}
 
     @property
     def placed(self) -> Any:
@@ -226,8 +226,8 @@ class System:
     @property
     def cyclic(self) -> str | None:
         """The state on which nothing depends, at these numbers of the machine; one that is measured is none."""
-        found = self.machine.cyclic or self.machine.free_place
-        return None if self.controller is not None and found in self.placed.measured_states else found
+        place = self.machine.cyclic or self.machine.free_place
+        return None if self.controller is not None and place in self.placed.measured_states else place
 
     @property
     def turns(self) -> Mapping[str, float]:
@@ -308,10 +308,10 @@ class System:
     @property
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
-        found = self.placed.symmetry
+        symmetry = self.placed.symmetry
         for _, law in laws_by_state(self.parts):
-            found += (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
-        return found
+            symmetry += (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
+        return symmetry
 
     @property
     def switched(self) -> tuple[str, ...]:
@@ -392,7 +392,7 @@ class System:
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {what}")
             _ = quantity(path, self)  # in SI, where no scales are known: that is said
-            known = [quantity_in_si(each, self).path for each in self.parameter_paths]
+            known = [quantity_in_si(parameter_path, self).path for parameter_path in self.parameter_paths]
             near = suggestion(path, known, cutoff=0.0)
             raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
         return split_path(path)

@@ -126,7 +126,7 @@ class Scene:
         self.axes.set(xlim=(-self.half, self.half), ylim=(self.low, self.high))
         self.inclined = Affine2D().rotate(self.slope) + self.axes.transData  # along the ground, and upright on it
         self._ground()
-        self.movers = [_drawn(each, self.axes, self.inclined) for each in self.shapes]
+        self.movers = [_drawn(shape, self.axes, self.inclined) for shape in self.shapes]
         if self.loads:
             self._arrows()
         self._words()
@@ -134,11 +134,11 @@ class Scene:
     def _frame(self) -> None:
         """How far is to be seen: all shapes in all frames."""
         low, high, half = 0.0, 0.0, 0.0
-        for each in self.shapes:
-            wide, tall = each.shape.size[0] / 2, each.shape.size[1] / 2
-            half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
-            low = min(low, float(each.points[:, 1].min()) - tall)
-            high = max(high, float(each.points[:, 1].max()) + tall)
+        for shape in self.shapes:
+            wide, tall = shape.shape.size[0] / 2, shape.shape.size[1] / 2
+            half = max(half, float(np.abs(shape.points[:, 0] - self.camera).max()) + wide)
+            low = min(low, float(shape.points[:, 1].min()) - tall)
+            high = max(high, float(shape.points[:, 1].max()) + tall)
         self.size = max(1.0, half / USUAL)
         low, high = low - BELOW * self.size, high + ABOVE * self.size
         low = low if not self.loads else min(low, LOADED * self.size)
@@ -198,14 +198,14 @@ class Scene:
         if len(modes) > 1:
             colour, words = OUTLINE, ", ".join(f"{i} {said}" for i, (_, said) in enumerate(modes[:MOST_NAMED], start=1))
         contact = 0
-        for each, move in zip(self.shapes, self.movers, strict=True):
-            x, y = each.points[:, 0, number] - camera, each.points[:, 1, number]
+        for shape, move in zip(self.shapes, self.movers, strict=True):
+            x, y = shape.points[:, 0, number] - camera, shape.points[:, 1, number]
             move(x, y, modes[min(contact, len(modes) - 1)][0])
-            contact += each.shape.kind == "contact"
+            contact += shape.shape.kind == "contact"
         size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
         first = self.step * math.floor((camera - self.reach) / self.step)
         self.ticks.set_xdata(np.repeat(first + self.step * self.marks - camera, 3))
-        soles = [each.points[0, 0] for each in self.shapes if each.shape.kind == "contact"] or [self.position]
+        soles = [shape.points[0, 0] for shape in self.shapes if shape.shape.kind == "contact"] or [self.position]
         feet = {contact: float(soles[min(contact, len(soles)) - 1][number]) for contact in self.loads}
         under = BARE * self.half if self.loads else -1.0
         for i, label in enumerate(self.numbers):

@@ -120,7 +120,7 @@ def _rows(fig: Any, count: int, narrow: int, stacked: bool) -> list[list[Axes]]:
     else:
         grid = fig.add_gridspec(count, 1 + narrow, width_ratios=(2,) + (1,) * narrow)
         places = [[grid[k, i] for i in range(1 + narrow)] for k in range(count)]
-    return [[fig.add_subplot(each) for each in row] for row in places]
+    return [[fig.add_subplot(cell) for cell in row] for row in places]
 
 
 def _row_height(rows: int) -> float:
@@ -141,7 +141,7 @@ def _forest_height(parameters: list[FittedParameter]) -> float:
 
 def comparison_figure(comparison: Comparison) -> Figure:
     """Laws from the best down: the error where they were not fitted, and where they were."""
-    laws = [each for each in comparison.laws if each.fit.ok]
+    laws = [law for law in comparison.laws if law.fit.ok]
     fig = blank_figure((page().width_or(7.0), 1.3 + 0.34 * len(laws)))
     with style():
         ax = fig.subplots()
@@ -150,7 +150,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         ax.hlines(places, np.fmin(held, fitted), np.fmax(held, fitted), color="#C8C8C8", linewidth=1.5)
         ax.plot(held, places, "D", color=VERMILION, markersize=4, label="held out")
         ax.plot(fitted, places, "o", color=BLUE, markersize=8, markerfacecolor="none", label="fitted to all records")
-        ax.set_yticks(places, [f"{each.law} ({each.parameters})" for each in laws])
+        ax.set_yticks(places, [f"{law.law} ({law.parameters})" for law in laws])
         ax.set(xlabel="error over the standard deviation of the force [%]", xlim=(0.0, None))
         ax.set_ylim(-0.6, len(laws) - 0.4)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
@@ -211,13 +211,13 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
     record: the name of one of the fit's, by default the first
     Returns the axes: `ax`, or those of a new figure.
     """
-    names = [each.name for each in fit.records]
+    names = [record.name for record in fit.records]
     if not names or record not in (None, *names):
         raise ArgumentError("record", f"the fit has no {record!r}; {suggestion(record, names)}")
-    found = fit.records[0 if record is None else names.index(record)]
+    forces = fit.records[0 if record is None else names.index(record)]
     ax = given_axes(ax)
     with style():
-        (_curve if fit.options.get("method", "").startswith("steady") else _over_time)(ax, found, fit.units)
+        (_curve if fit.options.get("method", "").startswith("steady") else _over_time)(ax, forces, fit.units)
         legend(ax, ncols=2)
     return ax
 
@@ -307,8 +307,8 @@ def _chosen(records: tuple[RecordResult, ...]) -> list[RecordResult]:
     most = MOST_IN_COLUMN if page().narrow else MOST_RECORDS
     if len(records) <= most:
         return list(records)
-    held = [each for each in records if each.held_out][: most // 2]
-    return [each for each in records if not each.held_out][: most - len(held)] + held
+    held = [record for record in records if record.held_out][: most // 2]
+    return [record for record in records if not record.held_out][: most - len(held)] + held
 
 
 def _left_out(fit: Fit, shown: list[RecordResult]) -> str:

@@ -111,23 +111,23 @@ def shown_in_detail(motion: Trajectory) -> Stretch:
 
 def settlement(motion: Trajectory) -> Settling | None:
     """Whether a motion has settled; None where nothing drives it in time, or the run is too short to tell."""
-    found = settling(motion) if equations(motion.system).timed else None
-    return None if found is None or found.residual is None else found
+    verdict = settling(motion) if equations(motion.system).timed else None
+    return None if verdict is None or verdict.residual is None else verdict
 
 
 def repeats_after(motion: Trajectory) -> int:
     """The drive periods after which a motion repeats; 1 where it has not settled."""
-    found = settlement(motion)
-    return 1 if found is None else found.period or 1
+    verdict = settlement(motion)
+    return 1 if verdict is None else verdict.period or 1
 
 
 def settled_words(motion: Trajectory) -> str:
     """Whether a motion has settled, as a sentence; empty where that is not known."""
-    found = settlement(motion)
-    if found is None or found.since is None:
-        return "" if found is None else "Not settled."
+    verdict = settlement(motion)
+    if verdict is None or verdict.since is None:
+        return "" if verdict is None else "Not settled."
     after = repeats_after(motion)
-    return f"Settled from period {found.since} on; it repeats every {'period' if after == 1 else f'{after} periods'}."
+    return f"Settled from period {verdict.since} on; it repeats every {'period' if after == 1 else f'{after} periods'}."
 
 
 def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: bool) -> Axes:
@@ -209,8 +209,8 @@ def whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
     if controller is not None and controller.compared(motion.system.machine) == first:
         trace = Trace(motion, *whole)
         ax.plot(trace.time / unit, trace["reference"], **GIVEN, label="reference")
-    if (found := settlement(motion)) is not None and found.since is not None:
-        ax.axvline((motion.start_time + found.since * motion.period) / unit, **SETTLED, label="settled")
+    if (verdict := settlement(motion)) is not None and verdict.since is not None:
+        ax.axvline((motion.start_time + verdict.since * motion.period) / unit, **SETTLED, label="settled")
     if detail != whole:
         ax.axvspan(detail[0] / unit, detail[1] / unit, color=SKY, alpha=0.25, linewidth=0, label="detail")
     ax.set_title(f"{what} over the whole run")

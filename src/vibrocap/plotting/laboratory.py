@@ -166,52 +166,54 @@ def _arrow(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
 
 
 def _draw_break_away(ax: Axes, sheet: TestSheet) -> None:
-    found = sheet.break_away
-    ax.plot(found.rate, found.applied, color=SKY, linewidth=1.0, marker="o", markersize=3, label="applied then")
-    ax.plot(found.rate, found.force, color=BLUE, linewidth=1.4, label="largest friction")
+    break_away = sheet.break_away
+    ax.plot(
+        break_away.rate, break_away.applied, color=SKY, linewidth=1.0, marker="o", markersize=3, label="applied then"
+    )
+    ax.plot(break_away.rate, break_away.force, color=BLUE, linewidth=1.4, label="largest friction")
     for peaked, face in ((True, BLUE), (False, "white")):
-        chosen = found.peaked == peaked
+        chosen = break_away.peaked == peaked
         if chosen.any():
             text = "" if peaked else "no maximum: friction never falls"
             ax.plot(
-                found.rate[chosen], found.force[chosen], "o", color=BLUE, markersize=4.5, markerfacecolor=face,
-                label=text or None,
+                break_away.rate[chosen], break_away.force[chosen], "o", color=BLUE, markersize=4.5,
+                markerfacecolor=face, label=text or None,
             )  # fmt: skip
     ax.set_xscale("log")
-    low, high = float(np.min(found.force)), float(np.nanmax([*found.applied, *found.force]))
+    low, high = float(np.min(break_away.force)), float(np.nanmax([*break_away.applied, *break_away.force]))
     ax.set_ylim(0.0 if low > 0.8 * high else low - 0.15 * (high - low), high + 0.25 * (high - low) + 0.1 * low)
     ax.set(title="Break-away", xlabel="rate of the force", ylabel="force")
     legend(ax)
 
 
 def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
-    found = sheet.stick_slip
-    periodic = found.regime in ("stick-slip", "oscillation")
-    begin = found.time[-1] - CYCLES_SHOWN * found.period if periodic else 0.0
-    shown = found.time >= begin
-    ax.plot(found.time[shown], found.pull[shown], color=BLUE, linewidth=1.5, label="pull of the spring")
-    ax.plot(found.time[shown], found.friction[shown], color=VERMILION, linewidth=0.9, label="friction")
-    if found.sticks:
-        still = shown & (np.abs(found.velocity) <= found.still)
+    stick_slip = sheet.stick_slip
+    periodic = stick_slip.regime in ("stick-slip", "oscillation")
+    begin = stick_slip.time[-1] - CYCLES_SHOWN * stick_slip.period if periodic else 0.0
+    shown = stick_slip.time >= begin
+    ax.plot(stick_slip.time[shown], stick_slip.pull[shown], color=BLUE, linewidth=1.5, label="pull of the spring")
+    ax.plot(stick_slip.time[shown], stick_slip.friction[shown], color=VERMILION, linewidth=0.9, label="friction")
+    if stick_slip.sticks:
+        still = shown & (np.abs(stick_slip.velocity) <= stick_slip.still)
         ax.fill_between(
-            found.time, 0.0, 1.0, where=still.tolist(), transform=ax.get_xaxis_transform(), label="sticks",
+            stick_slip.time, 0.0, 1.0, where=still.tolist(), transform=ax.get_xaxis_transform(), label="sticks",
             **STICK_SHADE,
         )  # fmt: skip
-    words = f" of period {found.period:.4g}" if periodic else ""
-    ax.set(title=f"Pulled through a spring: {found.regime}{words}", xlabel="time", ylabel="force")
-    ax.set_xlim(max(begin, found.time[0]), found.time[-1])
+    words = f" of period {stick_slip.period:.4g}" if periodic else ""
+    ax.set(title=f"Pulled through a spring: {stick_slip.regime}{words}", xlabel="time", ylabel="force")
+    ax.set_xlim(max(begin, stick_slip.time[0]), stick_slip.time[-1])
     legend_below(ax, ax.get_legend_handles_labels()[0], ncols=3)
 
 
 def _creep_label(sheet: TestSheet) -> str:
-    found = sheet.creep
-    if not found.creeps:
+    label = sheet.creep
+    if not label.creeps:
         words = "no drift"
     else:
-        words = f"a drift of {found.drift_per_cycle:.3g} per cycle"
-    if not found.status.ok:
-        words += f" (ended after {len(found.displacement) - 1} cycles: {found.status.value})"
-    return f"Creep under a force {found.bias:.3g} + {found.amplitude:.3g} cos: {words}."
+        words = f"a drift of {label.drift_per_cycle:.3g} per cycle"
+    if not label.status.ok:
+        words += f" (ended after {len(label.displacement) - 1} cycles: {label.status.value})"
+    return f"Creep under a force {label.bias:.3g} + {label.amplitude:.3g} cos: {words}."
 
 
 def _title(law: Law, load: float, width: float) -> str:
@@ -220,7 +222,7 @@ def _title(law: Law, load: float, width: float) -> str:
 
 def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) -> Figure:
     """Error of the measure and steps of the integrator against the width, for one system and one or two shapes."""
-    given = [in_si(each) for each in ([reports] if isinstance(reports, Regularisation) else reports)]
+    given = [in_si(report) for report in ([reports] if isinstance(reports, Regularisation) else reports)]
     if not given:
         raise ValueError("reports should hold at least one regularisation, got none")
     rows = 2 if page().narrow else 1
@@ -253,12 +255,12 @@ def draw_errors(ax: Axes, reports: Sequence[Regularisation], needed: Sequence[Wi
                     report.widths[chosen], share[chosen], "o", color=colour, markersize=4, markerfacecolor=face,
                     label=f"{FORMULAS[report.shape]}: {words}",
                 )  # fmt: skip
-    for found in needed:
-        if found.width is not None:
-            share = found.error / abs(found.regularisation.exact.value)
+    for needed_width in needed:
+        if needed_width.width is not None:
+            share = needed_width.error / abs(needed_width.regularisation.exact.value)
             guide = {"color": "#808080", "linewidth": 0.8, "linestyle": ":", "zorder": 1}
-            ax.plot([found.width, found.width], [ax.get_ylim()[0], share], **guide)
-            ax.plot([ax.get_xlim()[0], found.width], [share, share], **guide)
+            ax.plot([needed_width.width, needed_width.width], [ax.get_ylim()[0], share], **guide)
+            ax.plot([ax.get_xlim()[0], needed_width.width], [share, share], **guide)
     name = reports[0].measure.replace("_", " ")
     ax.set(title=f"Error of the {name}", xlabel=_width_label(reports), ylabel="error over the exact value")
 

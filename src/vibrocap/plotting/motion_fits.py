@@ -44,5 +44,5 @@ def motion_fit_figure(fit: MotionFit) -> Figure:
         axes[-1].set_xlabel(f"time{seconds}")
         fig.align_ylabels()
         heading(fig, f"{fit.predict.replace('_', ' ')} under the measured force")
-        footnote(fig, ", ".join(f"{each.path} {each.value:.4g}" for each in fit.parameters))
+        footnote(fig, ", ".join(f"{parameter.path} {parameter.value:.4g}" for parameter in fit.parameters))
     return fig

@@ -58,8 +58,8 @@ class Context:
 
     def known(self, name: str) -> list[Any]:
         """What the records and calls around have under a name, the nearest first."""
-        found = (each.get(name) if isinstance(each, Mapping) else vars(each).get(name) for each in self.around)
-        return [each for each in found if each is not None]
+        values = (owner.get(name) if isinstance(owner, Mapping) else vars(owner).get(name) for owner in self.around)
+        return [value for value in values if value is not None]
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -69,8 +69,8 @@ class Context:
     def kept(self) -> "Context":
         """The same with nothing of the calls but their words: what a record in SI remembers."""
         words = (
-            {key: x for key, x in each.items() if isinstance(x, (str, bool))} if isinstance(each, Mapping) else each
-            for each in self.around
+            {key: x for key, x in owner.items() if isinstance(x, (str, bool))} if isinstance(owner, Mapping) else owner
+            for owner in self.around
         )
         return dataclasses.replace(self, around=tuple(words))
 
@@ -96,7 +96,7 @@ class Declared:
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         """A value in SI; back: one in SI without units. What has no unit stays as it is, to the last bit."""
         if isinstance(value, (list, tuple)):
-            return type(value)(self.converted(each, context, back) for each in value)
+            return type(value)(self.converted(element, context, back) for element in value)
         if not isinstance(value, (int, float, np.ndarray, np.number)) or self.unit(context) == "1":
             return value
         return value / self.scale(context) if back else value * self.scale(context)
@@ -133,12 +133,12 @@ class OfNames(Declared):
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         if not isinstance(value, Mapping) or (back and isinstance(value, WithoutUnits)):
             return value
-        return {name: self._one(name, each, context, back) for name, each in value.items()}
+        return {name: self._one(name, element, context, back) for name, element in value.items()}
 
     def seen(self, value: Any, context: Context) -> Any:
         if not isinstance(value, Mapping) or context.system is None:
             return value
-        return {name: In(context.units.unit(name)).seen(each, context) for name, each in value.items()}
+        return {name: In(context.units.unit(name)).seen(element, context) for name, element in value.items()}
 
     @staticmethod
     def _one(name: str, value: Any, context: Context, back: bool) -> Any:
@@ -157,9 +157,9 @@ class OfKeys(OfNames):
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         if not back or not isinstance(value, Mapping):
             return super().converted(value, context, back)
-        found = Keyed(context.units.states_of(super().converted(value, context, back)))
-        found.keys_given = tuple(value)
-        return found
+        states = Keyed(context.units.states_of(super().converted(value, context, back)))
+        states.keys_given = tuple(value)
+        return states
 
 
 @dataclasses.dataclass(frozen=True)
@@ -185,7 +185,7 @@ class AlongNames(Declared):
 
     def _along(self, context: Context) -> list[str]:
         """The quantity at each index of the axis."""
-        named = [name for each in self.names for name in context.known(each)[0]]
+        named = [name for element in self.names for name in context.known(element)[0]]
         return named or list(context.state_names)
 
 
@@ -234,7 +234,7 @@ class Measured(AsGiven):
 
     def seen(self, value: Any, context: Context) -> Any:
         if dataclasses.is_dataclass(value):
-            return {each.name: self.seen(getattr(value, each.name), context) for each in dataclasses.fields(value)}
+            return {field.name: self.seen(getattr(value, field.name), context) for field in dataclasses.fields(value)}
         unit = self.name or context.known("force_unit")[0]
         return WithUnit(value, unit) if isinstance(value, float) and unit != "1" else value
 

@@ -118,13 +118,13 @@ def _of_units(seen: Any) -> str:
 @functools.cache
 def member_hints(cls: type) -> dict[str, Any]:
     """The types of the fields and properties of a record by name."""
-    found = {}
+    hints = {}
     for base in reversed(cls.__mro__):
         for name, member in vars(base).items():
             getter = member.fget if isinstance(member, property) else getattr(member, "func", None)
             if callable(getter):
-                found[name] = call_hints(getter).get("return", Any)
-    return found | (field_hints(cls) if dataclasses.is_dataclass(cls) else {})
+                hints[name] = call_hints(getter).get("return", Any)
+    return hints | (field_hints(cls) if dataclasses.is_dataclass(cls) else {})
 
 
 @functools.cache
@@ -183,8 +183,8 @@ def _shown_method(cls: type, name: str, function: Any) -> Any:
         context = self._context.within(self._computed).within({k: x for k, x in given.items() if isinstance(x, str)})
         plain = {key: walked(value, hints.get(key, Any), context, back=True) for key, value in given.items()}
         rest = args[len(names) :]
-        found = getattr(self._computed, name)(*(plain.pop(key) for key in names[: len(args)]), *rest, **plain)
-        return walked(found, hints.get("return", Any), context)
+        value = getattr(self._computed, name)(*(plain.pop(key) for key in names[: len(args)]), *rest, **plain)
+        return walked(value, hints.get("return", Any), context)
 
     return method
 
@@ -206,8 +206,8 @@ def walked(value: Any, hint: Any, context: Context, back: bool = False) -> Any:
             return dataclasses.replace(value, **fields)  # type: ignore[type-var]
         return computed(value) if back else shown(value, context)
     if isinstance(value, (tuple, list)) and not hasattr(value, "_fields"):
-        each = zip(value, of_elements(own, len(value)), strict=True)
-        return type(value)(walked(one, its, context, back) for one, its in each)
+        pairs = zip(value, of_elements(own, len(value)), strict=True)
+        return type(value)(walked(one, its, context, back) for one, its in pairs)
     if isinstance(value, dict):
         its = of_elements(own, 2)[1]
         return {name: walked(one, its, context, back) for name, one in value.items()}
@@ -251,7 +251,7 @@ def _view(value: Any, hint: Any, context: Context) -> Any:
         return {name: member_view(value, name, context) for name in names_in_record(value)}
     if isinstance(value, Mapping):
         its = of_elements(own, 2)[1]
-        return {str(name): _view(each, its, context) for name, each in value.items()}
+        return {str(name): _view(element, its, context) for name, element in value.items()}
     if isinstance(value, (tuple, list)):
         if names := getattr(value, "_fields", None):  # a named tuple
             return dict(zip(names, value, strict=True))
@@ -270,7 +270,7 @@ def member_view(record: Any, name: str, context: Context) -> Any:
 def names_in_record(record: Any) -> tuple[str, ...]:
     """The members of a record that views show: those that its class names, by default its fields but for systems."""
     own = tuple(getattr(record, "in_record", "").split())
-    fields = (each.name for each in dataclasses.fields(record) if each.repr)
+    fields = (field.name for field in dataclasses.fields(record) if field.repr)
     return own or tuple(name for name in fields if not _is_system(getattr(record, name)))
 
 
@@ -291,16 +291,16 @@ def detached(value: Any) -> Any:
         return value.dimensionless
     if isinstance(value, Dimensional):
         old = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}  # type: ignore[arg-type]
-        new = {name: detached(each) for name, each in old.items()}
+        new = {name: detached(element) for name, element in old.items()}
         if all(new[name] is old[name] for name in old):
             return value
         made = object.__new__(type(value))
         made.__dict__.update({**vars(value), **new})
         return made
     if isinstance(value, (tuple, list)) and not hasattr(value, "_fields"):
-        found = [detached(each) for each in value]
-        return value if all(a is b for a, b in zip(found, value, strict=True)) else type(value)(found)
+        elements = [detached(element) for element in value]
+        return value if all(a is b for a, b in zip(elements, value, strict=True)) else type(value)(elements)
     if isinstance(value, Mapping) and type(value) is dict:
-        items = {name: detached(each) for name, each in value.items()}
+        items = {name: detached(element) for name, element in value.items()}
         return value if all(items[name] is value[name] for name in items) else items
     return value

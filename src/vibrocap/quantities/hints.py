@@ -17,11 +17,11 @@ from vibrocap.quantities.declared import Declared, Over
 @functools.cache
 def field_hints(record: type) -> dict[str, Any]:
     """The types of the fields of a record by name, with what they declare."""
-    found: dict[str, Any] = {}
+    hints: dict[str, Any] = {}
     for cls in reversed(record.__mro__):
         for name, hint in vars(cls).get("__annotations__", {}).items():
-            found[name] = _read(hint, cls.__module__)
-    return {field.name: found[field.name] for field in dataclasses.fields(record)}
+            hints[name] = _read(hint, cls.__module__)
+    return {field.name: hints[field.name] for field in dataclasses.fields(record)}
 
 
 @functools.cache
@@ -44,9 +44,9 @@ def _read(hint: Any, module: str) -> Any:
 def fitting(hint: Any, value: Any) -> tuple[Declared | None, Any]:
     """(what a type declares of a value, the alternative of the type that the value is of)."""
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        for each in typing.get_args(hint):
-            if _is_of(each, value):
-                return fitting(each, value)
+        for inner in typing.get_args(hint):
+            if _is_of(inner, value):
+                return fitting(inner, value)
         return None, Any
     return declaration(hint), hint
 
@@ -55,14 +55,14 @@ def declaration(hint: Any) -> Declared | None:
     """What a type declares, None for nothing."""
     if typing.get_origin(hint) is not Annotated:
         return None
-    return next((each for each in hint.__metadata__ if isinstance(each, Declared)), None)
+    return next((inner for inner in hint.__metadata__ if isinstance(inner, Declared)), None)
 
 
 def declared_anywhere(hint: Any) -> Declared | None:
     """The first declaration in a type, whatever it is of: of `tuple[Time, Time] | None` that of a time."""
     own = declaration(hint)
-    inside = () if own is not None else (each for each in typing.get_args(hint) if not isinstance(each, str))
-    return own or next((each for each in map(declared_anywhere, inside) if each is not None), None)
+    inside = () if own is not None else (inner for inner in typing.get_args(hint) if not isinstance(inner, str))
+    return own or next((inner for inner in map(declared_anywhere, inside) if inner is not None), None)
 
 
 def _is_of(hint: Any, value: Any) -> bool:
@@ -81,7 +81,7 @@ def _is_of(hint: Any, value: Any) -> bool:
 
 def of_elements(hint: Any, count: int) -> list[Any]:
     """The types of the elements of a tuple or a list of a type."""
-    given = [each for each in typing.get_args(hint) if each is not Ellipsis]
+    given = [inner for inner in typing.get_args(hint) if inner is not Ellipsis]
     if not given or len(given) not in (1, count):
         return [Any] * count
     return given if len(given) == count else given * count
@@ -93,9 +93,9 @@ def undeclared(hint: Any) -> bool:
         return False
     if hint in (float, complex, np.ndarray):
         return True
-    return any(undeclared(each) for each in typing.get_args(hint) if not isinstance(each, (str, Declared)))
+    return any(undeclared(inner) for inner in typing.get_args(hint) if not isinstance(inner, (str, Declared)))
 
 
 def over_of(hint: Any) -> Over | None:
     """The dimensions that the type of an array, or of a list of records, states; None where it states none."""
-    return next((each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Over)), None)
+    return next((inner for inner in getattr(hint, "__metadata__", ()) if isinstance(inner, Over)), None)

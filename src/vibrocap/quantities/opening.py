@@ -22,12 +22,16 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def opened_in_si(function: Function) -> Function:
     """A function as users call it."""
     signature = inspect.signature(function)
-    defaults = {name: each.default for name, each in signature.parameters.items() if each.default is not each.empty}
+    defaults = {
+        name: parameter.default
+        for name, parameter in signature.parameters.items()
+        if parameter.default is not parameter.empty
+    }
 
     @functools.wraps(function)
     def opened(*args: Any, **kwargs: Any) -> Any:
         context = _context((*args, *kwargs.values()))
-        cases = any(hasattr(type(each), "is_case") for each in (*args, *kwargs.values()))
+        cases = any(hasattr(type(argument), "is_case") for argument in (*args, *kwargs.values()))
         if context is None and not cases:
             return function(*args, **kwargs)
         try:
@@ -51,7 +55,7 @@ def opened_in_si(function: Function) -> Function:
 def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None:
     """Put the system of a case in its place where a system is meant, and its start and run where none are given."""
     names = bound.signature.parameters
-    others = next((each.name for each in names.values() if each.kind is each.VAR_KEYWORD), None)  # such as **settings
+    others = next((name.name for name in names.values() if name.kind is name.VAR_KEYWORD), None)  # such as **settings
     for name, case in tuple(bound.arguments.items()):
         kinds = typing.get_args(hints.get(name)) or (hints.get(name),)
         if hasattr(type(case), "is_case") and type(case.system) in kinds and type(case) not in kinds:
@@ -68,15 +72,15 @@ def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None
 
 def _context(given: tuple[Any, ...]) -> Context | None:
     """Where the numbers of a call stand in SI; None where nothing that is given is in SI."""
-    for each in given:
-        if hasattr(type(each), "si_context"):
-            found = each.si_context()
-        elif isinstance(each, Mapping):
-            found = _context(tuple(each.values()))
-        elif isinstance(each, (tuple, list)) and each and not isinstance(each[0], (int, float, str)):
-            found = _context(tuple(each))
+    for argument in given:
+        if hasattr(type(argument), "si_context"):
+            context = argument.si_context()
+        elif isinstance(argument, Mapping):
+            context = _context(tuple(argument.values()))
+        elif isinstance(argument, (tuple, list)) and argument and not isinstance(argument[0], (int, float, str)):
+            context = _context(tuple(argument))
         else:
             continue
-        if found is not None:
-            return Context(found.system)
+        if context is not None:
+            return Context(context.system)
     return None

@@ -27,7 +27,7 @@ class RecordError(ValueError):
     """A record that cannot be used: `complaints` holds every one, each naming the field and what would be right."""
 
     def __init__(self, complaints: Iterable[str], source: str = "the record"):
-        self.complaints = tuple(Complaint.read(each) for each in complaints)
+        self.complaints = tuple(Complaint.read(complaint) for complaint in complaints)
         self.source = source
         super().__init__(f"{source} cannot be used:\n" + "\n".join(f"  {complaint}" for complaint in self.complaints))
 
@@ -46,15 +46,15 @@ def complaints(columns: Mapping[str, Any], place: Callable[[int], str] = "index 
     place: how a message names a sample, from its index; a line of a file for instance
     """
     given = {field: values for field, values in columns.items() if values is not None}
-    found = [
+    texts = [
         f"{field}: should be one column of numbers, got {_shape(values)}"
         for field, values in given.items()
         if values.ndim != 1
     ]
     if not any(field in given for field in MOTIONS):
-        found.append("velocity, displacement: neither is given; at least one should be, a friction law is driven by it")
-    if found:
-        return found
+        texts.append("velocity, displacement: neither is given; at least one should be, a friction law is driven by it")
+    if texts:
+        return texts
     samples = {field: len(values) for field, values in given.items()}
     if len(set(samples.values())) > 1:
         lengths = ", ".join(f"{field} {count:,}" for field, count in samples.items())
@@ -63,25 +63,25 @@ def complaints(columns: Mapping[str, Any], place: Callable[[int], str] = "index 
         count = samples["time"]
         return [f"time: should have at least {FEWEST_SAMPLES} samples, got {count} sample{'s' * (count != 1)}"]
     for field, values in given.items():
-        found += _not_finite(field, values, place)
-    if found:
-        return found
-    found += _not_increasing(given["time"], place)
+        texts += _not_finite(field, values, place)
+    if texts:
+        return texts
+    texts += _not_increasing(given["time"], place)
     for field, values in given.items():
         if field in ("force", *MOTIONS, "acceleration") and np.ptp(values) <= ROUNDING * np.max(np.abs(values)):
-            found.append(
+            texts.append(
                 f"{field}: is {values[0]:g} at all {len(values):,} samples; a constant {field} determines nothing, "
                 "give one that varies"
             )
     if "normal_force" in given and np.any(given["normal_force"] < 0.0):
         worst = int(np.argmin(given["normal_force"]))
-        found.append(
+        texts.append(
             f"normal_force: should be at least 0 (pressing counts positive), got {given['normal_force'][worst]:g} "
             f"at {place(worst)}"
         )
     elif "normal_force" in given and not np.any(given["normal_force"]):
-        found.append("normal_force: should be greater than 0 somewhere, got 0 at all samples; leave it out if unknown")
-    return found
+        texts.append("normal_force: should be greater than 0 somewhere, got 0 at all samples; leave it out if unknown")
+    return texts
 
 
 def _shape(values: np.ndarray) -> str:
@@ -122,19 +122,19 @@ def doubts(columns: Mapping[str, Any]) -> list[str]:
     Two comparisons need no knowledge of the machine: displacement with the integral of velocity (which unlike a
     derivative does not amplify noise), and force with normal force (a friction coefficient outside 0.001 to 10).
     """
-    found = []
+    texts = []
     velocity, displacement, normal = (columns.get(name) for name in ("velocity", "displacement", "normal_force"))
     if velocity is not None and displacement is not None:
-        found += _different_motions(columns["time"], velocity, displacement)
+        texts += _different_motions(columns["time"], velocity, displacement)
     if normal is not None:
         coefficient = float(np.sqrt(np.mean(np.square(columns["force"]))) / np.mean(normal))
         low, high = COEFFICIENTS
         if not low <= coefficient <= high:
-            found.append(
+            texts.append(
                 f"force, normal_force: imply a friction coefficient of {coefficient:.3g} (root mean square), outside "
                 f"{low:g} to {high:g}; one of them looks as if it were in other units, N and kN for instance"
             )
-    return found
+    return texts
 
 
 def _different_motions(time: np.ndarray, velocity: np.ndarray, displacement: np.ndarray) -> list[str]:

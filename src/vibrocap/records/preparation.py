@@ -163,5 +163,5 @@ def _check(record: Record, cutoff: float | None, mass: float | None, offset: flo
         )
     if wrong:
         raise ArgumentError(
-            f"record {record.name!r}", "cannot be prepared:\n" + "\n".join(f"  {each}" for each in wrong)
+            f"record {record.name!r}", "cannot be prepared:\n" + "\n".join(f"  {complaint}" for complaint in wrong)
         )

@@ -70,9 +70,9 @@ def rotary_damper(folder: str | Path | None = None) -> list[Record]:
     place = data_folder("rotary-damper", folder)
     packed = place / "rotary_damper.npz"
     if packed.exists():
-        found = {record.name: record for record in read_records(packed)}
-        order = sorted(found, key=lambda name: (name.startswith("eq"), name))
-        return [found[name].replaced(source=DAMPER) for name in order]
+        by_name = {record.name: record for record in read_records(packed)}
+        order = sorted(by_name, key=lambda name: (name.startswith("eq"), name))
+        return [by_name[name].replaced(source=DAMPER) for name in order]
     records = []
     matches = [(re.search(r"test(\d+)$", path.stem), path) for path in place.glob("F/test*.npy")]
     for number, path in sorted((int(match[1]), path) for match, path in matches if match):
@@ -155,7 +155,9 @@ def basalt_velocity_step(folder: str | Path | None = None) -> list[Record]:
     record = read_records(files[0])[0]
     stress = np.loadtxt(files[0], skiprows=1)[:, 3]
     assert record.displacement is not None
-    begun = {name: each - each[0] for name, each in (("time", record.time), ("displacement", record.displacement))}
+    begun = {
+        name: column - column[0] for name, column in (("time", record.time), ("displacement", record.displacement))
+    }
     conditions = {"normal_stress_Pa": 1e6 * stress.mean()}
     return [record.replaced(source=BASALT, **begun, name="basalt_3_to_10", conditions=conditions)]
 

@@ -159,21 +159,21 @@ def stick_slip(
     if not (is_number(minor) and 0.0 <= minor < 1.0):
         further.append(f"minor: should be a share of at least 0 and less than 1, got {minor!r}")
     pulled = pull(time, force, stiffness, mass, pulling_speed, normal_force, coefficient, name, further)
-    found = falls(pulled.force)
-    repeats = recurrence(found.force, pulled.step, found.window)
-    every = phases(pulled.time, found)
-    turning = (pulled.time[found.tops], pulled.time[found.bottoms])
-    heights = found.force[found.tops] - found.force[found.bottoms]
-    clearness = float(np.mean(heights)) / found.least if len(heights) and found.least > 0 else math.inf
-    bend = stick_bend(pulled.time, found, every)
+    fall_times = falls(pulled.force)
+    repeats = recurrence(fall_times.force, pulled.step, fall_times.window)
+    every = phases(pulled.time, fall_times)
+    turning = (pulled.time[fall_times.tops], pulled.time[fall_times.bottoms])
+    heights = fall_times.force[fall_times.tops] - fall_times.force[fall_times.bottoms]
+    clearness = float(np.mean(heights)) / fall_times.least if len(heights) and fall_times.least > 0 else math.inf
+    bend = stick_bend(pulled.time, fall_times, every)
     kind = regime(every, *turning, repeats, pulled.inertial_period, bend, clearness)
     # What wanders has no phases; what swings has no partial slips.
     marked = () if kind.name == STEADY else with_minor(every, minor if kind.name == STICK_SLIP else 0.0)
     main = [phase for phase in marked if phase.kind == "slip" and not phase.minor]
     sticks = [phase for phase in marked if phase.kind == "stick"]
-    extremes = (found.force[found.tops], found.force[found.bottoms])
+    extremes = (fall_times.force[fall_times.tops], fall_times.force[fall_times.bottoms])
     if kind.from_spectrum and kind.typical_period is not None:
-        periods = stretch_periods(found.force, pulled.step, found.window, kind.typical_period)
+        periods = stretch_periods(fall_times.force, pulled.step, fall_times.window, kind.typical_period)
     else:
         periods = np.diff(turning[0] if kind.name == INERTIAL else [slip.start for slip in main])
     level, how = _kinetic(main, sticks, kind, extremes)
@@ -184,9 +184,9 @@ def stick_slip(
     at_rest = sum(stick.duration for stick in sticks)
     velocity = None
     if give is not None and speed is not None:
-        usual = float(np.median([slip.duration for slip in main])) if main else 3 * found.window * pulled.step
+        usual = float(np.median([slip.duration for slip in main])) if main else 3 * fall_times.window * pulled.step
         window = max(5, round(usual / (3.0 * pulled.step)))
-        velocity = slider_velocity(pulled.time, found.force, 1.0 / give, speed, window)
+        velocity = slider_velocity(pulled.time, fall_times.force, 1.0 / give, speed, window)
     return StickSlip(
         name=name,
         force_unit="1" if coefficient else "N",
@@ -208,11 +208,11 @@ def stick_slip(
         kinetic_coefficient=level / pulled.weight if level is not None and pulled.weight else None,
         loading_ratio=loading,
         time=pulled.time,
-        force=found.force,
+        force=fall_times.force,
         velocity=velocity,
-        noise=found.noise,
-        spikes=found.spikes,
-        window=found.window,
+        noise=fall_times.noise,
+        spikes=fall_times.spikes,
+        window=fall_times.window,
         stiffness=stiffness,
         mass=mass,
         pulling_speed=pulling_speed,

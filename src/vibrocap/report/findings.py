@@ -51,7 +51,7 @@ def _claim(verdict: Verdict, figures: Sequence[str]) -> str:
     badge = BADGES[finding.outcome]
     links = [f'<a class="self" href="#{claim.key}"><code>{claim.key}</code></a>']
     links += [f'<a href="#{key}">Fig. {int(key[3:])}</a>' for key in claim.figures if key in figures]
-    mine = [each.number for each in ERRATA if claim.key in each.claims]
+    mine = [erratum.number for erratum in ERRATA if claim.key in erratum.claims]
     links += [f'<a href="#erratum-{number}">erratum {number}</a>' for number in mine]
     nearest = f'<p class="nearest"><b>Nearest true:</b> {escape(finding.nearest)}</p>' if finding.nearest else ""
     return (
@@ -67,7 +67,7 @@ def _claim(verdict: Verdict, figures: Sequence[str]) -> str:
 def errata(verdicts: Mapping[str, Sequence[Verdict]], only: str | None) -> str:
     """The errata; of a part of the paper those that its claims show."""
     keys = {verdict.claim.key for chapter in verdicts.values() for verdict in chapter}
-    return "".join(_erratum(each, keys) for each in ERRATA if only is None or keys & set(each.claims))
+    return "".join(_erratum(erratum, keys) for erratum in ERRATA if only is None or keys & set(erratum.claims))
 
 
 def _erratum(erratum: Erratum, keys: set[str]) -> str:
@@ -88,7 +88,10 @@ NAMES = ("O1", "O2", "P1", "P2")
 def main(finding: MainFinding, symmetry: Drawn | None) -> str:
     """Why the capsule of Fig. 9 does not travel."""
     head = ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin")
-    numbers_of = ((each.case, each.largest_difference, each.drift, each.drift_of_twin) for each in finding.asymmetries)
+    numbers_of = (
+        (asymmetry.case, asymmetry.largest_difference, asymmetry.drift, asymmetry.drift_of_twin)
+        for asymmetry in finding.asymmetries
+    )
     asymmetries = table(head, ((escape(case), *map(number, values)) for case, *values in numbers_of))
     rows = ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items())
     points = table(("average over", *NAMES), rows)
@@ -97,7 +100,7 @@ def main(finding: MainFinding, symmetry: Drawn | None) -> str:
         springs.append((f"ρ = {each.stiffness:g}", *(_place(each.at[name], each.error[name]) for name in NAMES)))
     soft = table(("steady state at", *NAMES), springs)
     shown = "" if symmetry is None else figure("symmetry", symmetry[0].title, symmetry[1], symmetry[0].caption)
-    ranges = [found for each in finding.stiff.equal.values() for found in each]
+    ranges = [found for equal in finding.stiff.equal.values() for found in equal]
     nothing = f"from λ = {number(max(low for low, _ in ranges))} to {number(min(high for _, high in ranges))}"
     steady = " and ".join(f"{number(value)} ({law(short)})" for short, value in finding.steady.items())
     return f"""
@@ -156,9 +159,9 @@ def _loads(motions: tuple[LoadedMotion, ...]) -> str:
         return ""
     words = {1.0: "N = 1, as printed", "weight": "λ + 1, constant", "dynamic": "dynamic"}
     rows = []
-    for each in motions:
-        loads = f"{number(each.least_load)} to {number(each.largest_load)}"
-        rows.append((law(each.friction), words[each.load], number(each.travel), _drift(each.drift), loads))
+    for motion in motions:
+        loads = f"{number(motion.least_load)} to {number(motion.largest_load)}"
+        rows.append((law(motion.friction), words[motion.load], number(motion.travel), _drift(motion.drift), loads))
     head = ("law", "normal load", f"X after {SHOWN_PERIODS} periods", "drift per period, settled", "true load, settled")
     return (
         '<p class="before">The motion of Figs 5-8 under three loads. The true load is the reaction of the ground, '

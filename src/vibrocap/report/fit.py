@@ -33,11 +33,11 @@ def write_comparison_page(found: Comparison, folder: Path, command: str) -> list
     drawn = save(comparison_figure(found), folder / "comparison.png")
     rows = [
         (
-            data_link(f"{each.law}/report.html") if each.fit.ok else escape(each.law),
-            *(number(100 * share) for share in (each.held_out, each.relative_rmse)),
-            *(number(value) for value in (each.parameters, each.aic, each.bic)),
+            data_link(f"{law.law}/report.html") if law.fit.ok else escape(law.law),
+            *(number(100 * share) for share in (law.held_out, law.relative_rmse)),
+            *(number(value) for value in (law.parameters, law.aic, law.bic)),
         )
-        for each in found.laws
+        for law in found.laws
     ]
     head = ("law", "error held out [%]", "error fitted [%]", "parameters", "AIC", "BIC")
     ranked = table(head, rows) + f"<p>Held out: {escape(found.method)}.</p>"

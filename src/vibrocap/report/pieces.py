@@ -114,7 +114,7 @@ def listed(heading: str, lines: Sequence[str]) -> str:
 def write_page(folder: Path, heading: str, parts: Iterable[tuple[str, str]], commands: Sequence[str]) -> Path:
     """Write `report.html` into a folder: parts (title, HTML), and the commands that make all this again."""
     style = (files("vibrocap.report") / "page.css").read_text(encoding="utf-8")
-    again = "".join(f"<p><code>{escape(each)}</code></p>" for each in commands)
+    again = "".join(f"<p><code>{escape(command)}</code></p>" for command in commands)
     keyed = [(f"part-{i}", title, inner) for i, (title, inner) in enumerate((*parts, ("How to run this again", again)))]
     body = "".join(f"<section>{titled(2, key, title)}{inner}</section>" for key, title, inner in keyed)
     contents = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in keyed)

@@ -111,8 +111,8 @@ def write_travel(found: SteadyTravel, folder: Path) -> dict[str, Path]:
 def write_loaded(result: Result, path: Path) -> None:
     """What figures become under the dynamic load, as JSON: sentence and numbers by figure."""
     if result.loaded:
-        found = {key: dataclasses.asdict(each) for key, each in result.loaded.items()}
-        write_text(path, json.dumps(found, indent=2, ensure_ascii=False) + "\n")
+        loaded_runs = {key: dataclasses.asdict(run) for key, run in result.loaded.items()}
+        write_text(path, json.dumps(loaded_runs, indent=2, ensure_ascii=False) + "\n")
 
 
 def write_data(figure: Figure, path: Path) -> None:
@@ -124,9 +124,9 @@ def write_claims(claims: tuple[Verdict, ...], path: Path) -> None:
     """The verdicts as JSON, and beside it as a table."""
     rows = [verdict.row for verdict in claims]
     write_text(path, json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
-    found = ("; ".join(f"{name} = {value!r}" for name, value in row["found"].items()) for row in rows)
+    listed = ("; ".join(f"{name} = {value!r}" for name, value in row["found"].items()) for row in rows)
     table = (
         (*(row[name] for name in COLUMNS), " ".join(row["figures"]), numbers)
-        for row, numbers in zip(rows, found, strict=True)
+        for row, numbers in zip(rows, listed, strict=True)
     )
     write_table(path.with_suffix(".csv"), (*COLUMNS, "figures", "found"), table)

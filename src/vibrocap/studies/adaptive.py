@@ -129,27 +129,27 @@ def adaptive_map(
     levels = levels_of((len(x), len(y)), steps)
     computed, codes = np.zeros((len(x), len(y)), dtype=bool), np.zeros((len(x), len(y)), dtype=np.int64)
     known: dict[tuple, int] = {}
-    places, found, rounds = [], [], 0
+    places, blocks, rounds = [], [], 0
     while (new := np.flatnonzero(wanted(codes, computed, levels, margin) & ~computed)).size:
         rounds, goal = rounds + 1, int(computed.sum()) + len(new)
         for start in range(0, len(new), tile):
             place = new[start : start + tile]
             i, j = np.unravel_index(place, computed.shape)
             results = _checked_results(evaluate(x[i], y[j]), len(place), by, band)
-            if found and set(results) != set(found[0]):
-                raise ValueError(f"evaluate returned {', '.join(results)}, and before that {', '.join(found[0])}")
+            if blocks and set(results) != set(blocks[0]):
+                raise ValueError(f"evaluate returned {', '.join(results)}, and before that {', '.join(blocks[0])}")
             codes[i, j], computed[i, j] = _codes(results, by, refine_unsettled, known), True
             places.append(place)
-            found.append(results)
+            blocks.append(results)
             if (report := told(progress)) is not None:
                 report(int(computed.sum()), goal)
 
     order, corners = np.concatenate(places), leaf_corners(codes, computed, levels, margin)
-    runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}
+    runs = {name: np.concatenate([results[name] for results in blocks]) for name in blocks[0]}
     variables = {name: filled(values, order, computed, corners, (x, y), name) for name, values in runs.items()}
     variables = {name: measured[name].shown(x) if name in measured else x for name, x in variables.items()}
     variables["computed"] = computed
-    meanings = {name: each.attributes for name, each in measured.items()} | MEANINGS
+    meanings = {name: column.attributes for name, column in measured.items()} | MEANINGS
     for path, points in zip(axes, levels[0], strict=True):
         sizes = int(np.diff(points).max()), float(np.diff(axes[path][points]).max())
         meanings[path] = (coordinate_attributes(path, system) if system is not None else {}) | dict(
@@ -250,12 +250,12 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
     complaints: list[str] = []
     for path, given in over.items():
         is_range = isinstance(given, tuple) and len(given) == 3 and isinstance(given[2], (int, np.integer))
-        axis, found = axis_of(path, ":".join(map(str, given)) if is_range else given)
-        real = not found and not isinstance(axis.values[0], str) and len(axis.values) > 1
-        if not found and not (real and np.all(np.diff(axis.array) > 0.0)):
-            found = [Complaint(path, f"a map needs two or more numbers, each above the one before, got {given!r}")]
+        axis, complaint = axis_of(path, ":".join(map(str, given)) if is_range else given)
+        real = not complaint and not isinstance(axis.values[0], str) and len(axis.values) > 1
+        if not complaint and not (real and np.all(np.diff(axis.array) > 0.0)):
+            complaint = [Complaint(path, f"a map needs two or more numbers, each above the one before, got {given!r}")]
         axes.append(axis)
-        complaints += found
+        complaints += complaint
     if system is not None and not complaints:
         complaints = plan_complaints(system, Grid(tuple(axes)))
     if complaints:
@@ -281,7 +281,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     from vibrocap.measures.gathered import ALWAYS
     from vibrocap.studies.variables import study_attributes, variables
 
-    defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}
+    defaults = {parameter.name: parameter.default for parameter in inspect.signature(ensemble).parameters.values()}
     known = ("initial", *RUN_DEFAULTS, "window", "settle", "extrapolate", "threads")
     if unknown := [name for name in settings if name not in known]:
         raise ArgumentError(unknown[0], f"there is no such setting; {suggestion(unknown[0], known)}")
@@ -300,4 +300,4 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
 
     attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
     attributes["dead_band"] = residue(system, "mean_velocity", used["settle"]) if used["settle"] else ZERO
-    return evaluate, attributes, {each.name: each for each in variables(study)}
+    return evaluate, attributes, {variable.name: variable for variable in variables(study)}

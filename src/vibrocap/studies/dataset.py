@@ -41,10 +41,10 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
     from vibrocap.studies.store.checked_store import CheckedStore
 
     store: Any = CheckedStore(path, record, results)
-    found = xarray.open_zarr(store, consolidated=False, chunks=chunks, decode_times=False)
+    study = xarray.open_zarr(store, consolidated=False, chunks=chunks, decode_times=False)
     if (path / MIXED).exists():
-        found.attrs["mixed"] = "some tiles were computed with something else than the study was begun with"
-    return found[list(dict.fromkeys((*ALWAYS, *measure_names(record))))]
+        study.attrs["mixed"] = "some tiles were computed with something else than the study was begun with"
+    return study[list(dict.fromkeys((*ALWAYS, *measure_names(record))))]
 
 
 @contextlib.contextmanager
@@ -71,12 +71,12 @@ def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
     import xarray
 
     with netcdf_attributes(path):
-        found = xarray.open_dataset(path, engine="h5netcdf", chunks=chunks)
-        if chunks is None and found.nbytes <= READ_AT_ONCE:
-            found.load()  # damage is found here, before anything is made of it
-    if "status" not in found:
+        dataset = xarray.open_dataset(path, engine="h5netcdf", chunks=chunks)
+        if chunks is None and dataset.nbytes <= READ_AT_ONCE:
+            dataset.load()  # damage is found here, before anything is made of it
+    if "status" not in dataset:
         raise CaseError(["is no study: it has no variable status"], str(path))
-    return found
+    return dataset
 
 
 def stored_study(path: str | Path, measures: Iterable[Measure] = ()) -> Study:
@@ -89,7 +89,7 @@ def stored_study(path: str | Path, measures: Iterable[Measure] = ()) -> Study:
 
 def empty_results(study: Study) -> dict[str, np.ndarray]:
     """Arrays for all results, in which nothing was run."""
-    return {each.name: each.empty(study.plan.shape) for each in variables(study)}
+    return {variable.name: variable.empty(study.plan.shape) for variable in variables(study)}
 
 
 def labelled(study: Study, results: Mapping[str, np.ndarray]) -> "xarray.Dataset":
@@ -102,6 +102,10 @@ def labelled(study: Study, results: Mapping[str, np.ndarray]) -> "xarray.Dataset
         for path, values in axis_values(study).items()
     }
     data: dict[str, Any] = {}
-    for each in variables(study):
-        (data if each.measured else coordinates)[each.name] = (dims, each.shown(results[each.name]), each.attributes)
+    for variable in variables(study):
+        (data if variable.measured else coordinates)[variable.name] = (
+            dims,
+            variable.shown(results[variable.name]),
+            variable.attributes,
+        )
     return xarray.Dataset(data, coordinates, study_attributes(study))

@@ -30,16 +30,16 @@ class Execution:
 
     def complaints(self) -> list[Complaint]:
         """What is wrong with it."""
-        found = Complaints()
+        complaints = Complaints()
         for name in ("max_runs", "tile_runs", "threads", "workers"):
-            with found.collected():
+            with complaints.collected():
                 number = getattr(self, name)
                 check_whole(name, 1 if number is None or isinstance(number, Executor) else number, 1)
         if self.mixed and not self.resume:
-            found.add("mixed", "continues a stored study, for which resume has to be given, too")
+            complaints.add("mixed", "continues a stored study, for which resume has to be given, too")
         for name in ("resume", "workers"):
             if getattr(self, name) and self.out is None:
-                found.add(name, "needs a folder for the results, out")
-        with found.collected():
+                complaints.add(name, "needs a folder for the results, out")
+        with complaints.collected():
             numerics.device(self.device)
-        return [each for each in found if isinstance(each, Complaint)]
+        return [complaint for complaint in complaints if isinstance(complaint, Complaint)]

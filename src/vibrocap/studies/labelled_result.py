@@ -27,8 +27,10 @@ def labelled_result(result: Any) -> "xarray.Dataset":
 
     data, coordinates = labelled_arrays(result)
     plain = computed(result)
-    known = {name: each for name, each in vars(plain).items() if isinstance(each, (int, float, str, type(None)))}
-    attributes = {name: str(each) if each is None or isinstance(each, bool) else each for name, each in known.items()}
+    known = {name: var for name, var in vars(plain).items() if isinstance(var, (int, float, str, type(None)))}
+    attributes = {
+        name: str(value) if value is None or isinstance(value, bool) else value for name, value in known.items()
+    }
     attributes |= dict(zip(("begins", "ends"), (end.value for end in getattr(plain, "ends", ())), strict=False))
     case = case_text(Case(plain.system, dict(getattr(plain, "initial", {}))))
     source = {"source": f"vibrocap {code_version()['version']}", "case": case}
@@ -42,29 +44,29 @@ def labelled_arrays(result: Any) -> tuple[dict[str, Variable], dict[str, Variabl
     name of the dimension and its own ("special_kind").
     """
     context, record = result.si_context() or Context(None), computed(result)
-    found: tuple[dict[str, Variable], dict[str, Variable]] = {}, {}
+    arrays: tuple[dict[str, Variable], dict[str, Variable]] = {}, {}
     for member, hint in member_hints(type(record)).items():
         if (over := over_of(hint)) is None:
             continue
-        dims = tuple(_named(result, each) for each in over.dims)
+        dims = tuple(_named(result, dim) for dim in over.dims)
         if isinstance(getattr(record, member), tuple):
-            found[0].update(_of_records(getattr(result, member), dims[0]))
+            arrays[0].update(_of_records(getattr(result, member), dims[0]))
             continue
         seen, name = member_view(record, member, context), _named(result, over.name) or member
         split = {name: seen}
         if isinstance(seen, dict):
             counts = isinstance(declaration(hint), AlongTurns)  # of states, beside these
             states = not counts and set(seen) <= set(record.system.state_names)
-            split = {key if states else f"{member}_{key}": each for key, each in seen.items()}
-        for key, each in split.items():
-            values, attributes = np.asarray(without_unit(each)), _attributes(key, each, over, record)
+            split = {key if states else f"{member}_{key}": value for key, value in seen.items()}
+        for key, value in split.items():
+            values, attributes = np.asarray(without_unit(value)), _attributes(key, value, over, record)
             if np.iscomplexobj(values):
-                found[0][f"{dims[-1]}_real"] = (dims, np.real(values), attributes)
-                found[0][f"{dims[-1]}_imag"] = (dims, np.imag(values), attributes)
+                arrays[0][f"{dims[-1]}_real"] = (dims, np.real(values), attributes)
+                arrays[0][f"{dims[-1]}_imag"] = (dims, np.imag(values), attributes)
             else:
                 values = values.astype(str) if values.dtype == object else values
-                found[bool(over.name)][key] = (dims, values, attributes)
-    return found
+                arrays[bool(over.name)][key] = (dims, values, attributes)
+    return arrays
 
 
 def _named(result: Any, name: str) -> str:
@@ -75,13 +77,13 @@ def _named(result: Any, name: str) -> str:
 
 def _of_records(records: tuple[Any, ...], dim: str) -> dict[str, Variable]:
     """An array for each member of some records."""
-    rows, found = Rows(records).table(), {}
+    rows, variables = Rows(records).table(), {}
     for name in rows[0] if rows else ():
         values = [row[name] for row in rows]
-        kind = str if any(isinstance(each, str) for each in values) else float
+        kind = str if any(isinstance(value, str) for value in values) else float
         unit = {} if kind is str else {"units": records[0].unit_of(name)}
-        found[f"{dim}_{name}"] = ((dim,), np.array(values, dtype=kind), unit)
-    return found
+        variables[f"{dim}_{name}"] = ((dim,), np.array(values, dtype=kind), unit)
+    return variables
 
 
 def _attributes(name: str, seen: Any, over: Over, record: Any) -> dict[str, Any]:

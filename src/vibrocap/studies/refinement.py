@@ -71,8 +71,8 @@ def leaf_corners(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin
     for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
         low = [np.minimum(np.searchsorted(u, p, "right"), len(u) - 1) - 1 for u, p in zip(upper, point, strict=True)]
         inside = (exist & ~halved)[low[0], low[1]]
-        found = [upper[axis][low[axis] + far] for axis in (0, 1) for far in (0, 1)]
-        corners[:, inside] = np.stack(found)[:, inside]
+        points = [upper[axis][low[axis] + far] for axis in (0, 1) for far in (0, 1)]
+        corners[:, inside] = np.stack(points)[:, inside]
         exist = _children(halved, upper, lower)
     return corners
 

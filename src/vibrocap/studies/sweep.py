@@ -184,7 +184,7 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
 
 def _check_room(study: Study, out: Path | None, yes: bool) -> None:
     """CaseError where the results fit neither into memory nor, as far as can be told before, onto the disk."""
-    needed = float(study.plan.count) * sum(each.bytes_per_run for each in variables(study))
+    needed = float(study.plan.count) * sum(variable.bytes_per_run for variable in variables(study))
     if out is None and needed > (free := available_memory()):
         size = f"{in_words(needed)} of memory, {in_words(free)} are free"
         raise CaseError([f"{study.plan.count:,} runs need {size}; give a folder for the results, out"], "the study")
@@ -211,7 +211,7 @@ def size_in_words(study: Study, threads: int | None = None) -> str:
     from vibrocap.numerics.api import available_threads
 
     runs = study.plan.count
-    gigabytes = runs * sum(each.bytes_per_run for each in variables(study)) / 1e9
+    gigabytes = runs * sum(variable.bytes_per_run for variable in variables(study)) / 1e9
     cores = threads or available_threads()
     seconds = runs * study.case.periods * max(SECONDS[law.kind] for law in study.case.system.laws) / cores
     return f"{runs:,} runs, {gigabytes:.3g} GB of results, roughly {_duration(seconds)} on {cores} threads"

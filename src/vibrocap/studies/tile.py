@@ -47,7 +47,7 @@ def tile_indices(shape: tuple[int, ...], tile: tuple[int, ...]) -> Iterator[tupl
 def tile_block(shape: tuple[int, ...], tile: tuple[int, ...], index: tuple[int, ...]) -> Block:
     """The runs of a tile; those at the far edges may be smaller."""
     lengths = zip(shape, tile, index, strict=True)
-    return tuple(slice(i * each, min((i + 1) * each, length)) for length, each, i in lengths)
+    return tuple(slice(i * size, min((i + 1) * size, length)) for length, size, i in lengths)
 
 
 def run_tile(
@@ -67,11 +67,11 @@ def run_tile(
     shape = tuple(part.stop - part.start for part in block)
     values = study.plan.values(block)
     try:
-        found = measured_runs(study, values, math.prod(shape), threads, progress)
+        columns = measured_runs(study, values, math.prod(shape), threads, progress)
     except ValueError as error:
         check_runs(study.case.system, values)  # says which run it is, if it is one
         raise CaseError([str(error)], f"tile {'.'.join(map(str, index))}") from error
-    return {name: array.reshape(shape) for name, array in found.items()}
+    return {name: array.reshape(shape) for name, array in columns.items()}
 
 
 def measured_runs(
@@ -86,7 +86,7 @@ def measured_runs(
     from vibrocap.measures.ensemble import ensemble
 
     specifications, kinds_vary = variables(study), any(map(is_kind, values))
-    found = {each.name: each.empty((runs,)) for each in specifications}
+    columns = {specification.name: specification.empty((runs,)) for specification in specifications}
     begun = 0
     for system, over, members in _kinds(study.case.system, values, runs):
         initial = {name: x for name, x in study.case.initial.items() if name in system.state_names}
@@ -95,19 +95,19 @@ def measured_runs(
             over = {INITIAL + name: np.full(len(members), initial.get(name, 0.0))}
         report = progress and (lambda count, before=begun: progress((before + count) / runs))
         lacking = unavailable(resolved(study.measures, system)[1], system) if kinds_vary else {}
-        measures = [each for each in study.measures if getattr(each, "name", each) not in lacking]
+        measures = [measure for measure in study.measures if getattr(measure, "name", measure) not in lacking]
         settings = {"measures": measures, "initial": initial, **study.settings}
         results = ensemble(system, over, threads=threads, progress=report, **settings)
         begun += len(members)
         for each in specifications:
             if each.measured and each.name not in lacking:
-                found[each.name][members] = results[each.name]
-        for each in specifications:
-            if not each.measured:
-                own = each.name not in over
-                value = _own_value(system, initial, each.name) if own else as_stored(over[each.name])
-                found[each.name][members] = value
-    return found
+                columns[each.name][members] = results[each.name]
+        for specification in specifications:
+            if not specification.measured:
+                own = specification.name not in over
+                value = _own_value(system, initial, specification.name) if own else as_stored(over[specification.name])
+                columns[specification.name][members] = value
+    return columns
 
 
 def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:

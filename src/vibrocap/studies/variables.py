@@ -68,11 +68,11 @@ def _count(name: str, dtype: Any, fill: int, meaning: str) -> Variable:
 _STATUSES = {
     "long_name": "how the run ended",
     "flag_values": list(range(NOT_RUN, len(Status))),
-    "flag_meanings": " ".join(words.replace(" ", "_") for words in ("not run", *(each.value for each in Status))),
+    "flag_meanings": " ".join(words.replace(" ", "_") for words in ("not run", *(status.value for status in Status))),
 }
 ALWAYS = {  # of every run
-    each.name: each
-    for each in (
+    variable.name: variable
+    for variable in (
         Variable("status", np.dtype(np.int8), NOT_RUN, _STATUSES),
         Variable("settled", np.dtype(bool), False, {"long_name": "whether the motion settled within its periods"}),
         _count("response_period", np.int16, 0, "drive periods after which the steady motion repeats; 0: not settled"),
@@ -126,11 +126,11 @@ def axis_values(study: Study) -> dict[str, np.ndarray]:
     plan = study.plan
     if not plan.gridded:
         return {}
-    found = {}
+    values = {}
     for i, path in enumerate(plan.dims):
         block = tuple(slice(None) if j == i else slice(0, 1) for j in range(len(plan.dims)))
-        found[path] = as_stored(plan.values(block)[path])
-    return found
+        values[path] = as_stored(plan.values(block)[path])
+    return values
 
 
 def as_stored(values: np.ndarray) -> np.ndarray:
@@ -142,14 +142,16 @@ def as_stored(values: np.ndarray) -> np.ndarray:
 
 def study_attributes(study: Study) -> dict[str, Any]:
     """What the whole dataset says of itself; what is not set is left out."""
-    found = {"title": TITLE, "source": f"vibrocap {study.code['version']}", "identity": study.identity}
+    attributes = {"title": TITLE, "source": f"vibrocap {study.code['version']}", "identity": study.identity}
     settings = {name: value for name, value in study.settings.items() if value is not None}
-    found |= {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}  # as NetCDF
-    return found | {"case": case_text(study.case)}
+    attributes |= {
+        name: int(value) if isinstance(value, bool) else value for name, value in settings.items()
+    }  # as NetCDF
+    return attributes | {"case": case_text(study.case)}
 
 
 def _measures(study: Study) -> tuple[Variable, ...]:
-    found = []
+    measures = []
     for given in study.measures:
         measure = known_measure(given, study.case.system) if isinstance(given, str) else given
         assert measure is not None
@@ -160,18 +162,18 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         if scale is not None:
             attributes["dimensionless_unit"] = scale
         if measure.is_text:
-            found.append(Variable(measure.name, TEXT, "", attributes))
+            measures.append(Variable(measure.name, TEXT, "", attributes))
         else:
-            found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))
-    return tuple(found)
+            measures.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))
+    return tuple(measures)
 
 
 def _along_runs(plan: Runs, system: System) -> tuple[Variable, ...]:
     """The values of a plan whose runs lie along one dimension: as many as there are results, so stored like these."""
     if plan.gridded:
         return ()
-    found = []
+    runs = []
     for path in plan.paths:
         dtype, nothing = (TEXT, "") if plan.is_text(path) else (np.dtype(np.float64), np.nan)
-        found.append(Variable(path, dtype, nothing, coordinate_attributes(path, system), measured=False))
-    return tuple(found)
+        runs.append(Variable(path, dtype, nothing, coordinate_attributes(path, system), measured=False))
+    return tuple(runs)

@@ -45,8 +45,8 @@ def basins(request: BasinsRequest, report: Report) -> Answer:
     from vibrocap.orbits.attractors.basins import basins as basins_of
 
     given = request.setup
-    asked = [_axis(one, given.system) for each in request.plane for one in each.split(",")]
-    found = basins_of(
+    asked = [_axis(one, given.system) for axis in request.plane for one in axis.split(",")]
+    result = basins_of(
         given.system,
         {along.plain.removeprefix(INITIAL): ends for along, ends in asked},
         request.resolution,
@@ -55,8 +55,8 @@ def basins(request: BasinsRequest, report: Report) -> Answer:
         settle_periods=request.settle_periods,
         progress=report,
     )
-    record, axes = view(in_si(found)), [along.path.removeprefix(INITIAL) for along, _ in asked]
-    return Answer(record, lambda page: _print_basins(page, record), found, {"axes": axes})
+    record, axes = view(in_si(result)), [along.path.removeprefix(INITIAL) for along, _ in asked]
+    return Answer(record, lambda page: _print_basins(page, record), result, {"axes": axes})
 
 
 def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | None]:
@@ -78,9 +78,9 @@ def _print_basins(page: Page, record: dict[str, Any]) -> None:
     """The table of shares."""
     page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
     for word, share in record["directions"].items():
-        if share and (word != "no travel" or any(each["drift"] is not None for each in record["attractors"])):
+        if share and (word != "no travel" or any(attractor["drift"] is not None for attractor in record["attractors"])):
             page.print(f"  {word:<12}{share:.2%}")
-    for i, each in enumerate(record["attractors"]):
-        drift = "" if each["drift"] is None else f", drift {each['drift']:.10g} per drive period"
-        share = f"{each['share']:.2%} +- {each['error']:.2%}"
-        page.say(f"  attractor {i}: {share} of the starts, {each['kind']}{drift}")
+    for i, attractor in enumerate(record["attractors"]):
+        drift = "" if attractor["drift"] is None else f", drift {attractor['drift']:.10g} per drive period"
+        share = f"{attractor['share']:.2%} +- {attractor['error']:.2%}"
+        page.say(f"  attractor {i}: {share} of the starts, {attractor['kind']}{drift}")

@@ -43,7 +43,7 @@ def branch(request: BranchRequest, report: Report) -> Answer:
 
     given = request.setup
     along, low, high = quantity_range(request.over, given.system)
-    found = branches(
+    result = branches(
         given.system,
         along.plain,
         (low, high),
@@ -52,14 +52,14 @@ def branch(request: BranchRequest, report: Report) -> Answer:
         points=request.points,
         settle_periods=request.settle_periods,
     )
-    shown = in_si(found, over=along.path)
-    quantity = "mean_velocity" if found.system.cyclic is not None else "period"
-    if not any(len(each) for each in found.branches):
+    shown = in_si(result, over=along.path)
+    quantity = "mean_velocity" if result.system.cyclic is not None else "period"
+    if not any(len(branch) for branch in result.branches):
         words = "No steady motion closed at the start; simulate the case, or raise --settle-periods."
         return Answer(shown, str(shown), incomplete=words)
-    refused = sum(int((~each.certified).sum()) for each in found.branches)
+    refused = sum(int((~branch.certified).sum()) for branch in result.branches)
     wrong = [f"{refused} points are not certified: their motions are not those of the equations."] if refused else []
-    early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
+    early = {end: i for i, branch in enumerate(result.branches) for end in branch.ends if end.early}
     wrong += [f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}" for end, i in early.items()]
     drawing = {"quantity": quantity, "over": along.path}
-    return Answer(shown, str(shown), found, drawing, incomplete="\n".join(wrong))
+    return Answer(shown, str(shown), result, drawing, incomplete="\n".join(wrong))

@@ -61,7 +61,7 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
     from vibrocap.design.calibration.calibration import calibrate as calibrated
 
     ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as machine.damping=0.5:3")
-    found = calibrated(
+    result = calibrated(
         request.setup,
         request.to,
         ranges,
@@ -71,20 +71,22 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
         periods=request.periods,
         progress=report,
     )
-    record = in_si(found)
+    record = in_si(result)
     written: tuple[tuple[str, Any], ...] = ()
     if request.out is not None:
         folder = made_folder(request.out)
         write_text(folder / "calibration.json", json_text(record) + "\n")
-        columns = _residuals(found)
+        columns = _residuals(result)
         write_table(folder / "residuals.csv", columns, zip(*columns.values(), strict=True))
-        found.case().save(folder / "calibrated.toml")
+        result.case().save(folder / "calibrated.toml")
         written = (("case", request.out / "calibrated.toml"),)
 
     def text(page: Page) -> None:
-        page.say(f"Calibration of {request.case} on {found.measured.rows} rows of {request.to}", style="bold")
-        page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
-        page.rows([("not determined", str(each)) for each in found.directions if not each.determined], 16)
+        page.say(f"Calibration of {request.case} on {result.measured.rows} rows of {request.to}", style="bold")
+        page.rows(list(result.facts.items()), 2 + max(map(len, result.facts)))
+        page.rows(
+            [("not determined", str(direction)) for direction in result.directions if not direction.determined], 16
+        )
 
     return Answer(record, text, written=written)
 

@@ -63,7 +63,7 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
     given = request.setup
     along, low, high = quantity_range(request.over, given.system)
     unit, scale = measure_unit(request.measure, given.system)
-    found = crossings(
+    result = crossings(
         given.system,
         request.measure,
         along.plain,
@@ -75,13 +75,13 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
         periods=request.periods,
         progress=report,
     )
-    shown = in_si(found, given.system, over=along.path)
+    shown = in_si(result, given.system, over=along.path)
     other = "" if request.against is None else f" less that with {request.against}"
-    head = f"{found.measure}{other} = {said(request.value, unit, 6)} over {along.path}"
+    head = f"{result.measure}{other} = {said(request.value, unit, 6)} over {along.path}"
     incomplete = ""
-    if found.unsettled or any(each.kind is CrossingKind.LOST for each in found.found):
-        many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
-        what = many if found.unsettled else "in a bracket of the scan a motion did not settle"
+    if result.unsettled or any(place.kind is CrossingKind.LOST for place in result.found):
+        many = f"{len(result.unsettled)} of {len(result.parameters)} motions of the scan did not settle"
+        what = many if result.unsettled else "in a bracket of the scan a motion did not settle"
         incomplete = (
             f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic."
         )
@@ -100,24 +100,24 @@ def _other(system: Any, text: str) -> Any:
         with_varied_parts,
     )
 
-    found = Complaints()
+    complaints = Complaints()
     wanted = "friction.law=NAME or PATH=VALUE"
-    values = {path: value_of(word) for path, word in pairs("against", split([text]), found, wanted).items()}
-    if found:
+    values = {path: value_of(word) for path, word in pairs("against", split([text]), complaints, wanted).items()}
+    if complaints:
         raise Refusal(f"--against should be {wanted}, got {text!r}")
     for path, name in values.items():
         if is_kind(path) and (known := kinds_of(split_path(path)[0])).get(str(name)) is None:
-            found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
+            complaints.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
     system, values = with_varied_parts(system, values), plainly(values, system)
-    if not found:
-        found += path_complaints(values, [kinds_chosen(system, values)], system.units)
+    if not complaints:
+        complaints += path_complaints(values, [kinds_chosen(system, values)], system.units)
     try:
-        if not found:
+        if not complaints:
             return varied(system, values)
     except CaseError as error:
-        fields = [each.field for each in error.complaints if isinstance(each, Complaint)]
+        fields = [complaint.field for complaint in error.complaints if isinstance(complaint, Complaint)]
         more = ",".join([text, *(f"{field}=..." for field in fields)])
-        found += [f"{each}; give it too, --against {more}" for each in error.complaints]
+        complaints += [f"{complaint}; give it too, --against {more}" for complaint in error.complaints]
     except ValueError:
-        found += refusal(system, values)
-    raise Refusal(*(f"--against {each}" for each in found))
+        complaints += refusal(system, values)
+    raise Refusal(*(f"--against {complaint}" for complaint in complaints))

@@ -53,8 +53,8 @@ def equilibria(request: EquilibriaRequest, report: Report) -> Answer:
     system = request.setup.system
     if request.over is not None:
         return _followed(system, request)
-    found = equilibria_of(system)
-    shown = in_si(found)
+    result = equilibria_of(system)
+    shown = in_si(result)
     return Answer({"equilibria": view(shown)["found"]}, lambda page: page.say(f"{request.case}: {shown}"))
 
 
@@ -70,7 +70,7 @@ def _followed(system: Any, request: EquilibriaRequest) -> Answer:
         if not 0 <= request.start < len(states):
             raise Refusal(f"--start: should be the number of one of the {len(states)} equilibria, got {request.start}")
         begun = states[request.start]
-    found = equilibrium_branch(system, along.plain, (low, high), start=begun, points=request.points)
-    shown = in_si(found, over=along.path)
-    early = [f"The branch was not followed to its end ({end.value}). {end.advice}" for end in found.ends if end.early]
-    return Answer(view(shown), lambda page: page.say(str(shown)), found, incomplete="\n".join(early))
+    result = equilibrium_branch(system, along.plain, (low, high), start=begun, points=request.points)
+    shown = in_si(result, over=along.path)
+    early = [f"The branch was not followed to its end ({end.value}). {end.advice}" for end in result.ends if end.early]
+    return Answer(view(shown), lambda page: page.say(str(shown)), result, incomplete="\n".join(early))

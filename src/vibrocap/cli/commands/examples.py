@@ -42,7 +42,7 @@ def examples(request: ExamplesRequest) -> Answer:
         return Answer(text=lambda page: _print_list(page, known))
     folder, lines = made_folder(request.to or Path("examples")), []
     chosen = [known[name.removesuffix(".toml")] for name in request.names or known]
-    for source in (each for case in chosen for each in (case, *tables_of(case))):
+    for source in (path for case in chosen for path in (case, *tables_of(case))):
         target = folder / source.name
         if os.path.lexists(target):
             same = target.is_file() and target.read_bytes() == source.read_bytes()

@@ -109,7 +109,7 @@ def _mjcf(case: "Case", out: Path, judge: bool) -> Answer:
     if judge:
         needs("--judge", "mujoco")
     model = export_mjcf(case, out)
-    lines = [f"Written to {out}; what MuJoCo cannot say of this case:", *(f"  {each}" for each in model.lost)]
+    lines = [f"Written to {out}; what MuJoCo cannot say of this case:", *(f"  {line}" for line in model.lost)]
     return _judged(lines, case, model) if judge else Answer(text="\n".join(lines))
 
 
@@ -118,20 +118,20 @@ def _judged(lines: list[str], case: "Case", model: "MujocoModel") -> Answer:
     from vibrocap.exchange.mujoco_motion import judgement
 
     with progress("Running MuJoCo"):
-        found = judgement(case, model)
+        result = judgement(case, model)
     length = 1.0 if case.system.units is None else case.system.si.factor_of("m")
     unit = "" if case.system.units is None else "m"
-    rows = table(f"After {found.steps} steps of MuJoCo", "motion", "place", "off by", "drift")
-    rows.add_row("exact", *_said(found.exact_ending, found.exact_ending, length, unit))
-    rows.add_row("MuJoCo, the file as it is", *_said(found.as_written, found.exact_ending, length, unit))
-    rows.add_row("MuJoCo, friction rewritten at each step", *_said(found.rewritten, found.exact_ending, length, unit))
-    incomplete = f"The exact motion ended early ({found.exact.status.value}). {found.exact.status.advice}"
+    rows = table(f"After {result.steps} steps of MuJoCo", "motion", "place", "off by", "drift")
+    rows.add_row("exact", *_said(result.exact_ending, result.exact_ending, length, unit))
+    rows.add_row("MuJoCo, the file as it is", *_said(result.as_written, result.exact_ending, length, unit))
+    rows.add_row("MuJoCo, friction rewritten at each step", *_said(result.rewritten, result.exact_ending, length, unit))
+    incomplete = f"The exact motion ended early ({result.exact.status.value}). {result.exact.status.advice}"
 
     def text(page: Page) -> None:
         page.say("\n".join(lines))
         page.print(rows)
 
-    return Answer(text=text, incomplete="" if found.exact.status.ok else incomplete)
+    return Answer(text=text, incomplete="" if result.exact.status.ok else incomplete)
 
 
 def _said(ending: "Ending", exact: "Ending", length: float, unit: str) -> tuple[str, str, str]:

@@ -67,16 +67,16 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
 
         choice = choose_terms(records, request.laws[0], **{k: v for k, v in settings.items() if k != "terms"})
         settings = settings | {"terms": choice.terms}
-    found = method(records, request.laws[0], **settings)
-    if not found.ok:
-        return Answer(found, incomplete=f"No fit of {request.laws[0]}: {found.status}.")
-    record, more = _further(request, found)
+    result = method(records, request.laws[0], **settings)
+    if not result.ok:
+        return Answer(result, incomplete=f"No fit of {request.laws[0]}: {result.status}.")
+    record, more = _further(request, result)
     if choice is not None:
         record["terms"] = choice
         more.append(choice.chapter)
-    written = _write(found, request.out, scales, request, more) if request.out is not None else []
-    text = "\n".join([found.summary(), *("\n" + "\n".join(each.lines()) for each in more)])
-    return Answer(record, text, found, written=tuple(("Written:", path) for path in written))
+    written = _write(result, request.out, scales, request, more) if request.out is not None else []
+    text = "\n".join([result.summary(), *("\n" + "\n".join(line.lines()) for line in more)])
+    return Answer(record, text, result, written=tuple(("Written:", path) for path in written))
 
 
 def _further(request: FitRequest, found: "Fit") -> "tuple[Any, list[Chapter]]":
@@ -114,29 +114,29 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     from vibrocap.identification.experiments.comparison import compare
 
     own = {law: own_settings(law, settings) for law in request.laws}
-    found = compare(records, request.laws, options=own, **settings)
-    good, out = [each.fit for each in found.laws if each.fit.ok], request.out
+    result = compare(records, request.laws, options=own, **settings)
+    good, out = [law.fit for law in result.laws if law.fit.ok], request.out
     written = []
     if out is not None:
         for each in good:
             written += _write(each, made_folder(out / each.law_name, own=True), scales, request)
-        text = json_text(found) + "\n"
+        text = json_text(result) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
         if good and request.report:
             from vibrocap.report.fit import write_comparison_page
 
-            written += write_comparison_page(found, out, request.again())
+            written += write_comparison_page(result, out, request.again())
         elif good and _can_draw():
             from vibrocap.plotting.fits import comparison_figure
             from vibrocap.plotting.look.finishing import save
 
-            written.append(save(comparison_figure(found), out / "comparison.png"))
+            written.append(save(comparison_figure(result), out / "comparison.png"))
     return Answer(
-        found,
-        found.summary(),
-        found if good else None,
+        result,
+        result.summary(),
+        result if good else None,
         written=tuple(("Written:", path) for path in written),
-        incomplete="" if good else f"None of the laws could be fitted: {found.laws[0].fit.status}.",
+        incomplete="" if good else f"None of the laws could be fitted: {result.laws[0].fit.status}.",
     )
 
 
@@ -166,10 +166,15 @@ def write_residuals(found: "Fit", path: Path) -> Path:
     unit, speed = found.units.heading, found.units.velocity.replace("/", "_per_")
     forces = (f"measured_{unit}", f"fitted_{unit}", f"error_{unit}")
     rows = (
-        (each.name, int(each.held_out), *(f"{value:.9g}" for value in row))
-        for each in found.records
+        (record.name, int(record.held_out), *(f"{value:.9g}" for value in row))
+        for record in found.records
         for row in zip(
-            each.time, each.velocity, each.measured, each.predicted, each.predicted - each.measured, strict=True
+            record.time,
+            record.velocity,
+            record.measured,
+            record.predicted,
+            record.predicted - record.measured,
+            strict=True,
         )
     )
     return write_table(path, ("record", "held_out", "time_s", f"velocity_{speed}", *forces), rows)
@@ -183,7 +188,7 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
     ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as machine.mass_kg=1:10")
     if request.out is not None:
         own_names("--out", request.out, *FILES)
-    found = fit_motion(
+    result = fit_motion(
         read_source(request.machine),
         records,
         ranges,
@@ -194,27 +199,27 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
         seed=request.seed,
         progress=report,
     )
-    record: Any = in_si(found)
-    written, facts = [], dict(found.facts)
+    record: Any = in_si(result)
+    written, facts = [], dict(result.facts)
     if request.posterior is not None:
-        drawn = _drawn(found, request)
+        drawn = _drawn(result, request)
         record["posterior"] = view(drawn)
         facts |= {f"{name} (95 % of samples)": text for name, text in drawn.facts.items()}
     if request.out is not None:
         folder = made_folder(request.out)
-        written.append(write_text(folder / FILES[0], json_text(in_si(found)) + "\n"))
-        written.append(found.case().save(folder / FILES[1]))
-        written.append(write_table(folder / FILES[2], COLUMNS, _rows(found)))
+        written.append(write_text(folder / FILES[0], json_text(in_si(result)) + "\n"))
+        written.append(result.case().save(folder / FILES[1]))
+        written.append(write_table(folder / FILES[2], COLUMNS, _rows(result)))
         if request.report:
             from vibrocap.report.fit import write_motion_page
 
-            written += write_motion_page(found, folder, request.again())
+            written += write_motion_page(result, folder, request.again())
 
     def text(page: Page) -> None:
-        page.say(f"{found.heading}, by {request.machine}", style="bold")
+        page.say(f"{result.heading}, by {request.machine}", style="bold")
         page.rows(list(facts.items()), 2 + max(map(len, facts)))
 
-    return Answer(record, text, found, written=tuple(("Written:", path) for path in written))
+    return Answer(record, text, result, written=tuple(("Written:", path) for path in written))
 
 
 def _rows(found: "MotionFit") -> Any:

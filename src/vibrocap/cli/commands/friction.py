@@ -82,10 +82,10 @@ def friction(request: FrictionRequest, report: Report) -> Answer:
 def _limits(case: Path) -> Answer:
     """The limits of the friction of a case."""
     system = read_source(case).system
-    found, record, notes = limits_of(system)
+    result, record, notes = limits_of(system)
 
     def text(page: Page) -> None:
-        for name, limits in found.items():
+        for name, limits in result.items():
             print_limits(page, name, limits, *(("N", "m/s", "m") if system.units is not None else ()))
         for note in notes:
             page.say(f"Note: {note}")
@@ -99,7 +99,7 @@ def _sheet(request: FrictionRequest, law: Law) -> Answer:
     from vibrocap.laboratory.stiffness import stiffness_report
 
     passive, scales = passivity(law), stiffness_report(law)
-    source = [each.text for each in references(type(law).source, law.name)] or ["not recorded"]
+    source = [reference.text for reference in references(type(law).source, law.name)] or ["not recorded"]
     rows = [
         ("source", "\n           ".join(source)),
         ("passivity", f"{passive.verdict}. {passive.condition}"),
@@ -141,8 +141,8 @@ def print_sheet(page: Page, name: str, sheet: Any) -> None:
     lag = sheet.lag  # width: accelerating less decelerating
     for frequency, width in zip(lag.frequency, lag.width, strict=True):
         page.print(f"  lag          frequency {frequency:.6g}: width {width:.6g}")
-    found = sheet.break_away
-    for rate, force, peaked in zip(found.rate, found.force, found.peaked, strict=True):
+    break_away = sheet.break_away
+    for rate, force, peaked in zip(break_away.rate, break_away.force, break_away.peaked, strict=True):
         page.print(f"  break-away   rate {rate:.6g}: {force:.6g}{'' if peaked else ' (friction has no peak)'}")
     words = f"period {slip.period:.6g}, sticking {slip.stick_time:.6g}" if slip.regime == "stick-slip" else "no cycle"
     words = f"period {slip.period:.6g}" if slip.regime == "oscillation" else words
@@ -181,4 +181,4 @@ def _law(name: str, settings: "list[str] | None") -> Law:
     try:
         return kind(**values)
     except ParameterError as error:
-        raise Refusal(*(f"--set {each}" for each in error.complaints)) from None
+        raise Refusal(*(f"--set {complaint}" for complaint in error.complaints)) from None

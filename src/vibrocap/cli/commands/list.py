@@ -100,7 +100,7 @@ def list_(request: ListRequest) -> Answer:
 def _overview() -> Answer:
     """The kinds with their names."""
     record = {kind: list(known()) for kind, known in PARTS.items()}
-    lines = [f"{kind:<13}{', '.join(each)}" for kind, each in record.items()]
+    lines = [f"{kind:<13}{', '.join(names)}" for kind, names in record.items()]
     more = "measures     see `vibrocap list measures`\ndatasets     see `vibrocap list datasets`"
     return Answer(record, "\n".join([*lines, more]))
 
@@ -143,11 +143,11 @@ def _sheets(parts: list[Any], latex: bool) -> Answer:
     from vibrocap.physics.machines.machine import Machine
 
     form = "latex" if latex else "text"
-    equations = {each.name: equations_of(each, form).lines for each in parts if isinstance(each, Machine)}
+    equations = {part.name: equations_of(part, form).lines for part in parts if isinstance(part, Machine)}
     if latex:
-        lines = [line for each in equations.values() for line in each]
+        lines = [line for equation in equations.values() for line in equation]
         return Answer({"equations": lines}, "\n".join(lines))
-    record = [{"name": each.name, "equations": list(equations.get(each.name, ()))} for each in parts]
+    record = [{"name": part.name, "equations": list(equations.get(part.name, ()))} for part in parts]
 
     def text(page: Page) -> None:
         for part in parts:
@@ -157,7 +157,7 @@ def _sheets(parts: list[Any], latex: bool) -> Answer:
                 page.say("\nEquations of motion, derived from its description:\n")
                 own = equations.get(part.name) or ["none: it is not described by its parts"]
                 page.say("\n".join(f"    {line}" for line in own))
-            source = [each.text for each in references(type(part).source, part.name)] or ["not recorded"]
+            source = [reference.text for reference in references(type(part).source, part.name)] or ["not recorded"]
             page.say("\nsource     " + "\n           ".join(source))
 
     return Answer(record[0] if len(record) == 1 else {"parts": record}, text)
@@ -170,17 +170,18 @@ def _measures(system: System | None) -> Answer:
 
     with_units = system is None or system.units is not None
     without = () if system is None else undefined_measures(system)
-    known = {name: each for name, each in measure_table(system).items() if name not in without}
+    known = {name: measure for name, measure in measure_table(system).items() if name not in without}
 
     def text(page: Page) -> None:
         made = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
-        for name, each in known.items():
-            made.add_row(name, *([each.si_unit.replace("1", "")] if with_units else []), each.meaning)
+        for name, measure in known.items():
+            made.add_row(name, *([measure.si_unit.replace("1", "")] if with_units else []), measure.meaning)
         page.print(made)
         page.print("Every run also has status, settled, response_period, window_start and window_periods.")
 
     record = {
-        name: {"si_unit": each.si_unit if with_units else "1", "meaning": each.meaning} for name, each in known.items()
+        name: {"si_unit": measure.si_unit if with_units else "1", "meaning": measure.meaning}
+        for name, measure in known.items()
     }
     return Answer({"measures": record}, text)
 
@@ -191,15 +192,20 @@ def _data_sets() -> Answer:
     from vibrocap.records.published import FOLDERS, data_root
 
     lines, record = [], {}
-    for each in DATA_SETS.values():
-        folder = data_root() / FOLDERS[each.name]
-        count = len(each.originals)
+    for data_set in DATA_SETS.values():
+        folder = data_root() / FOLDERS[data_set.name]
+        count = len(data_set.originals)
         here = f"here, in {folder}" if folder.is_dir() else f"not here; {count} file{'s' * (count != 1)}"
         lines += [
-            each.name,
-            *(f"  {line}" for line in (each.title, f"{each.authors}; {each.licence}", each.page, here)),
+            data_set.name,
+            *(f"  {line}" for line in (data_set.title, f"{data_set.authors}; {data_set.licence}", data_set.page, here)),
         ]
-        record[each.name] = {"title": each.title, "authors": each.authors, "licence": each.licence, "page": each.page}
+        record[data_set.name] = {
+            "title": data_set.title,
+            "authors": data_set.authors,
+            "licence": data_set.licence,
+            "page": data_set.page,
+        }
     return Answer({"datasets": record}, "\n".join(lines))
 
 
@@ -210,7 +216,7 @@ def _fetched(name: str, to: Path | None) -> Answer:
     from vibrocap.records.published import data_root
 
     if name not in DATA_SETS:
-        begun = next((each for each in DATA_SETS if name and each.startswith(name)), name)
+        begun = next((data_set for data_set in DATA_SETS if name and data_set.startswith(name)), name)
         raise Refusal(f"--fetch: no data set is called {name!r}; {suggestion(begun, DATA_SETS)}")
     needs("--fetch", "pooch")
     writable_folder("--to", to if to is not None else data_root())

@@ -127,7 +127,7 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
     """The best design for one measure."""
     from vibrocap.design.optimise import optimise as optimised
 
-    found = optimised(
+    result = optimised(
         request.setup,
         ranges,
         request.for_,
@@ -135,30 +135,30 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
         **{"robust": "worst", "samples": 16} | request.given("robust", "samples"),
         **shared,
     )
-    record = view(in_si(found, request.setup.system))
-    record["bounds"] = [] if found.orbit is None else bounds_record(found.orbit.system, found.orbit)
+    record = view(in_si(result, request.setup.system))
+    record["bounds"] = [] if result.orbit is None else bounds_record(result.orbit.system, result.orbit)
     written = []
     if request.out is not None:
         write_text(made_folder(request.out) / "design.json", json_text(record) + "\n")
-        if found.orbit is not None:
-            found.case().save(request.out / "best.toml")
+        if result.orbit is not None:
+            result.case().save(request.out / "best.toml")
             written.append(("case", request.out / "best.toml"))
             if request.report:
                 from vibrocap.report.design import write_design_page
 
-                write_design_page(found, request.out, request.again())
+                write_design_page(result, request.out, request.again())
 
     def text(page: Page) -> None:
-        page.say(f"Best design of {request.case} for {found.measure}", style="bold")
-        page.rows([(name, text) for name, text in found.facts.items()], 14)
-        if found.orbit is not None:
-            page.rows([("orbit", ", ".join(in_si(found.orbit).facts.values()))], 14)
-        page.rows([("constraint", f"{words}: {said(value, '')}") for words, value in found.constraints.items()], 14)
-        page.rows([("motion", words) for words in _motions_in_words(found)], 14)
-        page.rows([("rejected", words) for words in found.rejected], 14)
+        page.say(f"Best design of {request.case} for {result.measure}", style="bold")
+        page.rows([(name, text) for name, text in result.facts.items()], 14)
+        if result.orbit is not None:
+            page.rows([("orbit", ", ".join(in_si(result.orbit).facts.values()))], 14)
+        page.rows([("constraint", f"{words}: {said(value, '')}") for words, value in result.constraints.items()], 14)
+        page.rows([("motion", words) for words in _motions_in_words(result)], 14)
+        page.rows([("rejected", words) for words in result.rejected], 14)
         page.rows(bound_rows(record["bounds"]), 14)
 
-    incomplete = "" if found.orbit is not None else f"There is {found.status.value}. {found.status.advice}"
+    incomplete = "" if result.orbit is not None else f"There is {result.status.value}. {result.status.advice}"
     return Answer(record, text, written=tuple(written), incomplete=incomplete)
 
 
@@ -169,28 +169,28 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
     assert request.against is not None
     objectives = request.for_, request.against
     points = 100 if request.points is None else request.points
-    found = pareto_front(request.setup, ranges, objectives, points=points, **shared)
-    record = in_si(found, request.setup.system)
+    result = pareto_front(request.setup, ranges, objectives, points=points, **shared)
+    record = in_si(result, request.setup.system)
     written: list[tuple[str, Any]] = []
     if (out := request.out) is not None:
         made_folder(out / CASES)
         write_text(out / "front.json", json_text(record) + "\n")
-        rows = found.table()
+        rows = result.table()
         write_table(out / "front.csv", rows[0] if rows else (), (row.values() for row in rows))
-        for i in range(len(found)):
-            found.case(i).save(out / CASES / f"{i:03d}.toml")
-        written = [("table", out / "front.csv"), ("cases", out / CASES)] if len(found) else []
-        if request.report and len(found):
+        for i in range(len(result)):
+            result.case(i).save(out / CASES / f"{i:03d}.toml")
+        written = [("table", out / "front.csv"), ("cases", out / CASES)] if len(result) else []
+        if request.report and len(result):
             from vibrocap.report.design import write_front_page
 
-            write_front_page(found, out, request.again())
+            write_front_page(result, out, request.again())
 
     def text(page: Page) -> None:
         page.say(f"Pareto front of {objectives[0]} and {objectives[1]}", style="bold")
-        page.rows([(name, text) for name, text in found.facts.items()], 20)
+        page.rows([(name, text) for name, text in result.facts.items()], 20)
 
-    incomplete = "" if len(found) else f"There is {found.status.value}. {found.status.advice}"
-    return Answer(record, text, found if len(found) else None, written=tuple(written), incomplete=incomplete)
+    incomplete = "" if len(result) else f"There is {result.status.value}. {result.status.advice}"
+    return Answer(record, text, result if len(result) else None, written=tuple(written), incomplete=incomplete)
 
 
 def _motions_in_words(found: Any) -> list[str]:
@@ -198,7 +198,7 @@ def _motions_in_words(found: Any) -> list[str]:
     if found.attractors is None:
         return []
     shown, lines = in_si(found.attractors), []
-    for k, (each, row) in enumerate(zip(shown.attractors, shown.table(), strict=True)):
+    for k, (attractor, row) in enumerate(zip(shown.attractors, shown.table(), strict=True)):
         if k == found.attractor:
             continue
         words = [f"{100.0 * row['share']:.3g} % of the starts lead to", row["kind"]]
@@ -206,7 +206,7 @@ def _motions_in_words(found: Any) -> list[str]:
             words[-1] += " (the mirror twin)"
         words = [" ".join(words)]
         if row["drift"] is not None:
-            words.append(f"drift {each.motion.said('drift', 6)} per drive period")
+            words.append(f"drift {attractor.motion.said('drift', 6)} per drive period")
         if row["largest_multiplier"] is not None:
             words.append(f"largest multiplier {row['largest_multiplier']:.4g}")
         lines.append(", ".join(words))

@@ -78,7 +78,7 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
             check_gradients(given.system)
         except ArgumentError as error:
             raise Refusal(f"--gradients: {error.complaint.text}") from None
-    found = steady_motion(
+    result = steady_motion(
         given.system,
         initial=given.initial,
         response_period=request.response_period,
@@ -88,13 +88,13 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
         returns=request.returns,
         tolerance=request.tolerance,
     )
-    left = found.passed or (found if found.closes and found.unstable else None)
+    left = result.passed or (result if result.closes and result.unstable else None)
     ways = left.pushed_off(settle_periods=request.settle_periods) if left and left.response_period else None
     what = None
-    if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
-        what = classify(given.system, found.state, settle_periods=max(request.settle_periods, LEAST_SETTLING))
-    record = orbit_view(found, left, ways, what) | {"bounds": bounds_record(given.system, found)}
-    slopes, lacking = (None, "") if not request.gradients or found.failed else gradients_of(found)
+    if result.status is OrbitStatus.NOT_SETTLED and result.response_period:
+        what = classify(given.system, result.state, settle_periods=max(request.settle_periods, LEAST_SETTLING))
+    record = orbit_view(result, left, ways, what) | {"bounds": bounds_record(given.system, result)}
+    slopes, lacking = (None, "") if not request.gradients or result.failed else gradients_of(result)
     if slopes is not None:
         record["gradients"] = view(slopes)["slopes"]
 
@@ -106,12 +106,12 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
     incomplete = ""
     if lacking:
         incomplete = f"No gradients: {lacking}."
-    elif found.status is not OrbitStatus.CONVERGED:
+    elif result.status is not OrbitStatus.CONVERGED:
         why = {
             OrbitStatus.NOT_CERTIFIED: "The steady motion is not certified.",
             OrbitStatus.CONTRADICTED: "The stability of the steady motion is not known.",
-        }.get(found.status, f"No closed steady motion ({found.status.value}).")
-        incomplete = f"{why} {found.status.advice}"
+        }.get(result.status, f"No closed steady motion ({result.status.value}).")
+        incomplete = f"{why} {result.status.advice}"
     return Answer(record, text, incomplete=incomplete)
 
 
@@ -123,7 +123,7 @@ def bounds_record(system: System, steady: Any) -> list[dict[str, Any]]:
         bounds = performance_bounds(system)
     except ArgumentError:  # none is known of it
         return []
-    return [_reached(each, steady, system) for each in bounds]
+    return [_reached(bound, steady, system) for bound in bounds]
 
 
 def _reached(bound: Any, steady: Any, system: System) -> dict[str, Any]:
@@ -153,7 +153,7 @@ def orbit_view(found: "Orbit", left: "Orbit | None", ways: Any, what: Any) -> di
     record = view(in_si(found))
     if left is not None and ways is not None:
         names = ("drift", "state", "largest_multiplier")
-        unstable = {name: each for name, each in view(in_si(left)).items() if name in names}
+        unstable = {name: value for name, value in view(in_si(left)).items() if name in names}
         record["unstable_orbit"] = unstable | {"gives_way_to": view(in_si(ways, found.system))}
     if what is not None:
         record["class"] = view(in_si(what, found.system))
@@ -164,8 +164,8 @@ def _section(system: System, text: str | None) -> "Section | None":
     """The section asked for, its value without units."""
     from vibrocap.orbits.closing.returns import OfSection, checked_section
 
-    found, context = checked_section(system, text), system.si_context()
-    return found if context is None else OfSection().converted(found, context, back=True)
+    section, context = checked_section(system, text), system.si_context()
+    return section if context is None else OfSection().converted(section, context, back=True)
 
 
 def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
@@ -221,11 +221,11 @@ def _unstable_rows(left: dict[str, Any], kept: bool) -> list[tuple[str, str]]:
         drift = "" if left["drift"] is None else f" of drift {left['drift']:.12g}"
         text = f"the start leads close to an orbit{drift} on which no motion stays ({growth}); which of these follows"
         rows = [("passed", f"{text} may be a matter of rounding")]
-    for each in left["gives_way_to"]:
-        travel = "no drift" if each["drift"] is None else f"drift {each['drift']:.12g}"
-        start = _state(each["state"])
-        periods = f"period {each['response_period']} of the drive, stable {STABLE[each['stability']]}"
-        rows.append(("gives way to", f"{travel}, {periods}, modes {each['mode_sequence']}, {start}"))
+    for motion in left["gives_way_to"]:
+        travel = "no drift" if motion["drift"] is None else f"drift {motion['drift']:.12g}"
+        start = _state(motion["state"])
+        periods = f"period {motion['response_period']} of the drive, stable {STABLE[motion['stability']]}"
+        rows.append(("gives way to", f"{travel}, {periods}, modes {motion['mode_sequence']}, {start}"))
     if not left["gives_way_to"]:
         rows.append(("gives way to", "nothing that settles: it may be chaotic, see `classify` in Python"))
     return rows
@@ -258,11 +258,11 @@ def gradients_of(found: "Orbit") -> "tuple[Gradients | None, str]":
 
 def print_gradients(page: Page, slopes: "Gradients") -> None:
     """Slope and elasticity by parameter, a table for each measure."""
-    for measure, rows in itertools.groupby(slopes.slopes, lambda each: each.measure):
+    for measure, rows in itertools.groupby(slopes.slopes, lambda slope: slope.measure):
         made = table(f"Gradient of {measure.replace('_', ' ')}", "parameter", "slope", "elasticity")
         made.columns[-1].justify = "right"
-        for each in rows:
-            share = "" if math.isnan(each.elasticity) else f"{each.elasticity:.4g}"
-            made.add_row(each.parameter, said(each.slope, each.unit.removesuffix("1"), 8), share)
+        for row in rows:
+            share = "" if math.isnan(row.elasticity) else f"{row.elasticity:.4g}"
+            made.add_row(row.parameter, said(row.slope, row.unit.removesuffix("1"), 8), share)
         page.print(made)
     page.say("They hold for the present mode sequence. Elasticity: relative change for relative change.", "dim")

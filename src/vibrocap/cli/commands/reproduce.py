@@ -58,8 +58,8 @@ def print_claims(page: Page, result: Any) -> None:
     made = table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
     made.columns[1].no_wrap = False
     for verdict in result.claims:
-        found = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
-        made.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([found] if wide else []))
+        numbers = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
+        made.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([numbers] if wide else []))
     page.print(made)
     counts = collections.Counter(verdict.finding.outcome.value for verdict in result.claims)
     tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())

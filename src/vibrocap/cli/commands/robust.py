@@ -36,17 +36,17 @@ def robust(request: RobustRequest, report: Report) -> Answer:
     from vibrocap.design.robustness import robustness
 
     quantities = checked_pairs("uncertain", request.uncertain, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1")
-    found = robustness(
+    result = robustness(
         request.setup, quantities, request.for_, samples=request.samples, seed=request.seed, progress=report
     )
 
     def text(page: Page) -> None:
-        page.say(f"Robustness of {found.measure}", style="bold")
-        page.rows(list(found.facts.items()), 16)
-        if found.first_order and found.total:
+        page.say(f"Robustness of {result.measure}", style="bold")
+        page.rows(list(result.facts.items()), 16)
+        if result.first_order and result.total:
             page.say("Sobol indices: alone, and with all that it takes part in")
-            rows = ((name, found.first_order[name], found.total[name]) for name in found.total)
-            width = max(16, 2 + max(map(len, found.total)))
+            rows = ((name, result.first_order[name], result.total[name]) for name in result.total)
+            width = max(16, 2 + max(map(len, result.total)))
             page.rows([(name, f"{alone[0]:.3f}, {total[0]:.3f}") for name, alone, total in rows], width)
 
-    return Answer(in_si(found, request.setup.system), text)
+    return Answer(in_si(result, request.setup.system), text)

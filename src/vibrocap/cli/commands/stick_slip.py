@@ -77,33 +77,33 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     settings: dict[str, Any] = request.given("stiffness", "mass", "normal_force")
     settings |= {} if request.speed is None else {"pulling_speed": request.speed}
     settings |= {"coefficient": True} if request.coefficient else {}
-    found: list[StickSlip] = []
+    results: list[StickSlip] = []
     try:
         pulls = read_pulls(request.source, request.record, columns, units, request.sampling_rate)
     except (RecordError, FileNotFoundError) as error:
         raise Refusal(*complaints, str(error)) from None
-    if request.coefficient and any("coefficient" not in each.settings for each in pulls):
+    if request.coefficient and any("coefficient" not in pull.settings for pull in pulls):
         already = f"the reader of {request.source.name} has made newtons of its coefficients already"
         complaints.append(f"--coefficient: {already}")
-    for each in pulls if not complaints else ():
+    for pull in pulls if not complaints else ():
         try:
-            arguments = {**each.settings, **settings, "minor": request.minor, "name": each.name}
-            found.append(stick_slip_of_force(each.time, each.force, **arguments))
+            arguments = {**pull.settings, **settings, "minor": request.minor, "name": pull.name}
+            results.append(stick_slip_of_force(pull.time, pull.force, **arguments))
         except RecordError as error:
             complaints += [f"{error.source}:", *(f"  {line}" for line in by_option(error.complaints, request.flags()))]
     if complaints:
         raise Refusal(*complaints)
 
     def text(page: Page) -> None:
-        if len(found) > 1:
-            print_records(page, found)
+        if len(results) > 1:
+            print_records(page, results)
             return
-        print_stick_slip(page, found[0])
+        print_stick_slip(page, results[0])
         for note in pulls[0].notes:
             page.say(f"  read: {note}")
 
-    record = found[0] if len(found) == 1 else found
-    return Answer(record, text, None if request.plot is None else _drawn(found))
+    record = results[0] if len(results) == 1 else results
+    return Answer(record, text, None if request.plot is None else _drawn(results))
 
 
 def _drawn(found: "list[StickSlip]") -> Any:
@@ -179,14 +179,14 @@ def _spread_text(
 def print_records(page: Page, found: "list[StickSlip]") -> None:
     """A table of several records."""
     made = table(None, "record", "regime", "slips", "period s", "inertial s", "slip um", "at rest", no_wrap=7)
-    for each in found:
+    for record in found:
         numbers = (
-            each.period.mean if each.period else math.nan,
-            each.regime.inertial_period or math.nan,
-            1e6 * each.slip.mean if each.slip else math.nan,
+            record.period.mean if record.period else math.nan,
+            record.regime.inertial_period or math.nan,
+            1e6 * record.slip.mean if record.slip else math.nan,
         )
         shown = ["" if math.isnan(number) else f"{number:.4g}" for number in numbers]
-        rest = "" if each.stick_fraction is None else f"{each.stick_fraction:.0%}"
-        made.add_row(each.name, each.regime.name, str(len(each.main_slips)), *shown, rest)
+        rest = "" if record.stick_fraction is None else f"{record.stick_fraction:.0%}"
+        made.add_row(record.name, record.regime.name, str(len(record.main_slips)), *shown, rest)
     page.print(made)
     page.print("inertial: 2 pi sqrt(m/k). Of one record more is told with --record NAME.")

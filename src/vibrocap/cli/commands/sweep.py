@@ -53,17 +53,17 @@ def sweep(request: SweepRequest) -> Answer:
         raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
     begun = time.monotonic()
     try:
-        found: Any = _adaptive(study, request) if request.adaptive else _run(study, request)
+        result: Any = _adaptive(study, request) if request.adaptive else _run(study, request)
         seconds = time.monotonic() - begun
         if request.export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(request.out or found.dataset(), request.export, unit_headings=request.unit_headings)
+            write_study(request.out or result.dataset(), request.export, unit_headings=request.unit_headings)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
         return Answer(incomplete=_disk_failure(error, request))
-    return Answer(text=lambda page: print_study(page, found, seconds, request.out, request.export))
+    return Answer(text=lambda page: print_study(page, result, seconds, request.out, request.export))
 
 
 def _verified(study: Path) -> Answer:
@@ -71,15 +71,15 @@ def _verified(study: Path) -> Answer:
     needs("--verify", "xarray", "zarr")
     from vibrocap.studies.store.verification import verify_study
 
-    found = verify_study(study)
-    lines = [f"  damaged    {line}" for line in found.lines()]
-    if found.mixed:
-        lines.append(f"  mixed      {len(found.mixed):,} tiles were not computed with what the study was begun with")
-    state = f"{found.stored:,} of {found.tiles:,} tiles are stored"
-    if not found.ok:
+    result = verify_study(study)
+    lines = [f"  damaged    {line}" for line in result.lines()]
+    if result.mixed:
+        lines.append(f"  mixed      {len(result.mixed):,} tiles were not computed with what the study was begun with")
+    state = f"{result.stored:,} of {result.tiles:,} tiles are stored"
+    if not result.ok:
         lines.append(f"{study}: damaged; {state}.")
         return Answer(text="\n".join(lines), incomplete="With --resume, the sweep computes damaged tiles again.")
-    if not found.checked:
+    if not result.checked:
         state += "; this store of an earlier format has no checksums, nothing is missing"
     return Answer(text="\n".join([*lines, f"{study}: whole; {state}."]))
 
@@ -144,10 +144,10 @@ def _kept(out: Path) -> str:
     from vibrocap.studies.store.verification import verify_study
 
     try:
-        found = verify_study(out)
+        result = verify_study(out)
     except (CaseError, OSError):
         return f"The results in {out} are lost."
-    if found.finished:
+    if result.finished:
         return f"The results are whole in {out}; with --resume nothing is run twice."
     return f"Of the results in {out} some are damaged or missing; --resume computes these again."
 
@@ -204,7 +204,7 @@ def print_study(page: Page, found: Outcome, seconds: float, out: Path | None, ex
         unsettled = finished - found.settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
         page.say(f"  settled    {found.settled / max(1, finished):.1%} of these{more}")
-    for name, count in sorted(found.became.items(), key=lambda each: -each[1]):
+    for name, count in sorted(found.became.items(), key=lambda pair: -pair[1]):
         page.say(f"             {count:,}: {name}")
     for place in (out, export):
         if place is not None:

@@ -104,27 +104,27 @@ class Calibration(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        found = {each.path: str(each) for each in self.parameters}
-        found["misfit"] = f"{self.misfit:.4g}" + ("" if self.measured.with_errors else " (errors estimated from it)")
+        facts = {parameter.path: str(parameter) for parameter in self.parameters}
+        facts["misfit"] = f"{self.misfit:.4g}" + ("" if self.measured.with_errors else " (errors estimated from it)")
         for name, value in self.rms.items():
             unit, _ = measure_unit(self.system, name)
-            found[f"rms {name}"] = f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+            facts[f"rms {name}"] = f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
         pairs = [(abs(r), r, i, k) for (i, k), r in np.ndenumerate(self.correlation) if i < k]
         for _, r, i, k in sorted(pairs, reverse=True)[:1]:
             words = f"{r:.3g} of {self.parameters[i].path} and {self.parameters[k].path}"
-            found["correlation"] = words + (" (the largest)" if len(pairs) > 1 else "")
+            facts["correlation"] = words + (" (the largest)" if len(pairs) > 1 else "")
         if self.held_out_misfit is not None:
-            found["held out"] = f"{self.held_out_misfit:.4g}"
+            facts["held out"] = f"{self.held_out_misfit:.4g}"
         for reason, rows in self.not_trusted.items():
             cure = "give more periods" if reason == NOT_SETTLED else "narrow the bounds"
-            found[reason] = f"row {', '.join(str(1 + k) for k in rows)}: {cure}, or hold such rows out"
+            facts[reason] = f"row {', '.join(str(1 + k) for k in rows)}: {cure}, or hold such rows out"
         if self.doubt:
-            found["doubt"] = str(self.doubt)
-        return found
+            facts["doubt"] = str(self.doubt)
+        return facts
 
     def __getitem__(self, path: str) -> CalibratedParameter:
         """A parameter by its path."""
-        return next(each for each in self.parameters if each.path == path)
+        return next(parameter for parameter in self.parameters if parameter.path == path)
 
     def case(self, periods: float = 40) -> Case:
         """A case with the parameters found."""
@@ -207,8 +207,10 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
     doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
-    reasons = [next(filter(None, each), "") for each in doubts]
-    not_trusted = {why: tuple(k for k, each in enumerate(reasons) if each == why) for why in sorted({*reasons} - {""})}
+    reasons = [next(filter(None, doubt), "") for doubt in doubts]
+    not_trusted = {
+        why: tuple(k for k, reason in enumerate(reasons) if reason == why) for why in sorted({*reasons} - {""})
+    }
     residuals = model.residuals(shares[None])[0]
     spare = len(residuals) - unknowns
     misfit = float(np.sum(residuals**2) / spare)
@@ -222,7 +224,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     elif doubt or improbable(model, float(np.sum(residuals**2))):
         verdict = Verdict.DOUBTED
     parameters = [_parameter(model, k, shares, covariance, slopes, verdict) for k in range(unknowns)]
-    own = np.array([each.value for each in parameters])
+    own = np.array([parameter.value for parameter in parameters])
     per_fold = np.array([space.derivative(k, float(shares[k])) for k in range(unknowns)])
     logs = slopes * (np.where(own == 0.0, 1.0, own) / per_fold)
     deviation = np.sqrt(np.diag(covariance))
@@ -297,7 +299,7 @@ def _end(model: TableModel, shares: np.ndarray, way: np.ndarray, k: int) -> tupl
     def refused(part: float) -> bool:
         alone = shares.copy()
         alone[k] = point(part)[k]
-        return all(refusal(model.system, model.space.parameters(each)) for each in (point(part), alone))
+        return all(refusal(model.system, model.space.parameters(point_tried)) for point_tried in (point(part), alone))
 
     if not refused(1.0):
         return point(1.0), False
@@ -311,9 +313,9 @@ def _end(model: TableModel, shares: np.ndarray, way: np.ndarray, k: int) -> tupl
 def _directions(paths: Sequence[str], logs: np.ndarray, unit: float) -> tuple[Direction, ...]:
     """Combinations of parameters, the best determined first; logs: slopes by the logarithms."""
     _, singular, right = np.linalg.svd(logs, full_matrices=False)
-    found = []
+    directions = []
     for value, row in zip(singular, right, strict=True):
         signed = row * np.sign(row[np.argmax(np.abs(row))])
         deviation = math.sqrt(unit) / float(value) if value > 1e-12 else math.inf
-        found.append(Direction(dict(zip(paths, signed.tolist(), strict=True)), deviation))
-    return tuple(found)
+        directions.append(Direction(dict(zip(paths, signed.tolist(), strict=True)), deviation))
+    return tuple(directions)

@@ -54,7 +54,7 @@ def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -
     corrections = [(name, kind) for name in names for kind in KINDS if kind != "reversal" or _reversible(model, name)]
     begun = [_begun(model.with_corrected(name, kind), shares) for name, kind in corrections]
     tried: list[ColumnDoubt] = []
-    for _, other, near in sorted(begun, key=lambda each: each[0])[:REFINED]:
+    for _, other, near in sorted(begun, key=lambda pair: pair[0])[:REFINED]:
         after, point = refined(other, near)
         assert other.corrected is not None
         name, kind = other.corrected
@@ -63,7 +63,7 @@ def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -
         if np.all(other.predicted(point[None], model.rows)[1].ok):
             kind, size = "offset" if kind == "offset" else "factor", float(other.correction(point[-1]))
             tried.append(ColumnDoubt(name, kind, size, min(probability, 1.0), 1.0 - after / before))
-    best = max(tried, key=lambda each: each.gain, default=None)
+    best = max(tried, key=lambda doubt: doubt.gain, default=None)
     return best if best and best.probability < SUSPECT and best.gain > GAIN else None
 
 

@@ -104,28 +104,28 @@ class MotionFit(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        found = {each.path: str(each) for each in self.parameters}
+        facts = {parameter.path: str(parameter) for parameter in self.parameters}
         for name, rms in self.rms.items():
             unit = "" if self.unit == "1" else f" {self.unit}"
             worse = ", no better than a constant" if self.relative[name] >= CONSTANT else ""
             kept = "held out, " if name in self.held_out else ""
-            found[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
+            facts[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
             if name in self.not_trusted:
-                found[name] = f"{kept}the motion is not to be trusted: {self.not_trusted[name]}"
+                facts[name] = f"{kept}the motion is not to be trusted: {self.not_trusted[name]}"
         for path, away in self.pulls.items():
-            found[f"prior {path}"] = f"differs from what the data say by {abs(away):.2g} standard deviations"
+            facts[f"prior {path}"] = f"differs from what the data say by {abs(away):.2g} standard deviations"
         if self.noise_ratio > FAR:
             times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
-            found["doubt"] = f"{times}: machine or law lack something"
+            facts["doubt"] = f"{times}: machine or law lack something"
         elif self.growth > SENSITIVE:
-            found["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit shorter records"
+            facts["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit shorter records"
         if not self.converged:
-            found["search"] = "not settled: give more starts or narrower bounds"
-        return found
+            facts["search"] = "not settled: give more starts or narrower bounds"
+        return facts
 
     def __getitem__(self, path: str) -> CalibratedParameter:
         """A parameter by its path."""
-        return next(each for each in self.parameters if each.path == path)
+        return next(parameter for parameter in self.parameters if parameter.path == path)
 
     def case(self, periods: float = 40) -> Case:
         """The case with the parameters found, and its own drive."""
@@ -183,8 +183,8 @@ def fit_motion(
         initial_state(case.system, known)
     if complaints:
         raise CaseError(complaints, "the fit")
-    every = {each.name: each for each in courses(case.system, records, predict, known)}
-    fitted = [each for name, each in every.items() if name not in hidden]
+    every = {course.name: course for course in courses(case.system, records, predict, known)}
+    fitted = [course for name, course in every.items() if name not in hidden]
     space = design_space(fitted[0].system, over, complaints)
     numbers = {space.paths[i] for i in space.continuous}
     for path in space.paths:
@@ -206,7 +206,7 @@ def _check_records(
     system: System, records: Sequence[Record], predict: str, hidden: Sequence[str], complaints: Complaints
 ) -> None:
     """What is wrong with the records, and with what is asked of them."""
-    names = [each.name for each in records]
+    names = [record.name for record in records]
     if system.controller is not None:
         complaints.add("controller", "should be left out: the measured force drives the machine")
     if not records:
@@ -225,12 +225,12 @@ def _check_records(
     if column is None:
         complaints.add("predict", f"{predict} is no length, angle or velocity, so no record holds it")
         return
-    for each in records:
-        if each.rotary != turns(system, predict):
-            kinds = ("turns", "does not turn") if each.rotary else ("does not turn", "turns")
-            complaints.add("predict", f"{predict} {kinds[1]}, but the contact of record {each.name!r} {kinds[0]}")
-        if getattr(each, column) is None:
-            complaints.add("predict", f"{predict} is compared with {column}, which record {each.name!r} has not")
+    for record in records:
+        if record.rotary != turns(system, predict):
+            kinds = ("turns", "does not turn") if record.rotary else ("does not turn", "turns")
+            complaints.add("predict", f"{predict} {kinds[1]}, but the contact of record {record.name!r} {kinds[0]}")
+        if getattr(record, column) is None:
+            complaints.add("predict", f"{predict} is compared with {column}, which record {record.name!r} has not")
 
 
 def _found(
@@ -244,15 +244,15 @@ def _found(
     spread = spread_of(model, point, errors, slopes)
     deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
     growth = model.growth(slopes)
-    pulls = {each.name: each.pull for each in model.priors if abs(each.pull) > MOST}
-    reasons = {each.name: model.distrust(k, point) for k, each in enumerate(model.courses)}
+    pulls = {prior.name: prior.pull for prior in model.priors if abs(prior.pull) > MOST}
+    reasons = {course.name: model.distrust(k, point) for k, course in enumerate(model.courses)}
     doubted = bool(pulls) or growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
     doubt = Verdict.UNTRUSTED if any(reasons.values()) else Verdict.DOUBTED if doubted else None
     shares = point[:many]
     own = spread.covariance[:many, :many] if doubt is not Verdict.UNTRUSTED else np.full((many, many), np.nan)
     parameters = [_parameter(model, k, point, slopes, spread, doubt) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
-    found = MotionFit(
+    motion_fit = MotionFit(
         system=system.with_parameters(
             {path: value for path, value in space.parameters(shares).items() if not path.startswith("drive.")}
         ),
@@ -271,10 +271,10 @@ def _found(
     )
     for k in range(len(model.courses)):
         rows = slice(sum(counts[:k]), sum(counts[: k + 1]))
-        _add(found, model, k, point, errors[rows], _band(slopes[rows], spread.covariance, deviation))
+        _add(motion_fit, model, k, point, errors[rows], _band(slopes[rows], spread.covariance, deviation))
     for other in others:
-        _predict(found, other, shares, own, deviation)
-    return found
+        _predict(motion_fit, other, shares, own, deviation)
+    return motion_fit
 
 
 def _parameter(
@@ -291,8 +291,8 @@ def _parameter(
     where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
     """
     space, path = model.space, model.space.paths[k]
-    each: Any = space.variables[k]
-    value = float(each.at(point[k]))
+    variable: Any = space.variables[k]
+    value = float(variable.at(point[k]))
     if doubt is Verdict.UNTRUSTED:
         return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt)
     limit = model.squares(point, model.counts(1.0)) + spread.unit * spread.threshold[k] ** 2
@@ -310,7 +310,7 @@ def _parameter(
         ways = [point[k] + sign * _reach(model, k, point, sign * way, error, limit) for way in (alone, joint)]
         reached.append(sorted([*ways, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
     low, high = reached
-    ends = float(each.at(low)), float(each.at(high))
+    ends = float(variable.at(low)), float(variable.at(high))
     if not acting[k]:
         verdict = Verdict.NO_EFFECT
     elif low <= 0.0 or high >= 1.0:
@@ -352,15 +352,15 @@ def _band(slopes: np.ndarray, covariance: np.ndarray, deviation: float) -> np.nd
 
 def _add(found: MotionFit, model: RecordModel, k: int, point: np.ndarray, errors: np.ndarray, band: np.ndarray) -> None:
     """A record in the result; errors, band: [its last samples] in sizes, by which it is judged."""
-    each, units = model.courses[k], found.system.result_units
-    name, judged = each.name, slice(len(each.instants) - len(errors), None)
+    course, units = model.courses[k], found.system.result_units
+    name, judged = course.name, slice(len(course.instants) - len(errors), None)
     trusted = 1.0 if name not in found.not_trusted else math.nan
-    found.time[name] = each.instants[judged] * units.factor("time")
-    found.measured[name] = each.measured[judged]
-    found.predicted[name] = model.predicted(k, point, len(each.instants))[judged]
-    found.band[name] = band * each.size * trusted
-    found.rms[name] = float(np.sqrt(np.mean(errors**2))) * each.size * trusted
-    found.relative[name] = found.rms[name] / float(np.std(each.measured[judged]))
+    found.time[name] = course.instants[judged] * units.factor("time")
+    found.measured[name] = course.measured[judged]
+    found.predicted[name] = model.predicted(k, point, len(course.instants))[judged]
+    found.band[name] = band * course.size * trusted
+    found.rms[name] = float(np.sqrt(np.mean(errors**2))) * course.size * trusted
+    found.relative[name] = found.rms[name] / float(np.std(course.measured[judged]))
     found.starts[name] = model.start(k, point)
 
 

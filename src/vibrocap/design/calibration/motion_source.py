@@ -31,7 +31,7 @@ class MotionSource:
     def __init__(self, model: RecordModel, point: np.ndarray, spread: Uncertainty, deviation: float):
         self.model, self.begin, self.spread, self.bounds = model, point, spread.covariance, model.bounds
         self.deviation, self.unseen = deviation, dict[str, Unseen]()
-        starts = [own_name("start", each.name) + f".{state}" for each in model.courses for state in each.free]
+        starts = [own_name("start", course.name) + f".{state}" for course in model.courses for state in course.free]
         self.names = (*model.space.paths, *starts)
         self.unit, self.time = spread.unit, float(np.exp(np.mean(np.log(spread.inflation))))
         self.near = np.sqrt(self.time / spread.inflation)
@@ -50,8 +50,8 @@ class MotionSource:
         return np.array([[*self.model.values(row), *self._starts(row)] for row in table])
 
     def _starts(self, point: np.ndarray) -> list[float]:
-        found = [(self.model.start(k, point), each) for k, each in enumerate(self.model.courses)]
-        return [start[state] for start, each in found for state in each.free]
+        starts = [(self.model.start(k, point), course) for k, course in enumerate(self.model.courses)]
+        return [start[state] for start, each in starts for state in each.free]
 
     def curve(self, table: np.ndarray, velocity: np.ndarray, load: float, section: str = "friction") -> np.ndarray:
         """Steady friction [m, k] at velocities [k], of the law in a section of the case."""
@@ -60,17 +60,17 @@ class MotionSource:
         turning = units is not None and units.of_part(section).effort == "torque"
         names = ("N m", "rad/s") if turning else ("N", "m/s")
         force, speed = (1.0, 1.0) if units is None else map(units.of_part(section).factor_of, names)
-        found = []
+        forces = []
         for row in table:
             values = model.space.parameters(row[: len(model.space.paths)])
             law: Any = model.system.with_parameters(values).parts[section]
             assert isinstance(law, Law)
-            found.append(force * steady_force(law, velocity / speed, load / force))
-        return np.array(found)
+            forces.append(force * steady_force(law, velocity / speed, load / force))
+        return np.array(forces)
 
     def record(self, name: str, table: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """(time [n], predictions [m, n], standard deviation of a measurement about them) of a record."""
-        names = [each.name for each in self.model.courses]
+        names = [course.name for course in self.model.courses]
         if name not in (*names, *self.unseen):
             raise ArgumentError("record", f"there is none called {name!r}; {suggestion(name, (*names, *self.unseen))}")
         if name in names:

@@ -77,8 +77,8 @@ def _unit(system: System, name: str) -> str:
 def courses(system: System, records: Sequence[Record], predict: str, known: Mapping[str, float]) -> list[Course]:
     """Records as a case lives through them. Errors of all count alike: they have been measured by one sensor."""
     column = str(measured_column(system, predict))
-    size = float(np.sqrt(np.mean([np.var(getattr(each, column)) for each in records])))
-    return [_course(system, each, predict, getattr(each, column), size, known) for each in records]
+    size = float(np.sqrt(np.mean([np.var(getattr(record, column)) for record in records])))
+    return [_course(system, record, predict, getattr(record, column), size, known) for record in records]
 
 
 def _course(
@@ -122,7 +122,7 @@ class RecordModel:
         self.predict, self.space, self.courses, self.tolerance = predict, space, courses, tolerance
         self.system = courses[0].system
         self.threads = threads
-        ends = len(space.paths) + np.cumsum([0, *(len(each.free) for each in courses)])
+        ends = len(space.paths) + np.cumsum([0, *(len(course.free) for course in courses)])
         self.places = [np.arange(begin, end) for begin, end in itertools.pairwise(ends)]
         self.coordinates = int(ends[-1])
         self.priors: tuple[Prior, ...] = ()
@@ -130,7 +130,7 @@ class RecordModel:
     def values(self, point: np.ndarray) -> np.ndarray:
         """The unknowns at a point."""
         ranges: Any = self.space.variables
-        return np.array([each.at(x) for each, x in zip(ranges, point, strict=False)], dtype=float)
+        return np.array([course.at(x) for course, x in zip(ranges, point, strict=False)], dtype=float)
 
     def known(self, point: np.ndarray) -> np.ndarray:
         """Errors of the priors."""
@@ -153,17 +153,19 @@ class RecordModel:
     @property
     def noise(self) -> float:
         """Norm of the errors that the noise of the samples alone makes, as their second differences tell."""
-        return math.sqrt(sum(np.sum(np.diff(each.measured, 2) ** 2) / 6.0 / each.size**2 for each in self.courses))
+        return math.sqrt(
+            sum(np.sum(np.diff(course.measured, 2) ** 2) / 6.0 / course.size**2 for course in self.courses)
+        )
 
     def growth(self, slopes: np.ndarray) -> float:
         """Largest factor by which a change of the predicted quantity grows from the start of a course."""
-        found = 0.0
-        for each, places in zip(self.courses, self.places, strict=True):
-            for name, step, place in zip(each.free, each.steps, places, strict=True):
+        largest = 0.0
+        for course, places in zip(self.courses, self.places, strict=True):
+            for name, step, place in zip(course.free, course.steps, places, strict=True):
                 if name == self.predict:
-                    unit = each.system.result_units.factor(self.predict)
-                    found = max(found, float(np.max(np.abs(slopes[:, place]))) * each.size / (step * unit))
-        return found
+                    unit = course.system.result_units.factor(self.predict)
+                    largest = max(largest, float(np.max(np.abs(slopes[:, place]))) * course.size / (step * unit))
+        return largest
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -176,20 +178,20 @@ class RecordModel:
 
     def counts(self, share: float) -> tuple[int, ...]:
         """Samples of each course in a share of its time."""
-        return tuple(max(2, round(share * len(each.instants))) for each in self.courses)
+        return tuple(max(2, round(share * len(course.instants))) for course in self.courses)
 
     def start(self, k: int, point: np.ndarray) -> dict[str, float]:
         """The initial states of a course."""
-        each = self.courses[k]
-        moved = zip(each.free, each.steps * point[self.places[k]], strict=True)
-        return {**each.start, **{name: each.start[name] + by for name, by in moved}}
+        course = self.courses[k]
+        moved = zip(course.free, course.steps * point[self.places[k]], strict=True)
+        return {**course.start, **{name: course.start[name] + by for name, by in moved}}
 
     def motion(self, k: int, point: np.ndarray, count: int) -> Trajectory | None:
         """The motion of a course up to a sample; None at a point that a part refuses."""
-        each = self.courses[k]
-        periods = each.instants[count - 1] / each.system.drive.period
+        course = self.courses[k]
+        periods = course.instants[count - 1] / course.system.drive.period
         try:
-            system = each.system.with_parameters(self.space.parameters(point[: len(self.space.paths)]))
+            system = course.system.with_parameters(self.space.parameters(point[: len(self.space.paths)]))
             return simulate(system, periods=periods, initial=self.start(k, point), tolerance=self.tolerance)
         except ValueError:
             return None
@@ -203,14 +205,14 @@ class RecordModel:
 
     def predicted(self, k: int, point: np.ndarray, count: int) -> np.ndarray:
         """[count] what the case does in a course, in the unit of its results; NaN from where its run ends early."""
-        found, motion = np.full(count, np.nan), self.motion(k, point, count)
+        predicted, motion = np.full(count, np.nan), self.motion(k, point, count)
         if motion is None or not len(motion.piece_start):
-            return found
+            return predicted
         instants = self.courses[k].instants[:count]
         reached = np.full(count, True) if motion.run_status.ok else instants <= motion.end
         known = motion.at(np.minimum(instants[reached], motion.end), self.predict)
-        found[reached] = known * motion.system.result_units.factor(self.predict)
-        return found
+        predicted[reached] = known * motion.system.result_units.factor(self.predict)
+        return predicted
 
     def errors(self, point: np.ndarray, counts: Sequence[int]) -> np.ndarray:
         """Predicted less measured, in their size, all courses in a row."""
@@ -223,14 +225,14 @@ class RecordModel:
 
     def _errors(self, asked: tuple[int, np.ndarray, int]) -> np.ndarray:
         k, point, count = asked
-        each = self.courses[k]
-        return finite((self.predicted(k, point, count) - each.measured[:count]) / each.size)
+        course = self.courses[k]
+        return finite((self.predicted(k, point, count) - course.measured[:count]) / course.size)
 
     def slopes(self, point: np.ndarray, counts: Sequence[int]) -> np.ndarray:
         """[errors, coordinates] by differences within the bounds; a start moves its own course only."""
         low, high = self.bounds
         ends = np.cumsum([0, *counts])
-        found = np.zeros((ends[-1], self.coordinates))
+        jacobian = np.zeros((ends[-1], self.coordinates))
         asked, widths = [], []
         for k, count in enumerate(counts):
             for i in (*range(len(self.space.paths)), *self.places[k]):
@@ -241,9 +243,9 @@ class RecordModel:
         values, place = self.at(asked), 0
         for k, i, width in widths:
             n = counts[k]
-            found[ends[k] : ends[k + 1], i] = (values[place : place + n] - values[place + n : place + 2 * n]) / width
+            jacobian[ends[k] : ends[k + 1], i] = (values[place : place + n] - values[place + n : place + 2 * n]) / width
             place += 2 * n
-        return found
+        return jacobian
 
     def refined(self, point: np.ndarray, counts: Sequence[int], most: int, moving: Any = slice(None)) -> Any:
         """The minimum near a point, as SciPy tells it, from so many evaluations at most; moving: coordinates sought."""
@@ -253,9 +255,9 @@ class RecordModel:
         begun = np.clip(point, low + 1e-9, high - 1e-9)
 
         def whole(x: np.ndarray) -> np.ndarray:
-            found = begun.copy()
-            found[moving] = x
-            return found
+            whole_point = begun.copy()
+            whole_point[moving] = x
+            return whole_point
 
         def slopes(x: np.ndarray) -> np.ndarray:
             return np.concatenate([self.slopes(whole(x), counts), self.known_slopes(whole(x))])[:, moving]
@@ -280,7 +282,7 @@ def searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[n
         point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
         cost, point = _beyond_kinks(model, point, counts)
         again = abs(cost - best[0]) <= _alike(model, cost, counts)
-        best = min(best, (cost, point, settled), key=lambda found: found[0])
+        best = min(best, (cost, point, settled), key=lambda minimum: minimum[0])
         if again:
             break
     return best[1], again and best[2]
@@ -291,7 +293,7 @@ def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.
     many = len(model.space.paths)
     points = np.zeros((starts, model.coordinates))
     points[:, :many] = sample_points(many, starts, seed)
-    shortest = min(len(each.instants) for each in model.courses)
+    shortest = min(len(course.instants) for course in model.courses)
     settled = False
     for k, (share, kept, most) in enumerate(HORIZONS):
         if share * shortest < FEWEST and share < 1.0:
@@ -312,7 +314,7 @@ def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple
     points = np.tile(point, (many, SCANNED, 1))
     for k in range(many):
         points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
-    squares = [model.squares(each, counts) for each in points.reshape(-1, len(point))]
+    squares = [model.squares(row, counts) for row in points.reshape(-1, len(point))]
     return points, np.reshape(squares, (many, SCANNED))
 
 

@@ -58,7 +58,7 @@ class MeasuredTable:
         """(sum of the squares, in standard errors, by which repeated rows differ from their mean, their freedom)."""
         places = [np.flatnonzero(self.alike[rows] == first) for first in np.unique(self.alike[rows])]
         ratios = [(self.targets[name] / self.errors[name])[rows] for name in self.targets]
-        squares = sum(float(np.sum((each[k] - np.mean(each[k])) ** 2)) for each in ratios for k in places)
+        squares = sum(float(np.sum((ratio[k] - np.mean(ratio[k])) ** 2)) for ratio in ratios for k in places)
         return squares, (len(rows) - len(places)) * len(ratios)
 
 
@@ -116,7 +116,7 @@ def _columns(given: Any, system: System, known: Mapping[str, Measure], complaint
         try:
             tables = text_tables(Path(given))
         except RecordError as error:
-            complaints += [Complaint("table", f"{str(given)!r}: {each}") for each in error.complaints]
+            complaints += [Complaint("table", f"{str(given)!r}: {complaint}") for complaint in error.complaints]
             return {}
         except (OSError, ValueError) as error:
             complaints.add("table", f"{str(given)!r} cannot be read ({error})")
@@ -125,7 +125,7 @@ def _columns(given: Any, system: System, known: Mapping[str, Measure], complaint
             complaints.add("table", f"{str(given)!r} should be one table with a line of headings")
             return {}
         if faults := tables[0].faults_in(tables[0].columns):
-            complaints += [Complaint("table", f"{str(given)!r}: {each}") for each in faults]
+            complaints += [Complaint("table", f"{str(given)!r}: {fault}") for fault in faults]
             return {}
         raw: Mapping[str, Any] = tables[0].columns
         units = tables[0].units
@@ -135,7 +135,7 @@ def _columns(given: Any, system: System, known: Mapping[str, Measure], complaint
     else:
         complaints.add("table", f"should be a CSV file, a data frame or a mapping of columns, got {shown(given)}")
         return {}
-    found: dict[str, np.ndarray] = {}
+    columns: dict[str, np.ndarray] = {}
     for heading, values in raw.items():
         numbers = []
         for k, value in enumerate(values, start=1):
@@ -148,13 +148,13 @@ def _columns(given: Any, system: System, known: Mapping[str, Measure], complaint
                 break
             numbers.append(number)
         name, column = _in_units_of_case(heading, units.get(heading, ""), np.array(numbers), system, known, complaints)
-        if name in found:
+        if name in columns:
             complaints.add(heading, f"is {name} once more; give it once")
-        found[name] = column
-    lengths = {len(values) for values in found.values()}
+        columns[name] = column
+    lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1 and not len(complaints):
         complaints.add("table", f"should have columns of one length, got {', '.join(map(str, sorted(lengths)))}")
-    return found
+    return columns
 
 
 def _in_units_of_case(

@@ -112,19 +112,19 @@ class TableModel:
             ],
             axis=1,
         )
-        found = (values - measured) / self.errors[:, rows]
-        found = np.where(np.isfinite(found), found, FAILED_ROW)
+        residuals = (values - measured) / self.errors[:, rows]
+        residuals = np.where(np.isfinite(residuals), residuals, FAILED_ROW)
         if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] != "offset":
             k = self.table.measures.index(self.corrected[0])
-            found[:, k] /= np.exp(size)[:, None]  # its errors are scaled with it
-        return found.reshape(len(points), -1)
+            residuals[:, k] /= np.exp(size)[:, None]  # its errors are scaled with it
+        return residuals.reshape(len(points), -1)
 
     def slopes(self, point: np.ndarray) -> np.ndarray:
         """[measures * rows, coordinates] of the residuals, by differences within the bounds."""
         steps = self.beside(point)
-        found = self.residuals(steps)
+        residuals = self.residuals(steps)
         widths = [steps[2 * i + 1, i] - steps[2 * i, i] for i in range(len(point))]
-        return np.stack([(found[2 * i + 1] - found[2 * i]) / widths[i] for i in range(len(point))], axis=1)
+        return np.stack([(residuals[2 * i + 1] - residuals[2 * i]) / widths[i] for i in range(len(point))], axis=1)
 
     def beside(self, point: np.ndarray) -> np.ndarray:
         """[2 * coordinates, coordinates] the points a step below and above a point along each coordinate."""
@@ -151,7 +151,7 @@ def searched(model: TableModel, starts: int, seed: int, report: Any) -> np.ndarr
         near = min(ends, key=lambda end: float(np.sum(soft(model.residuals(end[None])))))
         end = refined(model, near)
         again = abs(end[0] - best[0]) <= AGREE * end[0] / len(model.rows)
-        best = min(best, end, key=lambda found: found[0])
+        best = min(best, end, key=lambda minimum: minimum[0])
         if report:
             report((k + 1) / ROUNDS)
         if again or (chance(model, best[0]) or 0.0) >= UNLIKELY:
@@ -182,7 +182,7 @@ def improbable(model: TableModel, squares: float) -> bool:
     if known is not None:
         return known < UNLIKELY
     measured = [(model.table.targets[name] / model.table.errors[name])[model.rows] for name in model.table.measures]
-    return squares >= sum(float(np.sum((each - np.mean(each)) ** 2)) for each in measured)
+    return squares >= sum(float(np.sum((value - np.mean(value)) ** 2)) for value in measured)
 
 
 def soft(residuals: np.ndarray) -> np.ndarray:
@@ -197,7 +197,7 @@ def refined(model: TableModel, point: np.ndarray, loss: str = "linear", steps: i
     unknowns = len(model.space.paths)
     low = np.concatenate([np.zeros(unknowns), np.full(model.coordinates - unknowns, -10.0)])
     high = np.concatenate([np.ones(unknowns), np.full(model.coordinates - unknowns, 10.0)])
-    found = least_squares(
+    minimum = least_squares(
         lambda x: model.residuals(x[None])[0],
         np.clip(point, low + 1e-9, high - 1e-9),
         jac=model.slopes,  # type: ignore[arg-type]
@@ -207,4 +207,4 @@ def refined(model: TableModel, point: np.ndarray, loss: str = "linear", steps: i
         xtol=1e-9,
         ftol=1e-9,
     )
-    return float(np.sum(model.residuals(found.x[None]) ** 2)), found.x
+    return float(np.sum(model.residuals(minimum.x[None]) ** 2)), minimum.x

@@ -40,13 +40,15 @@ def slopes_by_share(
     asked = [quantity(path, system) for path in rates]
     try:
         plain = dataclasses.replace(solution, system=system.dimensionless)
-        found = gradients(plain, [each.plain for each in asked], goal.measure)
+        gradients_found = gradients(plain, [variable.plain for variable in asked], goal.measure)
     except ArgumentError:  # one of a continuum, a fold, a segment of no length, or a system without gradients
         return None
-    by = {each.parameter: each for each in found.slopes}
-    if any(abs(each.value - value) > 1e-6 * abs(value) for each in found.slopes):
+    by = {slope.parameter: slope for slope in gradients_found.slopes}
+    if any(abs(slope.value - value) > 1e-6 * abs(value) for slope in gradients_found.slopes):
         return None
-    parts = [by[each.plain].slope / each.scale * rate for each, rate in zip(asked, rates.values(), strict=True)]
+    parts = [
+        by[variable.plain].slope / variable.scale * rate for variable, rate in zip(asked, rates.values(), strict=True)
+    ]
     gradient = np.sum(parts, axis=0)
     return gradient if np.all(np.isfinite(gradient)) else None
 
@@ -78,23 +80,23 @@ def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: i
         if step @ gradient <= 0.0 or not scaled:
             step = np.where(free, gradient, 0.0) * FIRST / max(float(np.max(np.abs(gradient[free]))), 1e-300)
         step *= min(1.0, LONGEST / float(np.max(np.abs(step))))
-        found = None
+        best = None
         for halving in range(HALVINGS):
             there = np.clip(x + step * 0.5**halving, 0.0, 1.0)
             if asked >= most or np.array_equal(there, x):
                 return None
-            found, asked = slopes(there), asked + 1
-            if found is not None and _better(there - x, merit, gradient, found):
+            best, asked = slopes(there), asked + 1
+            if best is not None and _better(there - x, merit, gradient, best):
                 break
         else:
             return None
-        assert found is not None
-        moved, turned = there - x, gradient - found[1]
+        assert best is not None
+        moved, turned = there - x, gradient - best[1]
         if moved @ turned > 1e-12 * np.linalg.norm(moved) * np.linalg.norm(turned):
             if not scaled:
                 curve, scaled = np.eye(len(x)) * (moved @ turned) / (turned @ turned), True
             curve = _updated(curve, moved, turned)
-        x, (merit, gradient) = there, found
+        x, (merit, gradient) = there, best
     return x
 
 

@@ -152,11 +152,11 @@ def best_designs(problem: Problem, populations: list[Population], apart: float, 
     every = together(problem, populations)
     cost, start = every.best_cost, every.best_start
     order = np.argsort(cost, kind="stable")
-    found: list[Candidate] = []
+    candidates: list[Candidate] = []
     for k in map(int, order[cost[order] < INFEASIBLE]):
         here = every.shares[k]
-        if all(np.max(np.abs(here - each.shares), initial=0.0) > apart for each in found):
-            found.append(Candidate(here, every.end(problem.system.state_names, k, int(start[k])), float(cost[k])))
-            if len(found) == many:
+        if all(np.max(np.abs(here - candidate.shares), initial=0.0) > apart for candidate in candidates):
+            candidates.append(Candidate(here, every.end(problem.system.state_names, k, int(start[k])), float(cost[k])))
+            if len(candidates) == many:
                 break
-    return found
+    return candidates

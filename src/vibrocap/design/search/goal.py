@@ -57,13 +57,13 @@ class Goal:
     @property
     def measures(self) -> tuple[str, ...]:
         """All measures that have to be known."""
-        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
+        return tuple(dict.fromkeys((self.measure, *(constraint.measure for constraint in self.constraints))))
 
     @property
     def words(self) -> str:
         """The goal in a line."""
         sense = "largest" if self.maximise else "least"
-        subject = f", {', '.join(each.words for each in self.constraints)}" if self.constraints else ""
+        subject = f", {', '.join(constraint.words for constraint in self.constraints)}" if self.constraints else ""
         return f"{sense} {'size of ' if self.size else ''}{self.measure}{subject}"
 
     def merit(self, value: Any) -> Any:
@@ -80,11 +80,11 @@ class Goal:
         of another measure. Of a constraint it is the value of the sample that comes nearest to violating it.
         """
         reduced = {}
-        for each in self.constraints:
-            values = np.where(finished, found[each.measure], np.nan)
-            margins = np.where(np.isnan(values), -np.inf, each.margin(values))
+        for constraint in self.constraints:
+            values = np.where(finished, found[constraint.measure], np.nan)
+            margins = np.where(np.isnan(values), -np.inf, constraint.margin(values))
             nearest = np.argmin(margins, axis=-1)[..., None]
-            reduced[each.measure] = np.take_along_axis(values, nearest, axis=-1)[..., 0]
+            reduced[constraint.measure] = np.take_along_axis(values, nearest, axis=-1)[..., 0]
         values = np.where(finished, found[self.measure], 0.0 if self.travels else np.nan)
         way = np.ones(values.shape[:-1])
         if self.size:
@@ -101,8 +101,10 @@ class Goal:
         """
         with np.errstate(invalid="ignore", over="ignore"):
             violation = np.zeros(settled.shape)
-            for each in self.constraints:
-                lacking = np.maximum(-each.margin(found[each.measure]), 0.0) / max(abs(each.limit), 1e-3)
+            for constraint in self.constraints:
+                lacking = np.maximum(-constraint.margin(found[constraint.measure]), 0.0) / max(
+                    abs(constraint.limit), 1e-3
+                )
                 violation += np.where(np.isnan(lacking), np.inf, lacking)
             cost = -self.merit(found[self.measure])
             share = np.where(np.isinf(violation), 1.0, violation / (1.0 + np.where(np.isinf(violation), 0, violation)))
@@ -128,7 +130,7 @@ def goal_of(
     given = [subject_to] if isinstance(subject_to, str) else list(subject_to or ())
     split = [_split(text, complaints) for text in given]
     asked: list[str | Measure] = []
-    for field, name in [(fields[0], objective), *(("subject_to", each[0]) for each in split if each)]:
+    for field, name in [(fields[0], objective), *(("subject_to", part[0]) for part in split if part)]:
         try:
             measures, needed = resolved([name], system)
             if lacking := unavailable(needed, system):
@@ -145,7 +147,7 @@ def goal_of(
             check_one_of(fields[1], sense, SENSES)
     if complaints:
         return nothing, ()
-    constraints = tuple(_scaled(system, *each) for each in split if each)
+    constraints = tuple(_scaled(system, *part) for part in split if part)
     name = objective.name if isinstance(objective, Measure) else objective
     maximise = name not in MINIMISED if sense is None else sense == "maximise"
     size = name in TRAVEL and system.mirrored
@@ -174,15 +176,15 @@ def twice(paths: Sequence[str], system: System) -> str | None:
 
 def _split(text: Any, complaints: Complaints) -> tuple[str, bool, float, str] | None:
     """(measure, at least, limit, words) of a constraint."""
-    found = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*(>=?|<=?)\s*(\S+)\s*", text) if isinstance(text, str) else None
+    match = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*(>=?|<=?)\s*(\S+)\s*", text) if isinstance(text, str) else None
     try:
-        limit = float(found[3]) if found else math.nan
+        limit = float(match[3]) if match else math.nan
     except ValueError:
         limit = math.nan
-    if found is None or not math.isfinite(limit):
+    if match is None or not math.isfinite(limit):
         complaints.add("subject_to", f"should be {FORM}, got {shown(text)}")
         return None
-    return found[1], found[2][0] == ">", limit, f"{found[1]} {found[2]} {found[3]}"
+    return match[1], match[2][0] == ">", limit, f"{match[1]} {match[2]} {match[3]}"
 
 
 def _scaled(system: System, measure: str, at_least: bool, limit: float, words: str) -> Constraint:
@@ -198,4 +200,4 @@ def measure_unit(system: System, measure: str | Measure) -> tuple[str, float]:
 
 def names(measures: Iterable[str | Measure]) -> list[str]:
     """Names of measures."""
-    return [each if isinstance(each, str) else each.name for each in measures]
+    return [measure if isinstance(measure, str) else measure.name for measure in measures]

@@ -84,16 +84,16 @@ class Population:
 
 def population_of(problem: Problem, arrays: Mapping[str, np.ndarray]) -> Population:
     """A population from the arrays of a store, or of `evaluated`."""
-    found = {name: arrays[name] for name in names(problem.measures)}
+    columns = {name: arrays[name] for name in names(problem.measures)}
     status, settled = arrays["status"], arrays["settled"]
-    costs = np.stack([goal.costs(found, settled, status != FINISHED) for goal in problem.goals])
-    return Population(arrays["shares"], status, settled, found, arrays["ends"], costs)
+    costs = np.stack([goal.costs(columns, settled, status != FINISHED) for goal in problem.goals])
+    return Population(arrays["shares"], status, settled, columns, arrays["ends"], costs)
 
 
 def together(problem: Problem, populations: list[Population]) -> Population:
     """All designs of some populations, in their order."""
-    every = [each.arrays() for each in populations]
-    return population_of(problem, {name: np.concatenate([each[name] for each in every]) for name in every[0]})
+    every = [population.arrays() for population in populations]
+    return population_of(problem, {name: np.concatenate([columns[name] for columns in every]) for name in every[0]})
 
 
 def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] = ()) -> Population:
@@ -101,7 +101,7 @@ def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] 
 
     known: populations of the search before this one, whose settled motions are starts too
     """
-    starts = np.array([list(each.values()) for each in problem.starts])
+    starts = np.array([list(start.values()) for start in problem.starts])
     arrays = _nothing(problem, len(shares), len(starts) + 1)
     every = np.arange(len(shares))
     _fill(problem, arrays, shares, every, np.tile(starts, (len(shares), 1, 1)), slice(0, len(starts)))
@@ -130,22 +130,22 @@ def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.nda
 
     NaN where none is known that has the same choices.
     """
-    found = np.full((len(shares), len(problem.system.state_names)), np.nan)
+    states = np.full((len(shares), len(problem.system.state_names)), np.nan)
     if not len(shares):
-        return found
-    allowed = [np.flatnonzero(each.best_cost < INFEASIBLE) for each in known]
+        return states
+    allowed = [np.flatnonzero(population.best_cost < INFEASIBLE) for population in known]
     pairs = list(zip(known, allowed, strict=True))
-    places = np.concatenate([each.shares[good] for each, good in pairs])
-    ends = np.concatenate([each.ends[good, each.best_start[good]] for each, good in pairs])
+    places = np.concatenate([population.shares[good] for population, good in pairs])
+    ends = np.concatenate([population.ends[good, population.best_start[good]] for population, good in pairs])
     if not len(places):
-        return found
+        return states
     from scipy.spatial import KDTree
 
     here, there = problem.space.apart(shares), problem.space.apart(places)
     distance, nearest = KDTree(there, compact_nodes=False, balanced_tree=False).query(here)
     near = distance < FAR
-    found[near] = ends[np.asarray(nearest)[near]]
-    return found
+    states[near] = ends[np.asarray(nearest)[near]]
+    return states
 
 
 def _fill(
@@ -205,7 +205,7 @@ def _run(
             over[INITIAL + state] = begun[members, :, place].ravel()
     runs, samples = len(members) * begun.shape[1], problem.samples
     over = over if samples is None else samples.spread(over, runs)
-    found = ensemble(
+    measured = ensemble(
         system,
         _within_room(system, over),
         measures=problem.measures,
@@ -215,20 +215,20 @@ def _run(
         threads=problem.threads,
         final_states=True,
     )
-    return found if samples is None else _over_samples(problem, found, runs)
+    return measured if samples is None else _over_samples(problem, measured, runs)
 
 
 def _within_room(system: System, over: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The columns of runs, with starts at the stop of a design where they would lie beyond it."""
-    found = {path: np.array(column) for path, column in over.items()}
-    rest = {path: column for path, column in found.items() if not path.startswith(INITIAL)}
-    names = [name for name in system.state_names if INITIAL + name in found]
-    for run in range(len(next(iter(found.values()))) if system.placed.room() else 0):
-        state = {name: float(found[INITIAL + name][run]) for name in names}
+    columns = {path: np.array(column) for path, column in over.items()}
+    rest = {path: column for path, column in columns.items() if not path.startswith(INITIAL)}
+    names = [name for name in system.state_names if INITIAL + name in columns]
+    for run in range(len(next(iter(columns.values()))) if system.placed.room() else 0):
+        state = {name: float(columns[INITIAL + name][run]) for name in names}
         design = varied(system, {path: _plain(column[run]) for path, column in rest.items()})
         for name, value in within_room(design, state).items():
-            found[INITIAL + name][run] = value
-    return found
+            columns[INITIAL + name][run] = value
+    return columns
 
 
 def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) -> dict[str, Any]:
@@ -236,11 +236,14 @@ def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) 
 
     A run is finished where one sample is; it has settled where all have that are finished.
     """
-    each = {name: column.reshape(runs, -1) for name, column in found.items()}
-    finished = each["status"] == FINISHED
+    columns = {name: column.reshape(runs, -1) for name, column in found.items()}
+    finished = columns["status"] == FINISHED
     first = np.argmax(finished, axis=1)
-    reduced = {"status": each["status"][np.arange(runs), first], "settled": np.all(each["settled"] | ~finished, axis=1)}
-    reduced |= {name: x[np.arange(runs), first] for name, x in each.items() if name.startswith(FINAL)}
+    reduced = {
+        "status": columns["status"][np.arange(runs), first],
+        "settled": np.all(columns["settled"] | ~finished, axis=1),
+    }
+    reduced |= {name: x[np.arange(runs), first] for name, x in columns.items() if name.startswith(FINAL)}
     for goal in problem.goals:
-        reduced |= goal.over_samples(each, finished, problem.samples.chosen)  # type: ignore[union-attr]
+        reduced |= goal.over_samples(columns, finished, problem.samples.chosen)  # type: ignore[union-attr]
     return reduced

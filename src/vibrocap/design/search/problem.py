@@ -59,17 +59,17 @@ class Problem:
         """All that decides the populations of a search with a seed, for its store."""
         from vibrocap import __version__
 
-        goal = self.goal.words if len(self.goals) == 1 else [each.words for each in self.goals]
+        goal = self.goal.words if len(self.goals) == 1 else [goal.words for goal in self.goals]
         return {
             "version": __version__,
             "case": case_text(Case(self.system)),
             "over": self.space.record(),
             "goal": goal,
-            "starts": [dict(each) for each in self.starts],
+            "starts": [dict(start) for start in self.starts],
             "seed": seed,
             **{name: getattr(self, name) for name in ("periods", "settle", "tolerance")},
             **({"uncertain": self.samples.words} if self.samples else {}),
-            **({"guesses": [list(each) for each in self.guesses]} if self.guesses else {}),
+            **({"guesses": [list(guess) for guess in self.guesses]} if self.guesses else {}),
             **further,
         }
 
@@ -118,12 +118,12 @@ def stated_problem(
         goal, needed = goal_of(system, objective, sense, subject_to if k == 0 else (), complaints, fields)
         goals.append(dataclasses.replace(goal, constraints=goals[0].constraints) if goals else goal)
         measures |= dict.fromkeys(needed)
-    if several and len({each.measure for each in goals}) < len(goals) and not complaints:
+    if several and len({goal.measure for goal in goals}) < len(goals) and not complaints:
         complaints.add("objectives", f"should be different measures, got {goals[0].measure} twice")
     first: list[tuple[float, ...]] = []
-    for k, each in enumerate(guesses if not complaints else ()):
+    for k, guess in enumerate(guesses if not complaints else ()):
         try:
-            first.append(tuple(map(float, space.share_of(each))))
+            first.append(tuple(map(float, space.share_of(guess))))
         except ValueError as error:
             complaints.add(f"guesses[{k}]", str(error))
     drawn = None

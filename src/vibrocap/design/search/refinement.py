@@ -91,15 +91,15 @@ class ClosedDesigns:
     def _closed(self, shares: np.ndarray) -> Refined | None:
         goal, samples = self.problem.goal, self.problem.samples
         variants = self.problem.variants(self.problem.space.parameters(shares))
-        each = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
-        if each[0] is None:
+        steady = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
+        if steady[0] is None:
             return None
-        solution, found = each[0]
-        solutions = [None if one is None else one[0] for one in each]
+        solution, found = steady[0]
+        solutions = [None if one is None else one[0] for one in steady]
         if samples is not None:
-            kept = np.array([one is not None and self._room(one[0]) >= 0.0 for one in each[1:]])
+            kept = np.array([one is not None and self._room(one[0]) >= 0.0 for one in steady[1:]])
             solutions = [solution, *(one if keep else None for one, keep in zip(solutions[1:], kept, strict=True))]
-            every = {name: np.array([np.nan if one is None else one[1][name] for one in each[1:]]) for name in found}
+            every = {name: np.array([np.nan if one is None else one[1][name] for one in steady[1:]]) for name in found}
             found = found | {name: float(x) for name, x in goal.over_samples(every, kept, samples.chosen).items()}
         margins = [one.margin(found[one.measure]) / max(abs(one.limit), 1e-3) for one in goal.constraints]
         margins.append(min(self._room(one) for one in solutions if one is not None))
@@ -128,10 +128,10 @@ class ClosedDesigns:
         motion = solution.motion(tolerance=1e-11)
         if not motion.status.ok:
             return None
-        found = measured(motion, list(self.problem.measures), window=periods)
-        if "mean_velocity" in found and solution.mean_velocity is not None:
-            found["mean_velocity"] = solution.mean_velocity
-        return solution, found
+        steady = measured(motion, list(self.problem.measures), window=periods)
+        if "mean_velocity" in steady and solution.mean_velocity is not None:
+            steady["mean_velocity"] = solution.mean_velocity
+        return solution, steady
 
     def gradient(self, found: Refined) -> np.ndarray | None:
         """d(measure)/d(share) of a design by each continuous variable, exactly; None where there is none."""
@@ -165,15 +165,15 @@ class ClosedDesigns:
         def at(x: np.ndarray) -> Refined | None:
             shares = base.copy()
             shares[moving] = x
-            found = self.at(shares)
-            if found is not None and found.allowed and self.best is not None and found.merit > self.best.merit:
-                self.best, self.near = found, found.solutions
-            return found
+            refined = self.at(shares)
+            if refined is not None and refined.allowed and self.best is not None and refined.merit > self.best.merit:
+                self.best, self.near = refined, refined.solutions
+            return refined
 
         def slopes(x: np.ndarray) -> Slopes | None:
-            found = at(x)
-            rise = None if found is None or not found.allowed else self._rise(found)
-            return None if found is None or rise is None else (found.merit, rise)
+            design = at(x)
+            rise = None if design is None or not design.allowed else self._rise(design)
+            return None if design is None or rise is None else (design.merit, rise)
 
         def arrived() -> bool:
             assert self.best is not None
@@ -222,13 +222,13 @@ class ClosedDesigns:
         """
         best, space = self.best, self.problem.space
         assert best is not None
-        found = {}
+        slopes = {}
         for place, i in enumerate(map(int, space.continuous)):
             sides = (self._slope(place, i, sign) for sign in (-1.0, 1.0))
             rate = space.derivative(i, float(best.shares[i]))
             below, above = (None if slope is None else slope / rate for slope in sides)
-            found[space.paths[i]] = (below, above)
-        return found
+            slopes[space.paths[i]] = (below, above)
+        return slopes
 
     def _slope(self, place: int, variable: int, sign: float) -> float | None:
         """d(measure)/d(share) of a variable to one side of the best design; place: its number among the continuous."""
@@ -259,24 +259,24 @@ class ClosedDesigns:
         best = self.best
         assert best is not None
         space, goal = self.problem.space, self.problem.goal
-        found = []
+        limits = []
         for i in map(int, space.continuous):
             for end, name in ((0.0, "lower"), (1.0, "upper")):
                 if abs(best.shares[i] - end) <= 10.0 * REGION[1]:
-                    found.append(f"{name} bound of {space.paths[i]}")
-        for each, margin in zip(goal.constraints, best.margins[:-1], strict=True):
+                    limits.append(f"{name} bound of {space.paths[i]}")
+        for constraint, margin in zip(goal.constraints, best.margins[:-1], strict=True):
             if margin <= 1e-6:
-                found.append(f"constraint {each.words}")
+                limits.append(f"constraint {constraint.words}")
         if best.margins[-1] <= 1e-6:
-            found.append("stability")
+            limits.append("stability")
         for i in map(int, space.continuous):
             near = [side for sign in (-1.0, 1.0) if (side := self._beside(i, sign)) is not None]
-            words = dict.fromkeys([best.mode_sequence, *(each.mode_sequence for each in near)])
+            words = dict.fromkeys([best.mode_sequence, *(motion.mode_sequence for motion in near)])
             if len(words) > 1:
-                found.append(f"change of mode sequence over {space.paths[i]} ({' to '.join(words)})")
+                limits.append(f"change of mode sequence over {space.paths[i]} ({' to '.join(words)})")
             elif any(self._beside(i, s) is None and 0.0 <= best.shares[i] + s * STEP <= 1.0 for s in (-1.0, 1.0)):
-                found.append(f"no closed orbit beyond it over {space.paths[i]}")
-        return tuple(found) or (self._flatness(),)
+                limits.append(f"no closed orbit beyond it over {space.paths[i]}")
+        return tuple(limits) or (self._flatness(),)
 
     def _flatness(self) -> str:
         """What is said where nothing has a name: whether the slopes vanish."""

@@ -58,7 +58,7 @@ def combinations_of_fit(system: System, section: str, given: Any) -> list[Combin
     """
     law = system.parts.get(section)
     if law is None or not section.startswith("friction"):
-        sections = ", ".join(each for each in system.parts if each.startswith("friction"))
+        sections = ", ".join(part for part in system.parts if part.startswith("friction"))
         return Complaint(section, f"has no fitted law; give the fit for {sections}")
     known = _read(given)
     if isinstance(known, str):
@@ -74,7 +74,7 @@ def combinations_of_fit(system: System, section: str, given: Any) -> list[Combin
         if unit == place.unit and not math.isclose(own, value, rel_tol=APART):
             advice = "put friction.toml of the fit into the case"
             return Complaint(place.path, f"is {own:g} in the case, and {value:g} in the fit; {advice}")
-    found = []
+    combinations = []
     for exponents, deviation in directions:
         moving = {name: e for name, e in exponents.items() if e != 0.0}
         words = " ".join(f"{name}^{e:.2g}" for name, e in moving.items() if abs(e) >= 0.1)
@@ -82,8 +82,8 @@ def combinations_of_fit(system: System, section: str, given: Any) -> list[Combin
             advice = f"give distributions of {', '.join(moving)} instead"
             return Complaint(section, f"the data of the fit do not determine {words}; {advice}")
         paths = tuple(quantity_in_si(f"{section}.{name}", system).path for name in moving)
-        found.append(Combination(f"{section}: {words}", paths, tuple(moving.values()), float(deviation)))
-    return found
+        combinations.append(Combination(f"{section}: {words}", paths, tuple(moving.values()), float(deviation)))
+    return combinations
 
 
 def _read(given: Any) -> dict[str, Any] | str:
@@ -92,8 +92,10 @@ def _read(given: Any) -> dict[str, Any] | str:
         report = given.identifiability
         return {
             "law": given.law_name,
-            "parameters": [(each.name, each.value, each.unit) for each in given.parameters],
-            "directions": [] if report is None else [(each.exponents, each.deviation) for each in report.directions],
+            "parameters": [(parameter.name, parameter.value, parameter.unit) for parameter in given.parameters],
+            "directions": []
+            if report is None
+            else [(direction.exponents, direction.deviation) for direction in report.directions],
         }
     path = given.removeprefix(PREFIX)
     try:
@@ -101,8 +103,10 @@ def _read(given: Any) -> dict[str, Any] | str:
         report = record["identifiability"] or {"directions": []}
         return {
             "law": str(record["law_name"]),
-            "parameters": [(each["name"], *_with_unit(each["value"])) for each in record["parameters"]],
-            "directions": [(_numbers(each["exponents"]), each["deviation"]) for each in report["directions"]],
+            "parameters": [(parameter["name"], *_with_unit(parameter["value"])) for parameter in record["parameters"]],
+            "directions": [
+                (_numbers(direction["exponents"]), direction["deviation"]) for direction in report["directions"]
+            ],
         }
     except OSError as error:
         return f"{shown(path)} cannot be read ({error.strerror or error})"
@@ -214,19 +218,19 @@ def uncertain_quantities(
             "uncertain", "should name at least one quantity with its distribution, such as machine.damping=0.9:1.1"
         )
         return ()
-    found: list[Uncertain] = []
+    quantities: list[Uncertain] = []
     begun = len(complaints)
     named: list[str] = []
     for key, text in given.items():
         paths, factor, law, wrong = factored(key, text)
         if own:
-            each = _quantity(system, (str(key),), factor, law)
-            if not isinstance(each, str) and not str(key).isidentifier():
-                each = "should be a name such as 'mu', as it is an argument of `through`"
-            if isinstance(each, str):
-                complaints.add(str(key), each)
+            quantity = _quantity(system, (str(key),), factor, law)
+            if not isinstance(quantity, str) and not str(key).isidentifier():
+                quantity = "should be a name such as 'mu', as it is an argument of `through`"
+            if isinstance(quantity, str):
+                complaints.add(str(key), quantity)
             else:
-                found.append(each)
+                quantities.append(quantity)
             continue
         if posterior := _posterior(text):
             joint = drawn_quantity(system, ",".join(paths), posterior)
@@ -234,15 +238,15 @@ def uncertain_quantities(
                 complaints += [joint]
             else:
                 named += joint.paths
-                found.append(joint)
+                quantities.append(joint)
             continue
         if is_fit(text):
             joint = combinations_of_fit(system, ",".join(paths), text)
             if isinstance(joint, Complaint):
                 complaints += [joint]
                 continue
-            named += dict.fromkeys(path for each in joint for path in each.paths)
-            found += [_of_fit(system, each) for each in joint]
+            named += dict.fromkeys(path for combination in joint for path in combination.paths)
+            quantities += [_of_fit(system, combination) for combination in joint]
             continue
         named += paths
         kinds = [path for path in paths if is_kind(path) or path.startswith("initial.")]
@@ -257,14 +261,14 @@ def uncertain_quantities(
                 if not is_number(system.parameter(path))
             ]
         if len(complaints) == begun:
-            each = _quantity(system, paths, factor, law)
-            if isinstance(each, str):
-                complaints.add(",".join(paths), each)
+            quantity = _quantity(system, paths, factor, law)
+            if isinstance(quantity, str):
+                complaints.add(",".join(paths), quantity)
             else:
-                found.append(each)
+                quantities.append(quantity)
     if len(complaints) == begun and (again := twice([*named], system)):
         complaints.add(again, "is given twice; give it once")
-    return tuple(found)
+    return tuple(quantities)
 
 
 def _of_fit(system: System, joint: Combination) -> Uncertain:
@@ -300,7 +304,7 @@ def _distribution(text: str) -> Any:
 
     kind, _, rest = text.partition(":") if text.startswith(("normal:", "lognormal:")) else ("", "", text)
     try:
-        first, second = (float(each) for each in rest.split(":"))
+        first, second = (float(number) for number in rest.split(":"))
     except ValueError:
         return None
     if not (math.isfinite(first) and math.isfinite(second)):
@@ -318,10 +322,10 @@ def _distribution(text: str) -> Any:
 
 def sampled(quantities: Sequence[Uncertain], shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
     """Values [samples] by path at points [samples, quantities] of the unit cube; own: see `Uncertain.columns`."""
-    found: dict[str, np.ndarray] = {}
-    for i, each in enumerate(quantities):  # combinations of a fit share their paths: each multiplies what is there
-        found |= each.columns(shares[:, i], {**own, **found})
-    return found
+    samples: dict[str, np.ndarray] = {}
+    for i, quantity in enumerate(quantities):  # combinations of a fit share their paths: each multiplies what is there
+        samples |= quantity.columns(shares[:, i], {**own, **samples})
+    return samples
 
 
 def sample_points(quantities: int, samples: int, seed: int) -> np.ndarray:
@@ -373,13 +377,13 @@ class Samples:
     @property
     def words(self) -> list[str]:
         """All that decides the samples, for the record of a search."""
-        return [self.criterion, str(len(self)), *(each.words for each in self.quantities)]
+        return [self.criterion, str(len(self)), *(quantity.words for quantity in self.quantities)]
 
 
 def samples_of(quantities: Sequence[Uncertain], samples: int, criterion: str) -> Samples:
     """The samples of a search: Sobol points, and for the worst of a box of few dimensions its corners besides."""
     points = sample_points(len(quantities), samples, 0)
-    bounded = all(np.all(np.isfinite(each.distribution.support())) for each in quantities)
+    bounded = all(np.all(np.isfinite(quantity.distribution.support())) for quantity in quantities)
     if criterion == "worst" and bounded and 2 ** len(quantities) <= MOST_CORNERS:
         points = np.concatenate([np.array(list(itertools.product((0.0, 1.0), repeat=len(quantities)))), points])
     return Samples(tuple(quantities), points, criterion)

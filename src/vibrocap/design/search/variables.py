@@ -50,33 +50,33 @@ class DesignSpace:
     @property
     def paths(self) -> tuple[str, ...]:
         """The paths, or the names, of the variables, as they were given."""
-        return tuple(each.path for each in self.variables)
+        return tuple(variable.path for variable in self.variables)
 
     @property
     def continuous(self) -> np.ndarray:
         """Indices of the variables that are ranges."""
-        return np.flatnonzero([isinstance(each, Range) for each in self.variables])
+        return np.flatnonzero([isinstance(variable, Range) for variable in self.variables])
 
     def apart(self, shares: np.ndarray) -> np.ndarray:
         """Places [designs, variables] whose distances say how near designs are; other choices are far apart."""
-        found = np.array(shares, dtype=float)
-        for i, each in enumerate(self.variables):
-            if isinstance(each, Column):
-                many = len(each.values)
-                found[:, i] = FAR * np.minimum((shares[:, i] * many).astype(int), many - 1)
-        return found
+        shifted = np.array(shares, dtype=float)
+        for i, variable in enumerate(self.variables):
+            if isinstance(variable, Column):
+                many = len(variable.values)
+                shifted[:, i] = FAR * np.minimum((shares[:, i] * many).astype(int), many - 1)
+        return shifted
 
     def _own(self, shares: np.ndarray) -> dict[str, np.ndarray]:
         """Values [designs] of the variables at shares [designs, variables]; of objects where there are words."""
-        return {each.path: _values(each, shares[:, i]) for i, each in enumerate(self.variables)}
+        return {variable.path: _values(variable, shares[:, i]) for i, variable in enumerate(self.variables)}
 
     def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
         """Values [designs] of the parameters by path at shares [designs, variables]; of objects where words are."""
         own = self._own(shares)
         if self.through is None:
             return own
-        found = self.through(**own)
-        return {path: np.broadcast_to(np.asarray(x, dtype=float), len(shares)) for path, x in found.items()}
+        values = self.through(**own)
+        return {path: np.broadcast_to(np.asarray(x, dtype=float), len(shares)) for path, x in values.items()}
 
     def design(self, share: np.ndarray) -> dict[str, float | str]:
         """The variables of one design, at its shares [variables]."""
@@ -88,32 +88,36 @@ class DesignSpace:
 
     def share_of(self, design: Mapping[str, Any]) -> np.ndarray:
         """The shares [variables] of a design, which names every variable by its path; ValueError for one outside."""
-        found = np.empty(len(self.variables))
-        for i, each in enumerate(self.variables):
-            if each.path not in design:
-                raise ValueError(f"should give {each.path}")
-            value = design[each.path]
-            if isinstance(each, Column):
-                if value not in each.values:
+        point = np.empty(len(self.variables))
+        for i, variable in enumerate(self.variables):
+            if variable.path not in design:
+                raise ValueError(f"should give {variable.path}")
+            value = design[variable.path]
+            if isinstance(variable, Column):
+                if value not in variable.values:
                     raise ArgumentError(
-                        each.path, f"should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
+                        variable.path, f"should be one of {', '.join(map(str, variable.values))}, got {shown(value)}"
                     )
-                found[i] = (each.values.index(value) + 0.5) / len(each.values)
+                point[i] = (variable.values.index(value) + 0.5) / len(variable.values)
                 continue
-            if not (is_number(value) and each.low <= value <= each.high):
-                raise ArgumentError(each.path, f"should be from {each.low:g} to {each.high:g}, got {shown(value)}")
-            ends = np.array([each.low, value, each.high])
-            low, here, high = np.log(ends) if each.logarithmic else ends
-            found[i] = (here - low) / (high - low)
-        return found
+            if not (is_number(value) and variable.low <= value <= variable.high):
+                raise ArgumentError(
+                    variable.path, f"should be from {variable.low:g} to {variable.high:g}, got {shown(value)}"
+                )
+            ends = np.array([variable.low, value, variable.high])
+            low, here, high = np.log(ends) if variable.logarithmic else ends
+            point[i] = (here - low) / (high - low)
+        return point
 
     def derivative(self, index: int, share: float) -> float:
         """d(value)/d(share) of a range."""
-        each = self.variables[index]
-        assert isinstance(each, Range)
-        if not each.logarithmic:
-            return each.high - each.low
-        return math.log(each.high / each.low) * math.exp(math.log(each.low) + math.log(each.high / each.low) * share)
+        variable = self.variables[index]
+        assert isinstance(variable, Range)
+        if not variable.logarithmic:
+            return variable.high - variable.low
+        return math.log(variable.high / variable.low) * math.exp(
+            math.log(variable.low) + math.log(variable.high / variable.low) * share
+        )
 
     def slopes(self, share: np.ndarray) -> dict[str, np.ndarray]:
         """d(value)/d(share) [continuous] of each parameter, by path, at shares [variables] of a design."""
@@ -129,7 +133,7 @@ class DesignSpace:
 
     def record(self) -> dict[str, Any]:
         """The variables by path, in the words in which they can be given again, and what is made of them."""
-        words = {each.path: _words(each) for each in self.variables}
+        words = {variable.path: _words(variable) for variable in self.variables}
         if self.through is None:
             return words
         ends = self.values(np.linspace(0.0, 1.0, 3)[:, None] * np.ones(len(self.variables)))
@@ -165,7 +169,7 @@ def design_space(
         wanted = "should name at least one design variable with its bounds, such as drive.frequency=0.5:3"
         complaints.add("over", wanted)
         return DesignSpace(())
-    found: list[Range | Column] = []
+    variables: list[Range | Column] = []
     tied: dict[str, tuple[str, ...]] = {}
     begun = len(complaints)
     for path, given in over.items():
@@ -173,17 +177,21 @@ def design_space(
         complaints += wrong
         if factor:
             tied[path] = paths
-        each, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
+        variable, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
         complaints += wrong
-        found.append(each)
-    space = DesignSpace(tuple(found), through)
+        variables.append(variable)
+    space = DesignSpace(tuple(variables), through)
     if through is not None:
         if len(complaints) == begun:
             complaints += _function_complaints(system, space)
         return space
     every = [path for name in over for path in tied.get(name, [name])]
     if len(complaints) == begun:
-        kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Column)}
+        kinds = {
+            variable.path: variable.values[0]
+            for variable in variables
+            if is_kind(variable.path) and isinstance(variable, Column)
+        }
         complaints += path_complaints(every, [kinds_chosen(system, kinds)], system.units)
         complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(every)]
     if len(complaints) == begun:
@@ -193,7 +201,7 @@ def design_space(
             complaints.add(twice[0], f"is the same quantity as {twice[1]}; give it once")
         words = [path for paths in tied.values() for path in paths if not is_number(system.parameter(path))]
         complaints += [Complaint(path, "has no number of its own that a factor multiplies") for path in words]
-        words = [each.path for each in found if tied and isinstance(each, Column) and each.is_text]
+        words = [variable.path for variable in variables if tied and isinstance(variable, Column) and variable.is_text]
         complaints += [Complaint(path, "should be numbers beside a factor") for path in words]
     if len(complaints) == begun:
         space = DesignSpace(space.variables, _factors(system, tied)) if tied else space
@@ -206,20 +214,20 @@ def _factors(system: System, tied: Mapping[str, Sequence[str]]) -> Callable[...,
     own = {path: float(system.parameter(path)) for paths in tied.values() for path in paths}
 
     def through(**values: np.ndarray) -> dict[str, np.ndarray]:
-        found = {}
+        products = {}
         for name, x in values.items():
-            found |= {path: own[path] * x for path in tied[name]} if name in tied else {name: x}
-        return found
+            products |= {path: own[path] * x for path in tied[name]} if name in tied else {name: x}
+        return products
 
     return through
 
 
 def _function_complaints(system: System, space: DesignSpace) -> list[str]:
     """What is wrong with variables of one's own and with the function that makes parameters of them."""
-    wrong = [each.path for each in space.variables if not each.path.isidentifier()]
+    wrong = [variable.path for variable in space.variables if not variable.path.isidentifier()]
     if wrong:
         return [Complaint(wrong[0], "should be a name, an argument of the function `through`")]
-    words = [each.path for each in space.variables if isinstance(each, Column) and each.is_text]
+    words = [variable.path for variable in space.variables if isinstance(variable, Column) and variable.is_text]
     if words:
         return [Complaint(words[0], "should be numbers, as the function `through` takes them")]
     try:
@@ -246,14 +254,14 @@ def _starts(over: Iterable[str]) -> list[str]:
 
 def _end_complaints(system: System, space: DesignSpace) -> list[str]:
     """What parts refuse at the ends of single ranges; a part that compares its fields is asked design by design."""
-    found: list[str] = []
-    for each in space.variables:
-        parts = [system.parts.get(split_path(path.strip())[0]) for path in each.path.split(",")]
-        if isinstance(each, Range) and not any(map(_compares, parts)):
-            ends = [{each.path: end} for end in (each.low, each.high)]
+    complaints: list[str] = []
+    for variable in space.variables:
+        parts = [system.parts.get(split_path(path.strip())[0]) for path in variable.path.split(",")]
+        if isinstance(variable, Range) and not any(map(_compares, parts)):
+            ends = [{variable.path: end} for end in (variable.low, variable.high)]
             ends = [end if space.through is None else space.through(**end) for end in ends]
-            found += [said for end in ends for said in refusal(system, end)][:1]
-    return found
+            complaints += [said for end in ends for said in refusal(system, end)][:1]
+    return complaints
 
 
 def _compares(part: Any) -> bool:

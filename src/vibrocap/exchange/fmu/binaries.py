@@ -51,7 +51,11 @@ def checked_platforms(platforms: Sequence[str] | None, fmi: str) -> tuple[str, .
     platforms: names in FMI 3.0; "all" of them; "none": sources only; fmi: the version, 2.0 knows no other processors
     Raises ArgumentError for a platform that is not known, or that needs zig where the package `ziglang` is missing.
     """
-    known = {each: found for each, found in PLATFORMS.items() if fmi != "2.0" or found.in_fmi_2}
+    known = {
+        platform: compiler_and_flags
+        for platform, compiler_and_flags in PLATFORMS.items()
+        if fmi != "2.0" or compiler_and_flags.in_fmi_2
+    }
     made = own_platform() in known and (compiler() or not lacking("ziglang"))
     own = own_platform() if made else None
     if platforms is None:
@@ -70,7 +74,7 @@ def checked_platforms(platforms: Sequence[str] | None, fmi: str) -> tuple[str, .
 
 def compiler() -> str | None:
     """The C compiler of this computer."""
-    return next((found for name in COMPILERS if (found := shutil.which(name))), None)
+    return next((path for name in COMPILERS if (path := shutil.which(name))), None)
 
 
 def binary(sources: Mapping[str, str], compiled: Sequence[str], name: str, target: str) -> bytes:

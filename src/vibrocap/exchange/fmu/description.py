@@ -55,14 +55,14 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
     _units(root, package.variables)
     written.sides(SubElement(root, "TypeDefinitions"))
     categories = SubElement(root, "LogCategories")
-    for each in CATEGORIES:
-        SubElement(categories, "Category", name=each)
+    for category in CATEGORIES:
+        SubElement(categories, "Category", name=category)
     case = package.case
     end = case.periods * case.system.drive.period * package.variables[0].port.scale
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=f"{end:.15g}", tolerance=repr(case.tolerance))
     listed = SubElement(root, "ModelVariables")
-    for each in package.variables:
-        written.variable(listed, each)
+    for variable in package.variables:
+        written.variable(listed, variable)
     written.structure(SubElement(root, "ModelStructure"))
     return _text(root)
 
@@ -72,7 +72,7 @@ class Written:
 
     def __init__(self, package: Package):
         self.package, self.variables = package, package.variables
-        self.references = {each.name: str(i) for i, each in enumerate(self.variables)}
+        self.references = {variable.name: str(i) for i, variable in enumerate(self.variables)}
 
     def _common(self, each: Variable) -> dict[str, str]:
         given = {
@@ -90,10 +90,10 @@ class Written:
         return given | ({} if each.start is None else {"start": repr(float(each.start))})
 
     def _outputs(self) -> list[Variable]:
-        return [each for each in self.variables if each.causality == "output"]
+        return [variable for variable in self.variables if variable.causality == "output"]
 
     def _unknown_at_start(self) -> list[Variable]:
-        return [each for each in self._outputs() if each.initial == "calculated"]
+        return [output for output in self._outputs() if output.initial == "calculated"]
 
 
 class Written3(Written):
@@ -120,9 +120,9 @@ class Written3(Written):
 
     def structure(self, structure: Element) -> None:
         """Outputs, and what is computed at the start."""
-        for tag, found in (("Output", self._outputs()), ("InitialUnknown", self._unknown_at_start())):
-            for each in found:
-                SubElement(structure, tag, valueReference=self.references[each.name])
+        for tag, unknowns in (("Output", self._outputs()), ("InitialUnknown", self._unknown_at_start())):
+            for unknown in unknowns:
+                SubElement(structure, tag, valueReference=self.references[unknown.name])
 
 
 class Written2(Written):
@@ -134,8 +134,8 @@ class Written2(Written):
         given = {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")}
         kind = SubElement(root, "CoSimulation", given)
         files = SubElement(kind, "SourceFiles")
-        for each in sources:
-            SubElement(files, "File", name=each)
+        for source in sources:
+            SubElement(files, "File", name=source)
 
     def sides(self, types: Element) -> None:
         """The enumeration of sides."""
@@ -150,10 +150,10 @@ class Written2(Written):
 
     def structure(self, structure: Element) -> None:
         """Outputs, and what is computed at the start, by their places."""
-        for tag, found in (("Outputs", self._outputs()), ("InitialUnknowns", self._unknown_at_start())):
+        for tag, unknowns in (("Outputs", self._outputs()), ("InitialUnknowns", self._unknown_at_start())):
             listed = SubElement(structure, tag)
-            for each in found:
-                SubElement(listed, "Unknown", index=str(1 + int(self.references[each.name])))
+            for unknown in unknowns:
+                SubElement(listed, "Unknown", index=str(1 + int(self.references[unknown.name])))
 
 
 def build_description(name: str, files: Sequence[str]) -> bytes:
@@ -161,14 +161,14 @@ def build_description(name: str, files: Sequence[str]) -> bytes:
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=name)
     sources = SubElement(configuration, "SourceFileSet", language="C99")
-    for each in files:
-        SubElement(sources, "SourceFile", name=each)
+    for file in files:
+        SubElement(sources, "SourceFile", name=file)
     return _text(root)
 
 
 def _units(root: Element, variables: Sequence[Variable]) -> None:
     """The units, each by its exponents of the base units where they are whole."""
-    names = sorted({each.unit for each in variables} - {"1"})
+    names = sorted({variable.unit for variable in variables} - {"1"})
     if not names:
         return
     units = SubElement(root, "UnitDefinitions")
@@ -184,9 +184,9 @@ def base_exponents(unit: str) -> dict[str, float]:
     own = dimension_of_unit(CYCLES.get(unit, unit))
     above, _, below = unit.partition("/")
     turns = sum(
-        sign * float(found[1] or 1)
+        sign * float(power[1] or 1)
         for sign, text in ((1.0, above), (-1.0, below))
-        for found in re.finditer(r"\brad(?:\^([\d.]+))?(?!\w)", text)
+        for power in re.finditer(r"\brad(?:\^([\d.]+))?(?!\w)", text)
     )
     return {"kg": own.force, "m": own.length + own.force, "s": own.time - 2.0 * own.force, "rad": turns}
 

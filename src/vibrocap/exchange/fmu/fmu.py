@@ -51,7 +51,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for co-simulation is made of."""
     parameters, states = of.parameters(stepped), of.states(stepped)
     inputs, sides = of.inputs(stepped), of.sides(stepped.contacts)
-    begun = [each.in_unit for each in (*stepped.parameters, *stepped.states)]
+    begun = [port.in_unit for port in (*stepped.parameters, *stepped.states)]
     changing = len(begun) + len(stepped.observables) + len(stepped.inputs) + 1
     scales = of.scales(stepped, changing)
     counted = list(dict.fromkeys(stepped.counted))  # several of a machine may have one name
@@ -66,7 +66,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         *of.counts(counted, len(sides)),
         of.STATUS,
     )
-    values = [*begun, *[0.0] * (changing - len(begun)), *(each.port.value for each in scales)]
+    values = [*begun, *[0.0] * (changing - len(begun)), *(scale.port.value for scale in scales)]
     constants = {
         "PARAMETER": 0,
         "STATE": len(parameters),
@@ -98,7 +98,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         name=name,
         variables=variables,
         case=stepped.case,
-        sources={each: sources[each] for each in (f"{name}.h", f"{name}.c")},
+        sources={source: sources[source] for source in (f"{name}.h", f"{name}.c")},
         header=header(variables, constants, values, stepped, own),
     )
 

@@ -19,18 +19,18 @@ def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
     """The FMU with machine code for these platforms. Raises BuildError where a compiler fails."""
     folder = own_files("vibrocap.exchange.fmu") / "c"
     own = (f"fmi{fmi[0]}.h", f"fmi{fmi[0]}.c", "instance.h", "stepping.h")
-    sources = {**package.sources, **{each: (folder / each).read_text(encoding="utf-8") for each in own}}
+    sources = {**package.sources, **{name: (folder / name).read_text(encoding="utf-8") for name in own}}
     token = _token(package, sources)
     sources["variables.h"] = package.header.replace("@TOKEN@", token)
-    compiled = [each for each in (*package.sources, own[1]) if each.endswith(".c")]
+    compiled = [name for name in (*package.sources, own[1]) if name.endswith(".c")]
     files = {"modelDescription.xml": description(package, fmi, token, compiled)}
     if fmi != "2.0":
         files["sources/buildDescription.xml"] = build_description(package.name, compiled)
-    files |= {f"sources/{each}": text.encode() for each, text in sources.items()}
-    for each in platforms:
-        known = PLATFORMS[each]
-        folder_name = known.in_fmi_2 if fmi == "2.0" else each
-        code = binary(sources, compiled, package.name, each)
+    files |= {f"sources/{name}": text.encode() for name, text in sources.items()}
+    for platform in platforms:
+        known = PLATFORMS[platform]
+        folder_name = known.in_fmi_2 if fmi == "2.0" else platform
+        code = binary(sources, compiled, package.name, platform)
         files[f"binaries/{folder_name}/{package.name}{known.ending}"] = code
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as file:
@@ -44,10 +44,10 @@ def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
 
 def _token(package: Package, sources: Mapping[str, str]) -> str:
     """A digest of all that the FMU computes, in the form of a GUID."""
-    found = hashlib.sha256(package.header.encode())
-    for each in sorted(sources):
-        found.update(f"\0{each}\0{sources[each]}".encode())
-    digits = found.hexdigest()
+    digest = hashlib.sha256(package.header.encode())
+    for source in sorted(sources):
+        digest.update(f"\0{source}\0{sources[source]}".encode())
+    digits = digest.hexdigest()
     return f"{{{'-'.join((digits[:8], digits[8:12], digits[12:16], digits[16:20], digits[20:32]))}}}"
 
 
@@ -65,15 +65,15 @@ def header(
     statuses = [f'    case {code}: return "{text}";' for code, text in stepped.statuses.items()]
     begun = [f"  values[{i}] = {value.hex()};" for i, value in enumerate(values) if value]
     words = {
-        "constants": "\n".join(f"#define {each} {place}" for each, place in constants.items()),
+        "constants": "\n".join(f"#define {name} {place}" for name, place in constants.items()),
         "own": "\n".join(own),
         "rows": "\n".join(map(_row, variables)),
         "begun": "\n".join(begun),
         "statuses": "\n".join(statuses),
     }
     text = HEADER
-    for each, filling in words.items():
-        text = text.replace(f"@{each}@", filling)
+    for name, filling in words.items():
+        text = text.replace(f"@{name}@", filling)
     return text
 
 

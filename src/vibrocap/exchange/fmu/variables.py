@@ -62,11 +62,11 @@ def time(stepped: SteppedCase) -> Variable:
 def parameters(stepped: SteppedCase) -> list[Variable]:
     """The parameters of the case, by their paths, in SI without the unit in them."""
     given = {"causality": "parameter", "variability": "fixed", "starts": True}
-    found = []
-    for i, each in enumerate(stepped.parameters):
-        name, meaning = _in_words(stepped, each.name)
-        found.append(Variable(dataclasses.replace(each, name=name), meaning, f"PARAMETER + {i}", **given))
-    return found
+    variables = []
+    for i, parameter in enumerate(stepped.parameters):
+        name, meaning = _in_words(stepped, parameter.name)
+        variables.append(Variable(dataclasses.replace(parameter, name=name), meaning, f"PARAMETER + {i}", **given))
+    return variables
 
 
 def scales(stepped: SteppedCase, before: int) -> list[Variable]:
@@ -76,12 +76,12 @@ def scales(stepped: SteppedCase, before: int) -> list[Variable]:
     """
     if (units := stepped.system.units) is None:
         return []
-    found = []
+    variables = []
     for i, info in enumerate(parameter_table(type(units)), start=before):
         name = f"machine.{info.name.removesuffix(suffix(info.unit))}"
         port = Port(name, info.unit, value=getattr(units, info.name))
-        found.append(Variable(port, info.meaning, str(i), causality="local", variability="constant", starts=True))
-    return found
+        variables.append(Variable(port, info.meaning, str(i), causality="local", variability="constant", starts=True))
+    return variables
 
 
 def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
@@ -100,8 +100,8 @@ def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
 def states(stepped: SteppedCase) -> list[Variable]:
     """The states, with their start values."""
     return [
-        Variable(each, f"state: {_words(each.name)}", f"STATE + {i}", starts=True)
-        for i, each in enumerate(stepped.states)
+        Variable(state, f"state: {_words(state.name)}", f"STATE + {i}", starts=True)
+        for i, state in enumerate(stepped.states)
     ]
 
 
@@ -115,20 +115,20 @@ def inputs(stepped: SteppedCase) -> list[Variable]:
         meanings += ["slope of the drive from then on", "its curvature"]
     given = {"causality": "input", "variability": "discrete", "starts": True}
     return [
-        Variable(each, meaning, f"HELD + {i}", **given)
-        for i, (each, meaning) in enumerate(zip(stepped.inputs, meanings, strict=False))
+        Variable(port, meaning, f"HELD + {i}", **given)
+        for i, (port, meaning) in enumerate(zip(stepped.inputs, meanings, strict=False))
     ]
 
 
 def observables(stepped: SteppedCase) -> list[Variable]:
     """What else is seen of a motion: friction, reaction, energy and so on; an input is not seen twice."""
     seen = []
-    for i, each in enumerate(stepped.observables):
-        if each.name == INPUT and stepped.inputs:
+    for i, observable in enumerate(stepped.observables):
+        if observable.name == INPUT and stepped.inputs:
             if stepped.system.actuator is None:
                 continue
-            each = dataclasses.replace(each, name="actuator_output")
-        seen.append(Variable(each, _words(each.name), f"OBSERVED + {i}"))
+            observable = dataclasses.replace(observable, name="actuator_output")
+        seen.append(Variable(observable, _words(observable.name), f"OBSERVED + {i}"))
     return seen
 
 

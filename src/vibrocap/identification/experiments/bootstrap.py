@@ -72,19 +72,19 @@ def bootstrap(
     rng = np.random.default_rng(seed)
     begin = _refit(base, problem.best.u, problem)
     columns = [base.space.names.index(name) for name in base.law_names]
-    found, failed = [], 0
+    refits, failed = [], 0
     with reporting(progress, "Refitting") as report:
         for done in range(replicates):
             u = _refit(_drawn(base, over, rng), begin.u, problem)
             if np.isfinite(u.cost):
-                found.append(base.space.values(u.u)[columns])
+                refits.append(base.space.values(u.u)[columns])
             else:
                 failed += 1
             if report is not None:
                 report((done + 1) / replicates)
-    values = np.array(found)
+    values = np.array(refits)
     names, ends = base.law_names, np.quantile(values, [0.025, 0.975], axis=0).tolist()
-    low, high = (dict(zip(names, each, strict=True)) for each in ends)
+    low, high = (dict(zip(names, end, strict=True)) for end in ends)
     return Bootstrap(names, values, over, low, high, failed)
 
 

@@ -72,15 +72,15 @@ class Comparison:
         head = ("law", "held out", "fitted", "parameters", "AIC", "BIC", "time")
         rows = [
             (
-                each.law,
-                f"{100 * each.held_out:.1f} %" if math.isfinite(each.held_out) else "failed",
-                f"{100 * each.relative_rmse:.1f} %" if math.isfinite(each.relative_rmse) else "failed",
-                str(each.parameters),
-                f"{each.aic:+.1f}",
-                f"{each.bic:+.1f}",
-                f"{each.seconds:.1f} s",
+                law.law,
+                f"{100 * law.held_out:.1f} %" if math.isfinite(law.held_out) else "failed",
+                f"{100 * law.relative_rmse:.1f} %" if math.isfinite(law.relative_rmse) else "failed",
+                str(law.parameters),
+                f"{law.aic:+.1f}",
+                f"{law.bic:+.1f}",
+                f"{law.seconds:.1f} s",
             )
-            for each in self.laws
+            for law in self.laws
         ]
         over = f"over the least, for {self.effective_samples:.0f} effective samples"
         tail = f"Held out: {self.method}. AIC and BIC: {over}."
@@ -137,8 +137,8 @@ def compare(
             done += 1
             said(done / total)
             results = [r for r in part.records if r.held_out]
-            measured += [r.measured for r in results] or [each.force for each in hidden]
-            predicted += [r.predicted for r in results] or [np.full(len(each), math.nan) for each in hidden]
+            measured += [r.measured for r in results] or [name.force for name in hidden]
+            predicted += [r.predicted for r in results] or [np.full(len(name), math.nan) for name in hidden]
         rows.append((name, whole, relative_rmse(measured, predicted)[0], clock.perf_counter() - begin))
     return _ranked(rows, method)
 
@@ -146,33 +146,33 @@ def compare(
 def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[list[Samples], list[Samples]]], str]:
     """(seen, hidden) records of each further fit, and what that is called."""
     if unseen:
-        return [], "records " + ", ".join(each.name for each in unseen)
+        return [], "records " + ", ".join(record.name for record in unseen)
     if len(fitted) == 1:
         (only,) = fitted
         cut = int(KEPT * len(only))
         tail = dataclasses.replace(only.between(cut, len(only)), name=f"{only.name}, last third")
         return [([only.between(0, cut)], [tail])], "the last third of the record"
     if len(fitted) <= FEW:
-        return [([each for each in fitted if each is not one], [one]) for one in fitted], "each record in turn"
+        return [([record for record in fitted if record is not one], [one]) for one in fitted], "each record in turn"
     folds = [fitted[i::FEW] for i in range(FEW)]
-    split = [([each for each in fitted if each not in hidden], hidden) for hidden in folds]
+    split = [([record for record in fitted if record not in hidden], hidden) for hidden in folds]
     return split, f"an {FEW}th of the records in turn"
 
 
 def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Comparison:
     good = [whole for _, whole, _, _ in rows if whole.ok]
-    effective = min(good, key=lambda each: each.cost).effective_samples if good else math.nan
-    found = []
+    effective = min(good, key=lambda law: law.cost).effective_samples if good else math.nan
+    compared = []
     for name, whole, held, seconds in rows:
         count = len(whole.problem.best.u) if whole.problem else 0
         square = 2.0 * whole.cost / whole.samples
         fit_term = effective * math.log(square) if whole.ok and square > 0 else math.nan
         aic, bic = fit_term + 2 * count, fit_term + count * math.log(max(effective, 2.0))
-        found.append(ComparedLaw(name, count, whole.relative_rmse, held, aic, bic, seconds, whole))
+        compared.append(ComparedLaw(name, count, whole.relative_rmse, held, aic, bic, seconds, whole))
     least = [
-        min((getattr(each, k) for each in found if math.isfinite(getattr(each, k))), default=0.0)
+        min((getattr(each, k) for each in compared if math.isfinite(getattr(each, k))), default=0.0)
         for k in ("aic", "bic")
     ]
-    found = [dataclasses.replace(each, aic=each.aic - least[0], bic=each.bic - least[1]) for each in found]
-    found.sort(key=lambda each: each.held_out if math.isfinite(each.held_out) else math.inf)
-    return Comparison(tuple(found), method, effective)
+    compared = [dataclasses.replace(each, aic=each.aic - least[0], bic=each.bic - least[1]) for each in compared]
+    compared.sort(key=lambda law: law.held_out if math.isfinite(law.held_out) else math.inf)
+    return Comparison(tuple(compared), method, effective)

@@ -65,7 +65,7 @@ class ExperimentDesign(Result):
     @property
     def chapter(self) -> Chapter:
         """What to do next, in words."""
-        best = "; ".join(dict.fromkeys(each.motion.name for each in self.chosen))
+        best = "; ".join(dict.fromkeys(experiment.motion.name for experiment in self.chosen))
         return Chapter("The next experiments", sentences=[f"Most is told by {best}.", *self.sentences])
 
 
@@ -88,12 +88,12 @@ def candidate_motions(
             raise ArgumentError(name, f"should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
     largest = speed or 2 * math.pi * amplitude[1] * frequency[1]
     grid = itertools.product(np.geomspace(*amplitude, 4).tolist(), np.geomspace(*frequency, 3).tolist())
-    found = [sinusoid(a, f, samples=samples, unit=unit) for a, f in grid]
+    motions = [sinusoid(a, f, samples=samples, unit=unit) for a, f in grid]
     tops = np.geomspace(0.01 * largest, largest, 3).tolist()
-    found += [ramp(top, 8 * amplitude[1] / top, samples, unit) for top in tops]
+    motions += [ramp(top, 8 * amplitude[1] / top, samples, unit) for top in tops]
     tones = np.geomspace(*frequency, 4).tolist()
-    found += [multisine(a, tones, samples, unit=unit) for a in amplitude]
-    return tuple(each for each in found if np.abs(each.velocity).max() <= largest * (1 + 1e-9))
+    motions += [multisine(a, tones, samples, unit=unit) for a in amplitude]
+    return tuple(motion for motion in motions if np.abs(motion.velocity).max() <= largest * (1 + 1e-9))
 
 
 def experiment_design(
@@ -138,13 +138,15 @@ def experiment_design(
     names = _names(base, parameters, fitted)
     if load is None:
         problem = None if fitted is None else fitted.problem
-        load = 1.0 if problem is None else float(np.mean([np.mean(each.load) for each in problem.prediction.records]))
+        load = (
+            1.0 if problem is None else float(np.mean([np.mean(record.load) for record in problem.prediction.records]))
+        )
     known = np.eye(len(names)) / VAGUE**2 + (_known(fitted, names) if fitted is not None else 0.0)
     informations = [(motion, _information(base, names, motion, noise, load)) for motion in candidates]
     told = [(motion, information) for motion, information in informations if information is not None]
     if not told:
         raise ArgumentError("candidates", f"{base.name} can be driven through none of them")
-    rated = sorted((_rated(m, names, known, i, criterion) for m, i in told), key=lambda each: -each.gain)
+    rated = sorted((_rated(m, names, known, i, criterion) for m, i in told), key=lambda experiment: -experiment.gain)
     chosen, so_far = [], known
     for _ in range(min(experiments, len(told))):
         best = max(((_rated(m, names, so_far, i, criterion), i) for m, i in told), key=lambda pair: pair[0].gain)
@@ -225,11 +227,15 @@ def _sentences(
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> tuple[str, ...]:
-    found = [f"{each.motion.name} determines {', '.join(each.determines)}." for each in chosen if each.determines]
+    sentences = [
+        f"{experiment.motion.name} determines {', '.join(experiment.determines)}."
+        for experiment in chosen
+        if experiment.determines
+    ]
     still = [name for name in names if after[name] >= LOOSE]
     if still:
         others = "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)
-        found.append(f"None of these motions determines {', '.join(still)}: {others}.")
+        sentences.append(f"None of these motions determines {', '.join(still)}: {others}.")
     elif all(deviation < LOOSE for deviation in before.values()):
-        found.append("Every parameter is determined already; the chosen motions sharpen them.")
-    return tuple(found)
+        sentences.append("Every parameter is determined already; the chosen motions sharpen them.")
+    return tuple(sentences)

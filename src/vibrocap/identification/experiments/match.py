@@ -75,7 +75,7 @@ def match(
         raise ArgumentError("to", f"should be a friction law with its parameters, got {to!r}")
     if motion is not None:
         record = synthetic_record(to, motion, load=load)
-        found = fit(
+        fitted = fit(
             record, law, free=free, fixed=fixed, starts=starts, start="relaxed", intervals="covariance", seed=seed
         )
         over, time, speeds, target = f"the motion {motion.name}", record.time, record.velocity, record.force
@@ -89,16 +89,16 @@ def match(
         time = np.empty(0)
         deviation, none = float(np.std(target)) or 1.0, np.zeros(CURVE)
         points = Samples("curve", np.arange(float(CURVE)), speeds, target, none, load, deviation, none)
-        found = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
+        fitted = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
         over = f"velocities from {low:g} to {high:g}"
-    if found.law is None:
-        raise ArgumentError("law", f"{found.law_name} cannot be matched: {found.status}")
-    matched = found.records[0].predicted
+    if fitted.law is None:
+        raise ArgumentError("law", f"{fitted.law_name} cannot be matched: {fitted.status}")
+    matched = fitted.records[0].predicted
     difference = np.abs(matched - target)
     at = int(np.argmax(difference))
     relative = float(np.sqrt(np.mean(difference**2) / np.mean(target**2)))
     where = float(speeds[at]) if abs(speeds[at]) > AT_REST * np.abs(speeds).max() else 0.0
-    return Match(found.law, to, over, relative, float(difference[at]), where, time, speeds, target, matched, found)
+    return Match(fitted.law, to, over, relative, float(difference[at]), where, time, speeds, target, matched, fitted)
 
 
 def _range(velocity: Any) -> tuple[float, float]:

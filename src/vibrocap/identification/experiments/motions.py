@@ -70,8 +70,8 @@ def multisine(
     velocity = sum(np.sin(2 * np.pi * f * time + phase) for f, phase in zip(frequencies, phases, strict=True))
     velocity = velocity * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1)
     velocity = velocity - np.mean(velocity) * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1) / 0.9
-    found = Motion("", time, velocity)
-    scale = amplitude / max(0.5 * float(np.ptp(found.displacement)), 1e-300)
+    motion = Motion("", time, velocity)
+    scale = amplitude / max(0.5 * float(np.ptp(motion.displacement)), 1e-300)
     name = f"multi-sine of {amplitude:.3g} {unit} with {', '.join(f'{f:.3g}' for f in frequencies)} Hz"
     return Motion(name, time, velocity * scale)
 

@@ -105,10 +105,10 @@ class Posterior(Result):
     @property
     def facts(self) -> dict[str, str]:
         low, high = self.low, self.high
-        found = {name: f"{number(low[name], 4)} to {number(high[name], 4)}" for name in self.names}
+        facts = {name: f"{number(low[name], 4)} to {number(high[name], 4)}" for name in self.names}
         if not self.settled:
-            found["not settled"] = "the chain is short of fifty correlation times: ask for more samples"
-        return found
+            facts["not settled"] = "the chain is short of fifty correlation times: ask for more samples"
+        return facts
 
     @property
     def chapter(self) -> Chapter:
@@ -167,7 +167,7 @@ class DrivenSource:
 
     def record(self, name: str, table: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """(time [n], predictions [m, n], standard deviation of a measurement about them) of a record."""
-        names = [each.name for each in self.full.records]
+        names = [record.name for record in self.full.records]
         if name not in names:
             raise ArgumentError("record", f"no record of the fit is called {name!r}; {suggestion(name, names)}")
         k = names.index(name)
@@ -187,7 +187,9 @@ def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progres
     require("posterior", "emcee")
     source: Source = DrivenSource(fit.problem) if isinstance(fit.problem, Problem) else fit.problem
     with reporting(progress, "Sampling") as report:
-        found = chain(source.density, source.begin, source.spread, source.bounds, samples, seed, report)
-    values = source.values(found.draws)
+        sampled_chain = chain(source.density, source.begin, source.spread, source.bounds, samples, seed, report)
+    values = source.values(sampled_chain.draws)
     name = getattr(fit, "law_name", "")
-    return Posterior(source.names, values, name, found.effective, found.settled, found.draws, source)
+    return Posterior(
+        source.names, values, name, sampled_chain.effective, sampled_chain.settled, sampled_chain.draws, source
+    )

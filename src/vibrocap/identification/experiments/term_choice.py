@@ -81,16 +81,16 @@ def choose_terms(
         raise ArgumentError("terms", "are chosen here; name the candidates in among")
     chosen: list[str] = []
     tried: list[TriedTerms] = []
-    found = fit(records, law, terms=chosen, **settings)
-    for k in range(MOST if found.ok else 0):
+    best_fit = fit(records, law, terms=chosen, **settings)
+    for k in range(MOST if best_fit.ok else 0):
         report(k / MOST)
-        step = _step(found, chosen, among)
+        step = _step(best_fit, chosen, among)
         tried += step[:3] if step else []
         if not step or not step[0].gain > SURE:
             break
         chosen += step[0].terms
-        found = fit(records, found.law, terms=chosen, **settings)
-    return TermChoice(tuple(chosen), tuple(tried), found)
+        best_fit = fit(records, best_fit.law, terms=chosen, **settings)
+    return TermChoice(tuple(chosen), tuple(tried), best_fit)
 
 
 def _step(found: Fit, chosen: Sequence[str], among: Sequence[str] | None) -> list[TriedTerms]:
@@ -134,13 +134,13 @@ def _step(found: Fit, chosen: Sequence[str], among: Sequence[str] | None) -> lis
 
 def _tried(sets: Any, groups: dict[str, list[int]], held_out: Any, base: np.ndarray) -> list[Any]:
     """(what they gain, held-out errors) of sets of terms that are possible."""
-    found = []
+    fits = []
     for names in sets:
         left = held_out([column for name in names for column in groups[name]])
         if left is not None:
             size = math.sqrt(float(np.mean(left**2)))
-            found.append((TriedTerms(tuple(names), size, _gain(base, left)), left))
-    return found
+            fits.append((TriedTerms(tuple(names), size, _gain(base, left)), left))
+    return fits
 
 
 def _gain(before: np.ndarray, after: np.ndarray) -> float:
@@ -160,18 +160,18 @@ def _gain(before: np.ndarray, after: np.ndarray) -> float:
 
 def _folds(prediction: Prediction) -> list[tuple[np.ndarray, np.ndarray]]:
     """(rows to fit, rows to judge by) of each fold; priors are always fitted."""
-    ends = np.cumsum([0, *(len(each) for each in prediction.records)])
+    ends = np.cumsum([0, *(len(record) for record in prediction.records)])
     stretches = list(itertools.pairwise(ends.tolist()))
     begin = BEGIN
     if len(stretches) == 1:
         cuts = np.linspace(0, prediction.size, BLOCKS + 1).astype(int).tolist()
         stretches, begin = list(itertools.pairwise(cuts)), 0.0
-    found = []
+    folds = []
     for low, high in stretches:
         test = np.zeros(prediction.size + len(prediction.priors), bool)
         test[low + int(begin * (high - low)) : high] = True
-        found.append((~test, test))
-    return found
+        folds.append((~test, test))
+    return folds
 
 
 def _widened(
@@ -179,14 +179,14 @@ def _widened(
 ) -> tuple[Prediction, dict[str, list[int]]]:
     """The prediction with all further terms at nothing, and the coordinates of each."""
     records = prediction.records
-    turning = all(each.rotary for each in records)
+    turning = all(record.rotary for record in records)
     asked = [name for name, term in TERMS.items() if term.wave is None and (turning or not term.turning)]
     asked += [DELAY, *RIPPLES]
-    loads = np.concatenate([np.atleast_1d(each.load) for each in records])
+    loads = np.concatenate([np.atleast_1d(record.load) for record in records])
     asked += [ADHESION] if np.ptp(loads) > 0.0 else []
     asked = [name for name in (asked if among is None else checked_terms(among, asked, records)) if name not in chosen]
-    found = {name: strongest_wave(name, prediction, errors) for name in RIPPLES if name in asked}
-    lengths = {name: length for name, length in found.items() if length > 0.0}
+    waves = {name: strongest_wave(name, prediction, errors) for name in RIPPLES if name in asked}
+    lengths = {name: length for name, length in waves.items() if length > 0.0}
     level = data_scales(records).level
     more = nuisances(prediction.template, records, terms=asked, start="relaxed", level=level, lengths=lengths)
     wide = dataclasses.replace(prediction, space=prediction.space.with_more(more))

@@ -146,24 +146,24 @@ def ripple_lengths(
     first = [draft.space.begun(chosen.start)]
     end, _ = multistart.drafts(draft, first, starts=settings.starts, loss=Loss(settings.loss), seed=settings.seed)[0]
     errors = finite(prediction.errors(end.u))
-    found = {name: strongest_wave(name, prediction, errors) for name in names}
-    if none := [name for name, length in found.items() if not length > 0.0]:
+    waves = {name: strongest_wave(name, prediction, errors) for name in names}
+    if none := [name for name, length in waves.items() if not length > 0.0]:
         raise ArgumentError("terms", f"{none[0]} needs a path of several waves, sampled many times in each")
-    return found
+    return waves
 
 
 def strongest_wave(name: str, prediction: Prediction, errors: np.ndarray) -> float:
     """Wavelength of a ripple that errors have most of; 0 where the path is too short for any."""
     records = record_errors(prediction, errors)
-    counted = np.concatenate([each.error[each.counts] for each in records])
+    counted = np.concatenate([record.error[record.counts] for record in records])
     return ripple(records, counted, [TERMS[f"{name}_sine"].of_friction])[0]
 
 
 def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:
     """Error that counts as 1, of each record."""
     if weights == "power":
-        return tuple(each.deviation for each in fitted)
-    return (float(np.std(np.concatenate([each.force for each in fitted]))),) * len(fitted)
+        return tuple(record.deviation for record in fitted)
+    return (float(np.std(np.concatenate([record.force for record in fitted]))),) * len(fitted)
 
 
 def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list[Samples], list[Samples]]:
@@ -174,10 +174,10 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     if load is not None and not is_positive(load):
         raise ArgumentError("load", f"should be a normal force > 0 in N, got {load!r}")
     all_samples = [samples(record, load) for record in given]
-    names = [each.name for each in all_samples]
+    names = [sample.name for sample in all_samples]
     if len(set(names)) < len(names):
         raise ArgumentError("records", f"should have different names, got {', '.join(names)}")
-    turning = [each.name for each in all_samples if each.rotary]
+    turning = [sample.name for sample in all_samples if sample.rotary]
     if turning and len(turning) < len(all_samples):
         raise ArgumentError("records", f"{', '.join(turning)} turn and the others slide; should be of one contact")
     unseen: list[Samples] = []
@@ -188,8 +188,8 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
             unseen.append(all_samples[names.index(item)])
         else:
             unseen.append(samples(item, load))
-    hidden = {each.name for each in unseen}
-    fitted = [each for each in all_samples if each.name not in hidden]
+    hidden = {record.name for record in unseen}
+    fitted = [sample for sample in all_samples if sample.name not in hidden]
     if not fitted:
         raise ArgumentError("held_out", "leaves no record to fit")
     return fitted, unseen

@@ -34,18 +34,18 @@ class SimplerFits:
 
     def ends(self, chosen: Parametrisation) -> list[np.ndarray]:
         """Coordinates, nuisances included, of the best drafts of the simpler fits of a choice."""
-        space, found = self.draft(chosen).space, []
+        space, ends = self.draft(chosen).space, []
         if self.bounds:
             free = self._choice(chosen.template, chosen.space.names)
-            found.append(dataclasses.replace(self, bounds={}).best(free))
+            ends.append(dataclasses.replace(self, bounds={}).best(free))
         for name, values in type(chosen.template).special_cases.items():
             simpler = self._special_case(chosen, name, values)
             best = None if simpler is None else self.best(simpler)
             if best is not None:
-                found.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
+                ends.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
         middle = space.named(space.begun(chosen.start))
-        known = [{k: v for k, v in each.items() if k in middle} for each in found if each is not None]
-        return [space.of({**middle, **each}) for each in known]
+        known = [{k: v for k, v in end.items() if k in middle} for end in ends if end is not None]
+        return [space.of({**middle, **end}) for end in known]
 
     def best(self, chosen: Parametrisation) -> dict[str, float] | None:
         """Values by name of the best draft of a choice, its own simpler fits among the starts."""

@@ -102,11 +102,11 @@ def solution(
     thin = away_from_jumps(draft, best.u) if jumps else draft
     low = descent(smooth, best.u, rule, stop=COARSE_STOP) if jumps else best
     last = (settings.intervals, lambda done: said(0.8 + 0.2 * done))
-    low, spread, found = with_intervals(smooth, thin, low, rule, *last)
+    low, spread, intervals = with_intervals(smooth, thin, low, rule, *last)
     problem = Problem(smooth, thin, rule, low, spread)
     said(1.0)
     end = best if jumps else low  # a profile may have come upon a lower minimum
-    return finished_fit(problem, end, found, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
+    return finished_fit(problem, end, intervals, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
 
 
 def with_weights(prediction: Prediction, draft: Prediction, best: Minimum, rule: Loss) -> tuple[Prediction, Prediction]:

@@ -88,12 +88,12 @@ def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
     half = int(np.flatnonzero(np.abs(smooth) >= 0.5 * abs(smooth[top]))[0]) + width // 2
     rising = slice(0, max(half, 3) + 1)
     slope = np.polyfit(time[rising] - step.time, force[rising], 1)[0] / step.speed
-    found = float(slope / (1.0 - first.speed / step.speed))
-    if not (np.isfinite(found) and found > 0):
+    stiffness = float(slope / (1.0 - first.speed / step.speed))
+    if not (np.isfinite(stiffness) and stiffness > 0):
         raise ArgumentError(
             "machine_stiffness", "the record does not show it (the force does not rise with the step); give N/m"
         )
-    return found
+    return stiffness
 
 
 def check_program(steps: Sequence[Step], samples: Samples, stiffness: Any) -> None:
@@ -163,11 +163,11 @@ class SpringPrediction(Prediction):
         else:
             stiffness = np.full(len(values), self.machine_stiffness)
         with np.errstate(all="ignore"):
-            found = _pulled(law, load, stiffness, self.program, record.time)
+            forces = _pulled(law, load, stiffness, self.program, record.time)
         pulled = np.interp(record.time, *path_of(self.program, record.time[-1]))
         if "drift" in names:
-            found = found + values[:, [names.index("drift")]] * (pulled - pulled[-1] / 2)
-        return found
+            forces = forces + values[:, [names.index("drift")]] * (pulled - pulled[-1] / 2)
+        return forces
 
     def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
         """As `Prediction.slopes`; the reference is computed along, for all columns of a table share their steps."""
@@ -178,8 +178,8 @@ def _pulled(law: Any, load: float, stiffness: np.ndarray, steps: Sequence[Step],
     """Force [m, n] of a law whose parameters are columns [m]: transients after each step, steady before them."""
     first = np.full(len(stiffness), math.log(steps[0].speed)).view(Column)
     state = np.stack([first, -first + np.log(np.broadcast_to(law.reference_velocity, first.shape))])  # ln V, phi
-    found = np.empty((len(stiffness), len(time)))
-    found[:] = np.asarray(law.steady_force(np.exp(first), load))[:, None]
+    forces = np.empty((len(stiffness), len(time)))
+    forces[:] = np.asarray(law.steady_force(np.exp(first), load))[:, None]
     for i, step in enumerate(steps[1:], 1):
         end = steps[i + 1].time if i + 1 < len(steps) else float(time[-1])
         grid, states = _transient(law, load, stiffness, step.speed, state, end - step.time)
@@ -187,9 +187,9 @@ def _pulled(law: Any, load: float, stiffness: np.ndarray, steps: Sequence[Step],
         values = np.stack([np.asarray(law.force(np.exp(speed), (phi,), 1.0, load)[0]) for speed, phi in columns])
         slopes = stiffness * (step.speed - np.exp(states[:, 0]))
         inside = (time >= step.time) & (time <= end)
-        found[:, inside] = _hermite(grid, values, slopes, time[inside] - step.time)
+        forces[:, inside] = _hermite(grid, values, slopes, time[inside] - step.time)
         state = states[-1]
-    return found
+    return forces
 
 
 def _transient(

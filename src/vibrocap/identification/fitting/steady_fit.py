@@ -54,7 +54,10 @@ def steady_fit(
     if not (np.isfinite(least_speed) and least_speed >= 0):
         raise ArgumentError("least_speed", f"should be a speed >= 0 in m/s, got {least_speed!r}")
     fitted, unseen = split_records(records, held_out, load)
-    fitted, unseen = [_moving(each, least_speed) for each in fitted], [_moving(each, least_speed) for each in unseen]
+    fitted, unseen = (
+        [_moving(record, least_speed) for record in fitted],
+        [_moving(record, least_speed) for record in unseen],
+    )
     scales = data_scales(fitted)
     chosen = parametrisation(law, scales, free, fixed, bounds)
     prediction = SteadyPrediction(chosen.template, chosen.space, tuple(fitted), units(fitted, weights))

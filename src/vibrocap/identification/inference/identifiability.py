@@ -109,7 +109,7 @@ def identifiability(
     directions = _directions(names, slopes, unit * inflation)
     verdicts = {name: _verdict(effects[name], intervals.get(name)) for name in names}
     sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
-    combined = [each for each in directions if len(_members(each)) > 1]
+    combined = [direction for direction in directions if len(_members(direction)) > 1]
     for each in combined:
         if each.determined:
             continue
@@ -126,12 +126,12 @@ def identifiability(
 
 def _directions(names: Sequence[str], slopes: np.ndarray, unit: float) -> tuple[Direction, ...]:
     _, singular, right = np.linalg.svd(slopes, full_matrices=False)
-    found = []
+    directions = []
     for value, row in zip(singular, right, strict=True):
         row = np.where(np.abs(row) > ROUNDING, row * np.sign(row[np.argmax(np.abs(row))]), 0.0)
         deviation = math.sqrt(unit) / value if value > NO_EFFECT * math.sqrt(len(slopes)) else math.inf
-        found.append(Direction(dict(zip(names, row.tolist(), strict=True)), float(deviation)))
-    return tuple(found)
+        directions.append(Direction(dict(zip(names, row.tolist(), strict=True)), float(deviation)))
+    return tuple(directions)
 
 
 def _verdict(effect: float, interval: Interval | None) -> Verdict:

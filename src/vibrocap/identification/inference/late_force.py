@@ -39,12 +39,14 @@ def late_force(prediction: Prediction, best: Minimum, loss: Loss, hint: float = 
     coordinate = delay_coordinate(prediction.records)
     space = prediction.space.with_more((coordinate,))
     late = dataclasses.replace(prediction, space=space)
-    pinned = np.array([each.at_limit(u) != 0 for each, u in zip(prediction.space.coordinates, best.u, strict=True)])
+    pinned = np.array(
+        [coordinate.at_limit(u) != 0 for coordinate, u in zip(prediction.space.coordinates, best.u, strict=True)]
+    )
     # a damping that a delay has driven to zero is far from where it belongs
     inside = np.where(pinned, 0.3 * prediction.space.low + 0.7 * prediction.space.high, best.u)
     low, high = coordinate.range
-    delays = np.clip([hint / coordinate.scale, *LATENESS, *(-each for each in LATENESS)], low, high)
-    found = None
+    delays = np.clip([hint / coordinate.scale, *LATENESS, *(-lateness for lateness in LATENESS)], low, high)
+    latest = None
     for u in [best.u, inside] if pinned.any() else [best.u]:
         end = _lowest(late, np.append(u, 0.0), delays, loss)
         for _ in range(LOOKS):  # a law that jumps has a cost that does so with the delay
@@ -53,23 +55,23 @@ def late_force(prediction: Prediction, best: Minimum, loss: Loss, hint: float = 
             if not again.cost < (1 - SETTLED) * end.cost:
                 break
             end = again
-        found = end if found is None or end.cost < found.cost else found
-    assert found is not None
-    parts, rows = late.by_record(found.errors), np.split(found.slopes, [late.size])
-    spread = uncertainty(parts, rows[0], space.slopes(found.u), loss, rows[1])
-    delay, error = float(space.values(found.u)[-1]), float(np.sqrt(spread.covariance[-1, -1]))
-    gain = 2.0 * (best.cost - found.cost) / (spread.unit * float(spread.inflation[-1]))  # of -2 log(likelihood)
-    if not (gain > LATE**2 and abs(found.u[-1]) > LEAST_DELAY and not coordinate.at_limit(found.u[-1])):
+        latest = end if latest is None or end.cost < latest.cost else latest
+    assert latest is not None
+    parts, rows = late.by_record(latest.errors), np.split(latest.slopes, [late.size])
+    spread = uncertainty(parts, rows[0], space.slopes(latest.u), loss, rows[1])
+    delay, error = float(space.values(latest.u)[-1]), float(np.sqrt(spread.covariance[-1, -1]))
+    gain = 2.0 * (best.cost - latest.cost) / (spread.unit * float(spread.inflation[-1]))  # of -2 log(likelihood)
+    if not (gain > LATE**2 and abs(latest.u[-1]) > LEAST_DELAY and not coordinate.at_limit(latest.u[-1])):
         return None
-    explained = 1.0 - found.cost / max(best.cost, 1e-300)
-    return LateForce(delay, error if math.isfinite(error) else math.inf, explained, late, found)
+    explained = 1.0 - latest.cost / max(best.cost, 1e-300)
+    return LateForce(delay, error if math.isfinite(error) else math.inf, explained, late, latest)
 
 
 def _lowest(prediction: Prediction, u: np.ndarray, delays: np.ndarray, loss: Loss) -> Minimum:
     """The end of a descent from the best of several delays, the last coordinate."""
     table = np.tile(u, (len(delays), 1))
     table[:, -1] = delays
-    costs = [float(loss.cost(finite(prediction.errors(each)))) for each in table]
+    costs = [float(loss.cost(finite(prediction.errors(row)))) for row in table]
     return descent(prediction, table[int(np.argmin(costs))], loss, evaluations=EVALUATIONS, stop=1e-5)
 
 
@@ -88,7 +90,7 @@ def moved_by_noise(prediction: Prediction, best: Minimum, spread: Uncertainty) -
     """
     if type(prediction) is not Prediction or prediction.size > LONGEST:
         return {}
-    rough = [_roughness(each.velocity) for each in prediction.records]
+    rough = [_roughness(record.velocity) for record in prediction.records]
     if all(not each.any() for each in rough):
         return {}
     base = prediction.errors(best.u)

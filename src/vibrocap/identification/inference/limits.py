@@ -57,9 +57,9 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
     gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)
     half = spread.threshold * np.sqrt(np.diag(spread.covariance) / spread.inflation)
     values = space.values(best.u)
-    found = []
-    for j, each in enumerate(space.coordinates):
-        at = each.at_limit(best.u[j]) if each.name in names else 0
+    limits = []
+    for j, coordinate in enumerate(space.coordinates):
+        at = coordinate.at_limit(best.u[j]) if coordinate.name in names else 0
         if not at:
             continue
         alone = np.zeros(len(best.u))
@@ -71,12 +71,16 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
         held = [
             name
             for i, name in enumerate(space.names)
-            if name in names and each.whose_limit(at) != "law" and (abs(moved[i]) > HELD * half[i] or i == j)
+            if name in names and coordinate.whose_limit(at) != "law" and (abs(moved[i]) > HELD * half[i] or i == j)
         ]
-        side = "low" if (at < 0) != (each.form == "below") else "high"
-        text = _text(each, at, side, float(values[j]))
-        found.append(ReachedLimit(each.name, side, float(values[j]), each.whose_limit(at), text, tuple(held), pressed))
-    return tuple(found)
+        side = "low" if (at < 0) != (coordinate.form == "below") else "high"
+        text = _text(coordinate, at, side, float(values[j]))
+        limits.append(
+            ReachedLimit(
+                coordinate.name, side, float(values[j]), coordinate.whose_limit(at), text, tuple(held), pressed
+            )
+        )
+    return tuple(limits)
 
 
 def opened(
@@ -84,7 +88,7 @@ def opened(
 ) -> dict[str, Interval]:
     """The intervals, open on the sides that limits hold."""
     space = prediction.space
-    forms = {each.name: each for each in space.coordinates}
+    forms = {coordinate.name: coordinate for coordinate in space.coordinates}
     result = dict(found)
     to_parameters = space.slopes(best.u)
     for limit in limits:

@@ -76,17 +76,17 @@ def profile_intervals(
     Each side is warm_descent from the minimum by the secant of the square root of the cost's rise, which is a straight
     line for a linear model, and the others start from where the covariance says they go. Raises BetterFound.
     """
-    found = {}
+    intervals = {}
     for i, name in enumerate(names):
         j = prediction.space.names.index(name)
         if np.abs(best.slopes[:, j]).max() < NO_EFFECT:
             signed = prediction.space.coordinates[j].form == "linear"
-            found[name] = Interval(-math.inf if signed else 0.0, math.inf, True, True)
+            intervals[name] = Interval(-math.inf if signed else 0.0, math.inf, True, True)
         else:
-            found[name] = _Profile(prediction, best, spread, loss, name).interval()
+            intervals[name] = _Profile(prediction, best, spread, loss, name).interval()
         if progress is not None:
             progress((i + 1) / len(names))
-    return found
+    return intervals
 
 
 class _Profile:
@@ -100,7 +100,7 @@ class _Profile:
         self.least = best.cost
         self.u = space.of(values)
         self.j = space.names.index(name)
-        order = [own.names.index(each) for each in space.names]
+        order = [own.names.index(name) for name in space.names]
         back = np.linalg.inv(space.slopes(self.u))
         covariance = back @ spread.covariance[np.ix_(order, order)] @ back.T
         self.slopes = (
@@ -170,17 +170,19 @@ class _Profile:
         u = start + self.direction * (self.u[self.j] + change - start[self.j])
         u = np.clip(np.where(np.abs(u - start) > 3.0, start, u), self.prediction.space.low, self.prediction.space.high)
         u[self.j] = self.u[self.j] + change
-        found = warm_descent(self.prediction, u, self.slopes, self.loss, held=self.j, evaluations=REFIT, stop=self.stop)
-        self.slopes = found.slopes
-        deviance = 2.0 * (found.cost - self.least) / self.spread.unit
+        minimum = warm_descent(
+            self.prediction, u, self.slopes, self.loss, held=self.j, evaluations=REFIT, stop=self.stop
+        )
+        self.slopes = minimum.slopes
+        deviance = 2.0 * (minimum.cost - self.least) / self.spread.unit
         if deviance < -0.02 * self.threshold**2:
-            raise BetterFound(self.prediction.space.named(found.u))
+            raise BetterFound(self.prediction.space.named(minimum.u))
         rise = math.sqrt(max(deviance, 0.0))
-        limit = self._pressed_limit(found.errors, found.slopes, found.u)
+        limit = self._pressed_limit(minimum.errors, minimum.slopes, minimum.u)
         if limit and rise > self.blocked[0]:
             self.blocked = (rise, limit)
         self.curve.append((self._value(u[self.j]), rise))
-        return rise, found.u
+        return rise, minimum.u
 
     def _pressed_limit(self, errors: np.ndarray, slopes: np.ndarray, u: np.ndarray) -> str:
         """A limit, of the search or given, beyond which another parameter would lower the cost, more than at the best.
@@ -189,21 +191,25 @@ class _Profile:
         """
         for k, gain in self._gains(errors, slopes, u).items():
             if gain - self.first_gains.get(k, 0.0) > PRESSED * self.spread.unit * self.threshold**2:
-                each = self.prediction.space.coordinates[k]
-                whose = "of the search" if each.whose_limit(each.at_limit(u[k])) == "search" else "that was given"
-                return f"{each.name} comes to a limit {whose}"
+                coordinate = self.prediction.space.coordinates[k]
+                whose = (
+                    "of the search"
+                    if coordinate.whose_limit(coordinate.at_limit(u[k])) == "search"
+                    else "that was given"
+                )
+                return f"{coordinate.name} comes to a limit {whose}"
         return ""
 
     def _gains(self, errors: np.ndarray, slopes: np.ndarray, u: np.ndarray) -> dict[int, float]:
         """By how much twice the cost would fall beyond each limit at which another parameter of the law stands."""
-        found = {}
-        for k, each in enumerate(self.prediction.space.coordinates):
-            at = each.at_limit(u[k]) if k != self.j and not is_nuisance(each.name) else 0
-            if at and each.whose_limit(at) != "law":
+        gains = {}
+        for k, coordinate in enumerate(self.prediction.space.coordinates):
+            at = coordinate.at_limit(u[k]) if k != self.j and not is_nuisance(coordinate.name) else 0
+            if at and coordinate.whose_limit(at) != "law":
                 column = self.loss.slope(errors) * slopes[:, k]
                 pull, bend = -at * float(column @ errors), float(column @ slopes[:, k])
-                found[k] = max(pull, 0.0) ** 2 / max(bend, 1e-300)
-        return found
+                gains[k] = max(pull, 0.0) ** 2 / max(bend, 1e-300)
+        return gains
 
     def _value(self, u: float) -> float:
         place = self.u.copy()
@@ -230,8 +236,8 @@ def with_intervals(
     for _ in range(AGAIN if intervals == "profile" else 0):
         try:
             quick = _draft_profiles(prediction, draft, best, spread, rule, progress)
-            found = quick or profile_intervals(prediction, best, spread, rule, prediction.law_names, progress)
-            return best, spread, found
+            profiles = quick or profile_intervals(prediction, best, spread, rule, prediction.law_names, progress)
+            return best, spread, profiles
         except BetterFound as better:
             best = descent(prediction, prediction.space.of(better.values), rule, evaluations=100, stop=1e-10)
             spread = spread_of(prediction, best, rule)
@@ -273,11 +279,11 @@ def _draft_profiles(
     if not (alike | unseen)[law].all():
         return None
     scaled = dataclasses.replace(spread, unit=spread.unit * share)
-    found = profile_intervals(draft, low, scaled, rule, prediction.law_names, progress)
+    profiles = profile_intervals(draft, low, scaled, rule, prediction.law_names, progress)
     for name, j in zip(prediction.law_names, law, strict=True):
         if alike[j] and thin_values[j] > 0 and values[j] > 0:
-            found[name] = found[name].times(values[j] / thin_values[j])
-    return found
+            profiles[name] = profiles[name].times(values[j] / thin_values[j])
+    return profiles
 
 
 def _errors(prediction: Prediction, best: Minimum) -> np.ndarray:

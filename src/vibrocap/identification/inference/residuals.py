@@ -75,7 +75,7 @@ class ResidualReport:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of the findings."""
-        return tuple(each.kind for each in self.findings)
+        return tuple(finding.kind for finding in self.findings)
 
     @property
     def doubtful(self) -> bool:
@@ -89,15 +89,15 @@ class ResidualReport:
 
     def with_pulls(self, pulls: Mapping[str, float]) -> "ResidualReport":
         """The same, knowing by how many standard deviations priors and data disagree, by parameter."""
-        found = [_finding("prior", abs(away), name, f"{abs(away):.2g}") for name, away in pulls.items()]
-        return dataclasses.replace(self, findings=(*found, *self.findings))
+        findings = [_finding("prior", abs(away), name, f"{abs(away):.2g}") for name, away in pulls.items()]
+        return dataclasses.replace(self, findings=(*findings, *self.findings))
 
     def sentences(self) -> tuple[str, ...]:
         """The report in words."""
         phase = f"largest {self.largest}, {self.phases[self.largest]:.2g} times the mean" if self.phases else ""
         if not self.findings:
             return (f"They are as white noise would be ({phase})." if phase else "They are as white noise would be.",)
-        return (*(each.text for each in self.findings), *((f"They are {phase}.",) if phase else ()))
+        return (*(finding.text for finding in self.findings), *((f"They are {phase}.",) if phase else ()))
 
 
 def residual_report(
@@ -108,47 +108,47 @@ def residual_report(
     limits: that were reached.
     """
     records, scales = prediction.records, data_scales(prediction.records)
-    held = any(each.whose == "law" for each in limits)
+    held = any(limit.whose == "law" for limit in limits)
     causes, rest, late = _causes(prediction, best, loss, held)
-    seen = any(each.kind in ("saturation", "quantisation", "delay") for each in causes)
+    seen = any(cause.kind in ("saturation", "quantisation", "delay") for cause in causes)
     moved = {} if seen else moved_by_noise(prediction, best, spread)
     if moved:  # such errors of the motion go with what the force goes with
-        causes = tuple(each for each in causes if each.kind not in WITH_MOTION)
-    parts = np.split(rest.rest, np.cumsum([int(each.sum()) for each in rest.counts])[:-1])
+        causes = tuple(cause for cause in causes if cause.kind not in WITH_MOTION)
+    parts = np.split(rest.rest, np.cumsum([int(count.sum()) for count in rest.counts])[:-1])
     errors = prediction.by_record(best.errors)
-    counted = [each[count] for each, count in zip(errors, prediction.counts, strict=True)]
-    limits = [each for each in limits if each.pressed and each.whose == "law"]
-    tau = max(1.0, float(np.mean([correlation_time(each) for each in parts])))
+    counted = [error[count] for error, count in zip(errors, prediction.counts, strict=True)]
+    limits = [limit for limit in limits if limit.pressed and limit.whose == "law"]
+    tau = max(1.0, float(np.mean([correlation_time(part) for part in parts])))
     white = _white(parts)
     units = [np.where(np.isfinite(u), u, 0.0) for u in prediction.units]
     newtons = np.concatenate([(e * u)[c] for e, u, c in zip(errors, units, prediction.counts, strict=True)])
     ratio = float(np.sqrt(np.mean(newtons**2)) / max(scales.noise, 1e-300))
     phases = _phases(records, prediction.counts, counted, scales) if best.cost > 0 else {}
     growth, sure = _growth(records, rest.counts, parts, tau)
-    work = min(_work_ratio(each) for each in records)
-    found = []
+    work = min(_work_ratio(record) for record in records)
+    rows = []
     if work < -NEGATIVE:
-        found.append(_finding("work", work, f"{work:.0%}"))
-    said = [BORNE if each.kind == "outliers" and loss.kind != "linear" else each.kind for each in causes]
-    found += [_finding(kind, each.amount, *each.words) for kind, each in zip(said, causes, strict=True)]
+        rows.append(_finding("work", work, f"{work:.0%}"))
+    said = [BORNE if cause.kind == "outliers" and loss.kind != "linear" else cause.kind for cause in causes]
+    rows += [_finding(kind, cause.amount, *cause.words) for kind, cause in zip(said, causes, strict=True)]
     if not white:
-        found.append(_finding("coloured", tau, f"{tau:.3g}"))
+        rows.append(_finding("coloured", tau, f"{tau:.3g}"))
     if sure and not 1 / GROWTH < growth < GROWTH:
-        found.append(_finding("growing", growth, "grow" if growth > 1 else "shrink", f"{growth:.2g}"))
+        rows.append(_finding("growing", growth, "grow" if growth > 1 else "shrink", f"{growth:.2g}"))
     if not white and ratio > FAR and not (causes or moved):
-        found.append(_finding("far from noise", ratio, f"{ratio:.2g}"))
-    force = np.concatenate([each.force - np.mean(each.force) for each in records])
+        rows.append(_finding("far from noise", ratio, f"{ratio:.2g}"))
+    force = np.concatenate([record.force - np.mean(record.force) for record in records])
     relative = float(np.sqrt(np.mean(newtons**2)) / max(float(np.sqrt(np.mean(force**2))), 1e-300))
     if not white and relative > POOR:
-        found.append(_finding("poor", relative, f"{relative:.0%}"))
+        rows.append(_finding("poor", relative, f"{relative:.0%}"))
     if moved:
         names = ", ".join(f"{name} ({change:+.1%})" for name, change in moved.items())
-        found.append(_finding("noisy motion", max(map(abs, moved.values())), names))
-    found += [_finding("limit", each.value, each.text) for each in limits]
+        rows.append(_finding("noisy motion", max(map(abs, moved.values())), names))
+    rows += [_finding("limit", limit.value, limit.text) for limit in limits]
     largest = max(phases, key=lambda name: phases[name]) if phases else ""
-    shares = {each.kind: each.share for each in causes}
+    shares = {cause.kind: cause.share for cause in causes}
     delay, error = (late.delay, late.error) if late is not None else (0.0, math.inf)
-    return ResidualReport(white, tau, ratio, shares, phases, largest, delay, error, work, tuple(found))
+    return ResidualReport(white, tau, ratio, shares, phases, largest, delay, error, work, tuple(rows))
 
 
 def _causes(
@@ -170,10 +170,10 @@ def _causes(
     timed = type(prediction) is Prediction and DELAY not in prediction.space.names
     first = diagnosis(record_errors(prediction, best.errors), _absorbed(prediction, best), refit, timed)
     causes = first.causes
-    told = sum(each.share for each in causes)
-    if not timed or not (causes or held) or any(each.kind in ("saturation", "quantisation") for each in causes):
+    told = sum(cause.share for cause in causes)
+    if not timed or not (causes or held) or any(cause.kind in ("saturation", "quantisation") for cause in causes):
         return causes, first, None
-    hint = next((each.amount for each in causes if each.kind == "delay"), 0.0)
+    hint = next((cause.amount for cause in causes if cause.kind == "delay"), 0.0)
     late = late_force(prediction, best, loss, hint)
     if late is None or late.explained < max(LESS * told, SHARE):
         return causes, first, None
@@ -181,7 +181,7 @@ def _causes(
         record_errors(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False
     )
     left = 1.0 - late.explained
-    others = [dataclasses.replace(each, share=left * each.share) for each in second.causes]
+    others = [dataclasses.replace(cause, share=left * cause.share) for cause in second.causes]
     kept = [each for each in others if each.share > max(SHARE, SECOND * late.explained)]
     interval = data_scales(prediction.records).interval
     how, size = "lags" if late.delay > 0 else "leads", abs(late.delay)
@@ -217,8 +217,8 @@ def _absorbed(prediction: Prediction, best: Minimum) -> np.ndarray:
     """Slopes of the errors by what the fit adapts; a mass of zero would have to become negative, and does not."""
     space = prediction.space
     kept = [
-        name not in TERMS or TERMS[name].signed or not each.at_limit(u)
-        for name, each, u in zip(space.names, space.coordinates, best.u, strict=True)
+        name not in TERMS or TERMS[name].signed or not coordinate.at_limit(u)
+        for name, coordinate, u in zip(space.names, space.coordinates, best.u, strict=True)
     ]
     return best.slopes[: prediction.size, kept]
 
@@ -275,12 +275,12 @@ def _white(errors: Sequence[np.ndarray]) -> bool:
     from scipy.special import chdtrc
 
     total, degrees = 0.0, 0
-    for each in errors:
-        n, lags = len(each), min(LAGS, len(each) // 5)
-        power = float(each @ each)
+    for error in errors:
+        n, lags = len(error), min(LAGS, len(error) // 5)
+        power = float(error @ error)
         if lags < 1 or not power > 0:
             continue
-        rho = np.array([float(each[k:] @ each[:-k]) for k in range(1, lags + 1)]) / power
+        rho = np.array([float(error[k:] @ error[:-k]) for k in range(1, lags + 1)]) / power
         total += n * (n + 2) * float(np.sum(rho**2 / (n - np.arange(1, lags + 1))))
         degrees += lags
     return bool(degrees == 0 or float(chdtrc(degrees, total)) > CHANCE)
@@ -290,7 +290,7 @@ def _growth(
     records: Sequence[Samples], counts: Sequence[np.ndarray], errors: Sequence[np.ndarray], tau: float
 ) -> tuple[float, bool]:
     """Ratio of the errors at the fastest third of the samples to the slowest, and whether chance is ruled out."""
-    speed = np.concatenate([np.abs(each.velocity)[count] for each, count in zip(records, counts, strict=True)])
+    speed = np.concatenate([np.abs(record.velocity)[count] for record, count in zip(records, counts, strict=True)])
     error = np.concatenate(errors)
     low, high = np.quantile(speed, [1 / 3, 2 / 3])
     slow, fast = error[speed <= low], error[speed >= high]
@@ -305,15 +305,15 @@ def _phases(
     records: Sequence[Samples], counts: Sequence[np.ndarray], errors: Sequence[np.ndarray], scales: DataScales
 ) -> dict[str, float]:
     """Root mean square error over that of all samples, by phase of the motion."""
-    labels = np.concatenate([_phase(each, scales)[count] for each, count in zip(records, counts, strict=True)])
+    labels = np.concatenate([_phase(record, scales)[count] for record, count in zip(records, counts, strict=True)])
     error = np.concatenate(errors)
     mean = float(np.sqrt(np.mean(error**2)))
-    found = {}
+    phases = {}
     for number, name in enumerate(("at rest", "just after reversals", "in slow sliding", "in fast sliding")):
         mine = error[labels == number]
         if len(mine) >= 0.01 * len(error):
-            found[name] = float(np.sqrt(np.mean(mine**2))) / mean
-    return found
+            phases[name] = float(np.sqrt(np.mean(mine**2))) / mean
+    return phases
 
 
 def _phase(record: Samples, scales: DataScales) -> np.ndarray:

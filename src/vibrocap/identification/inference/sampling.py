@@ -55,10 +55,10 @@ def chain(
 
     def inside(table: np.ndarray) -> np.ndarray:
         good = np.all((table >= low) & (table <= high), axis=1)
-        found = np.full(len(table), -np.inf)
+        densities = np.full(len(table), -np.inf)
         if good.any():
-            found[good] = density(table[good])
-        return np.where(np.isnan(found), -np.inf, found)
+            densities[good] = density(table[good])
+        return np.where(np.isnan(densities), -np.inf, densities)
 
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, len(begin), inside, moves=moves, vectorize=True)

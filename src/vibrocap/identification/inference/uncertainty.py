@@ -67,19 +67,19 @@ def uncertainty(
     base = inverse(slopes.T @ slopes + priors.T @ priors)
     known = 1.0 - np.clip(_own_share(slopes, base, to_parameters), 0.0, 1.0) if len(priors) else np.zeros(p)
     influence = (slopes * psi[:, None]) @ (base @ to_parameters.T)
-    cuts = np.cumsum([len(each) for each in errors])[:-1]
+    cuts = np.cumsum([len(error) for error in errors])[:-1]
     parts = np.split(influence, cuts)
     leverage = np.split(slopes @ (base @ to_parameters.T), cuts)
     inflation = _unevenness(influence, np.concatenate(leverage), unit)
     for j in range(p):
-        own, stationary = ([part[:, j] for part in each] for each in (parts, leverage))
+        own, stationary = ([part[:, j] for part in matrices] for matrices in (parts, leverage))
         inflation[j] *= max(_inflation(own), _inflation(errors, stationary))
     spare = np.maximum(n / inflation - p, FEWEST) / np.maximum(1.0 - known, FAINT)
     root = np.sqrt(inflation)
     covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)
     threshold = stdtrit(spare, 0.5 + 0.5 * LEVEL) * root
-    tau = tuple(correlation_time(each) for each in errors)
-    effective = sum(len(each) / t for each, t in zip(errors, tau, strict=True))
+    tau = tuple(correlation_time(error) for error in errors)
+    effective = sum(len(error) / t for error, t in zip(errors, tau, strict=True))
     return Uncertainty(unit, inflation, threshold, covariance, tau, effective, known)
 
 
@@ -118,7 +118,7 @@ def _inflation(series: Sequence[np.ndarray], leverage: Sequence[np.ndarray] | No
     often as the weights have them. The sum of the correlations ends at the first lag that is WINDOW times the time
     found until there; beyond, it would gather noise.
     """
-    longest = max(len(each) for each in series)
+    longest = max(len(piece) for piece in series)
     correlation = _correlation(series, longest)
     if not correlation[0] > 0:
         return 1.0
@@ -133,11 +133,11 @@ def _inflation(series: Sequence[np.ndarray], leverage: Sequence[np.ndarray] | No
 
 def _correlation(series: Sequence[np.ndarray], longest: int) -> np.ndarray:
     """Sums of products at each lag [longest]."""
-    found = np.zeros(longest)
-    for each in series:
-        power = np.abs(np.fft.rfft(each, 2 * len(each))) ** 2
-        found[: len(each)] += np.fft.irfft(power)[: len(each)]
-    return found
+    correlation = np.zeros(longest)
+    for piece in series:
+        power = np.abs(np.fft.rfft(piece, 2 * len(piece))) ** 2
+        correlation[: len(piece)] += np.fft.irfft(power)[: len(piece)]
+    return correlation
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:

@@ -63,14 +63,14 @@ class Coordinate:
     def value(self, u: np.ndarray, partner: np.ndarray | float = 1.0) -> np.ndarray:
         """The parameter at a coordinate, where its partner has the given value."""
         if self.form == "log":
-            found = np.exp(u)
+            number = np.exp(u)
         elif self.form == "foot":
-            found = self.scale * np.sinh(u)
+            number = self.scale * np.sinh(u)
         elif self.form == "linear":
-            found = self.scale * u
+            number = self.scale * u
         else:
-            found = partner * np.exp(u if self.form == "above" else -u)
-        return np.clip(found, self.low, self.high)
+            number = partner * np.exp(u if self.form == "above" else -u)
+        return np.clip(number, self.low, self.high)
 
     def inverse(self, value: float, partner: float = 1.0) -> float:
         """The coordinate of a value of the parameter."""
@@ -105,30 +105,30 @@ class Space:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters."""
-        return tuple(each.name for each in self.coordinates)
+        return tuple(coordinate.name for coordinate in self.coordinates)
 
     @property
     def low(self) -> np.ndarray:
         """Lower bounds of the coordinates [p]."""
-        return np.array([each.range[0] for each in self.coordinates])
+        return np.array([coordinate.range[0] for coordinate in self.coordinates])
 
     @property
     def high(self) -> np.ndarray:
         """Upper bounds of the coordinates [p]."""
-        return np.array([each.range[1] for each in self.coordinates])
+        return np.array([coordinate.range[1] for coordinate in self.coordinates])
 
     def values(self, u: np.ndarray) -> np.ndarray:
         """Parameters [..., p] at coordinates [..., p]."""
         u = np.asarray(u, float)
-        found = np.empty_like(u)
-        for i, each in enumerate(self.coordinates):
-            found[..., i] = each.value(u[..., i], self._partner(each, found))
+        values = np.empty_like(u)
+        for i, coordinate in enumerate(self.coordinates):
+            values[..., i] = coordinate.value(u[..., i], self._partner(coordinate, values))
         searched = [i for i, name in enumerate(self.names) if name in self.shares]
         if searched:
             room = LARGEST_SUM - sum(self.constants[name] for name in self.shares if name not in self.names)
-            total = found[..., searched].sum(axis=-1, keepdims=True)
-            found[..., searched] *= np.minimum(1.0, room / total)
-        return found
+            total = values[..., searched].sum(axis=-1, keepdims=True)
+            values[..., searched] *= np.minimum(1.0, room / total)
+        return values
 
     def named(self, u: np.ndarray) -> dict[str, float]:
         """Parameters by name at coordinates [p]."""
@@ -136,26 +136,26 @@ class Space:
 
     def of(self, values: dict[str, float]) -> np.ndarray:
         """Coordinates of parameters, moved into the bounds."""
-        found = []
-        for each in self.coordinates:
-            partner = values.get(each.partner, self.constants.get(each.partner, 1.0))
-            found.append(each.inverse(values[each.name], partner))
-        return np.clip(found, self.low, self.high)
+        point = []
+        for coordinate in self.coordinates:
+            partner = values.get(coordinate.partner, self.constants.get(coordinate.partner, 1.0))
+            point.append(coordinate.inverse(values[coordinate.name], partner))
+        return np.clip(point, self.low, self.high)
 
     def slopes(self, u: np.ndarray) -> np.ndarray:
         """dp/du [p, p]: how parameters change with coordinates."""
         values = self.values(u)
-        found = np.zeros((len(u), len(u)))
-        for i, each in enumerate(self.coordinates):
-            if each.partner in self.names:
-                j = self.names.index(each.partner)
-                found[i] = found[j] * values[i] / values[j]
-            found[i, i] = each.slope(values[i], u[i])
-        return found
+        jacobian = np.zeros((len(u), len(u)))
+        for i, coordinate in enumerate(self.coordinates):
+            if coordinate.partner in self.names:
+                j = self.names.index(coordinate.partner)
+                jacobian[i] = jacobian[j] * values[i] / values[j]
+            jacobian[i, i] = coordinate.slope(values[i], u[i])
+        return jacobian
 
     def begun(self, start: np.ndarray) -> np.ndarray:
         """Coordinates of the law, and behind them those of the measurement where they begin."""
-        return np.concatenate([start, [each.start for each in self.coordinates[len(start) :]]])
+        return np.concatenate([start, [coordinate.start for coordinate in self.coordinates[len(start) :]]])
 
     def with_more(self, coordinates: tuple[Coordinate, ...]) -> "Space":
         """This space and further coordinates after its own."""
@@ -172,7 +172,7 @@ class Space:
         form: Form = "below" if own.form == "above" else "above"
         led = dataclasses.replace(other, form=form, partner=name, whose=RATIOS)
         swapped = {name: led, own.partner: leader}  # each takes the other's place, so that the leader stands first
-        order = [swapped.get(each.name, each) for each in self.coordinates]
+        order = [swapped.get(coordinate.name, coordinate) for coordinate in self.coordinates]
         # the led one may have followers of its own: they keep their place after it
         return dataclasses.replace(self, coordinates=tuple(order))
 

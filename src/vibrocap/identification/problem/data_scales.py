@@ -43,15 +43,15 @@ class DataScales:
 
 def data_scales(all_samples: Sequence[Samples]) -> DataScales:
     """The scales of records together."""
-    velocity = np.concatenate([each.velocity for each in all_samples])
-    force = np.concatenate([each.force for each in all_samples])
-    load = np.concatenate([np.broadcast_to(each.load, len(each)) for each in all_samples])
+    velocity = np.concatenate([sample.velocity for sample in all_samples])
+    force = np.concatenate([sample.force for sample in all_samples])
+    load = np.concatenate([np.broadcast_to(sample.load, len(sample)) for sample in all_samples])
     speed = max(float(np.quantile(np.abs(velocity), 0.95)), 1e-300)
     fast = np.abs(velocity) >= 0.5 * speed
     level = max(float(np.median(np.abs(force[fast]))), 1e-3 * float(np.sqrt(np.mean(force**2))))
     sides = [force[fast & (np.sign(velocity) == side)] * side for side in (1, -1)]
     forward, backward = (max(float(np.median(side)), 0.05 * level) if len(side) else level for side in sides)
-    steps = np.concatenate([np.abs(each.velocity[1:]) * np.diff(each.time) for each in all_samples])
+    steps = np.concatenate([np.abs(sample.velocity[1:]) * np.diff(sample.time) for sample in all_samples])
     return DataScales(
         level=level,
         forward=forward,
@@ -59,10 +59,10 @@ def data_scales(all_samples: Sequence[Samples]) -> DataScales:
         peak=max(1.0, float(np.quantile(np.abs(force), 0.98)) / level),
         load=max(float(np.median(load)), 1e-300),
         speed=speed,
-        length=max(max(float(np.ptp(each.displacement)) for each in all_samples) / 2, 1e-300),
+        length=max(max(float(np.ptp(sample.displacement)) for sample in all_samples) / 2, 1e-300),
         stiffness=_stiffness(all_samples, level),
         step=max(float(np.quantile(steps[steps > 0], 0.05)), 1e-300),
-        interval=float(np.median(np.concatenate([np.diff(each.time) for each in all_samples]))),
+        interval=float(np.median(np.concatenate([np.diff(sample.time) for sample in all_samples]))),
         noise=_noise(all_samples),
         drop_speed=_drop_speed(velocity, force, speed, level),
     )
@@ -70,20 +70,20 @@ def data_scales(all_samples: Sequence[Samples]) -> DataScales:
 
 def _noise(all_samples: Sequence[Samples]) -> float:
     """Robust standard deviation of second differences of the force, which a smooth force does not have."""
-    second = np.concatenate([np.diff(each.force, 2) for each in all_samples])
+    second = np.concatenate([np.diff(sample.force, 2) for sample in all_samples])
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
 
 
 def _stiffness(all_samples: Sequence[Samples], level: float) -> float | None:
     """Median slope of force against displacement from a reversal until the force has changed by half the level."""
     slopes = []
-    for each in all_samples:
-        displacement, side = each.displacement, np.sign(each.velocity)
+    for sample in all_samples:
+        displacement, side = sample.displacement, np.sign(sample.velocity)
         moving = np.flatnonzero(side)
         turns = moving[1:][side[moving][1:] != side[moving][:-1]]
-        ends = [*turns[1:], len(each) - 1] if len(turns) else []
+        ends = [*turns[1:], len(sample) - 1] if len(turns) else []
         for turn, following in zip(turns, ends, strict=True):
-            change = np.abs(each.force[turn : following + 1] - each.force[turn])
+            change = np.abs(sample.force[turn : following + 1] - sample.force[turn])
             reached = np.flatnonzero(change >= 0.5 * level)
             if len(reached):
                 path = abs(displacement[turn + reached[0]] - displacement[turn])

@@ -64,15 +64,15 @@ def condition_of(record: Samples, name: str) -> float:
 
 def in_record(differing: Sequence[Differing], names: Sequence[str], values: np.ndarray, record: Samples) -> np.ndarray:
     """Parameters [..., p] as they are in a record."""
-    found = values.copy() if differing else values
+    own_values = values.copy() if differing else values
     for each in differing:
         if each.name not in names:  # a gain, of which the first record's is 1
             continue
         at = names.index(each.name)
-        found[..., at] = each.value(values, names, record)
+        own_values[..., at] = each.value(values, names, record)
         for name in each.followers:
-            found[..., names.index(name)] *= found[..., at] / values[..., at]
-    return found
+            own_values[..., names.index(name)] *= own_values[..., at] / values[..., at]
+    return own_values
 
 
 def differing_parameters(
@@ -86,7 +86,7 @@ def differing_parameters(
 
     by_record: parameters with a value for each record; along: conditions, by the parameter that follows them.
     """
-    found, more = [], []
+    differing, more = [], []
     for name in (*sorted(by_record, key=lambda name: [*space.names, name].index(name)), *along):
         argument = "along" if name in along else "by_record"
         if name not in space.names:
@@ -99,7 +99,7 @@ def differing_parameters(
         others = [other.name for other in space.coordinates if other.partner == name]
         followers = tuple(other for other in others if other not in by_record and other not in along)
         if name in by_record:
-            found.append(Differing(name, each.low, each.high, followers=followers))
+            differing.append(Differing(name, each.low, each.high, followers=followers))
             for record in records[1:]:
                 partner = own_name(each.partner, record.name) if each.partner in by_record else each.partner
                 own = own_name(name, record.name)
@@ -110,7 +110,7 @@ def differing_parameters(
         if not half > 0.0:
             raise ArgumentError(argument, f"{along[name]} is the same in all records")
         size = max(abs(float(space.values(start)[space.names.index(name)])), each.scale if each.form != "log" else 0.0)
-        found.append(Differing(name, each.low, each.high, along[name], float(np.mean(conditions)), followers))
+        differing.append(Differing(name, each.low, each.high, along[name], float(np.mean(conditions)), followers))
         reach, scale = STEEPEST * size / half, 0.1 * size / half
         more.append(Coordinate(slope_name(name, along[name]), "linear", -reach, reach, scale=scale, spread=0.0))
-    return tuple(found), tuple(more)
+    return tuple(differing), tuple(more)

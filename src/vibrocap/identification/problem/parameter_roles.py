@@ -44,7 +44,7 @@ STEPS = "steps of the sliding velocity, sampled many times over the critical dis
 BOTH = "steady sliding in both directions"
 CONVENTION = "nothing: it is a convention, choose it"
 # fmt: off
-EXPECTED = {each.name: each for each in (  # name, share, decades, low, high, experiment
+EXPECTED = {role.name: role for role in (  # name, share, decades, low, high, experiment
     Role("reference velocity", 1.0, 0.0, 0.0, INFINITE, CONVENTION, fitted=False),
     Role("convention", 1.0, 0.0, 0.0, INFINITE, CONVENTION, fitted=False),
     Role("cutoff velocity", 1e-3, 0.5, 1e-9, 1.0, "sliding at very low speeds", fitted=False),
@@ -78,8 +78,8 @@ UNKNOWN = Role("unknown", 1.0, 0.3, 0.0, INFINITE, "a motion that excites what i
 
 def role(law: Any, name: str) -> Role:
     """The role of a parameter of a law or of its class; unknown for what is no parameter of it (an offset)."""
-    found = (info.role for info in parameter_table(law) if info.name == name)
-    return EXPECTED.get(next(found, ""), UNKNOWN)
+    roles = (info.role for info in parameter_table(law) if info.name == name)
+    return EXPECTED.get(next(roles, ""), UNKNOWN)
 
 
 def with_role(law: Any, *roles: str) -> tuple[str, ...]:

@@ -86,7 +86,7 @@ def parametrisation(
     guessed = {name: _guess(kinds[name], own[name], scales, forward) for name in chosen}
     springs = [name for name in chosen if kinds[name].name == "stiffness"]
     for name in springs:  # springs in parallel share the stiffness in the proportions that the law has
-        guessed[name] *= own[name] / sum(own[each] for each in springs)
+        guessed[name] *= own[name] / sum(own[spring] for spring in springs)
     for name in chosen:  # a static level is guessed over its Coulomb level
         partner = leaders.get(name)
         if partner:
@@ -129,7 +129,9 @@ def parametrisation(
     try:
         template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
     except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
-        raise ArgumentError("fixed", "; ".join(f"{each.field} {each.text}" for each in error.complaints)) from None
+        raise ArgumentError(
+            "fixed", "; ".join(f"{complaint.field} {complaint.text}" for complaint in error.complaints)
+        ) from None
     return Parametrisation(template, space, u, own_start)
 
 

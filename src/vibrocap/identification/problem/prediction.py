@@ -59,7 +59,7 @@ class Prediction:
     @property
     def size(self) -> int:
         """Number of samples, those that do not count included."""
-        return sum(len(each) for each in self.records)
+        return sum(len(record) for record in self.records)
 
     def of(self, records: Sequence[Samples], units: Sequence[Any]) -> "Prediction":
         """The same law and coordinates for other samples."""
@@ -80,12 +80,12 @@ class Prediction:
         lawful = np.array([self._lawful(row) for row in law_values.tolist()])
         if not lawful.any():
             return np.full((len(values), len(record)), np.nan)
-        found = np.full((len(values), len(record)), np.nan)
+        forces = np.full((len(values), len(record)), np.nan)
         start = self._start(values, law_values, record)
         delays, adhesions = (self._beside(values, name, 0.0) for name in (DELAY, ADHESION))
         for delay, adhesion in np.unique(np.stack([delays, adhesions], axis=1)[lawful], axis=0):
             rows = lawful & (delays == delay) & (adhesions == adhesion)
-            found[rows] = driven_forces(
+            forces[rows] = driven_forces(
                 self.template,
                 law_values[rows],
                 law_names,
@@ -97,8 +97,8 @@ class Prediction:
                 threads=1 if rows.sum() * len(record) < SMALL else self.threads,
             ).force
             late = functools.partial(_late, time=record.time, delay=delay)
-            found[rows] += forces_of_terms(names, values[rows], record, late, found[rows])
-        return found * self._beside(values, own_name(GAIN, record.name), self._beside(values, GAIN, 1.0))[:, None]
+            forces[rows] += forces_of_terms(names, values[rows], record, late, forces[rows])
+        return forces * self._beside(values, own_name(GAIN, record.name), self._beside(values, GAIN, 1.0))[:, None]
 
     def _beside(self, values: np.ndarray, name: str, otherwise: Any) -> np.ndarray:
         """A parameter [m] of the measurement."""
@@ -126,7 +126,7 @@ class Prediction:
 
     def by_record(self, errors: np.ndarray) -> list[np.ndarray]:
         """Errors [n] of the samples, one array a record, without those of the priors."""
-        return np.split(errors[: self.size], np.cumsum([len(each) for each in self.records])[:-1])
+        return np.split(errors[: self.size], np.cumsum([len(record) for record in self.records])[:-1])
 
     def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
         """Errors' derivatives [n, p] by coordinates, by differences into the box; zero for the `held` ones.
@@ -134,12 +134,12 @@ class Prediction:
         All rows of one record are one call of the driven law. A state at the start changes its own record only.
         """
         low, high = self.space.low, self.space.high
-        own = np.array([each.step for each in self.space.coordinates])
+        own = np.array([coordinate.step for coordinate in self.space.coordinates])
         steps = np.where(u + own <= high, own, -own)
         steps = np.where((steps < 0) & (u - own < low), 0.5 * (high - low), steps)
-        found = np.zeros((self.size + len(self.priors), len(u)))
-        found[self.size :] = prior_slopes(self.priors, self.space.names, self.space.slopes(u))
-        found[self.size :, list(held)] = 0.0
+        jacobian = np.zeros((self.size + len(self.priors), len(u)))
+        jacobian[self.size :] = prior_slopes(self.priors, self.space.names, self.space.slopes(u))
+        jacobian[self.size :, list(held)] = 0.0
         begin = 0
         for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True)):
             end = begin + len(record)
@@ -150,17 +150,17 @@ class Prediction:
                 rows = self.forces(table, i)
                 base = (rows[-1] - record.force) / unit if errors is None else errors[begin:end]
                 for row, j in zip(rows, moved, strict=False):
-                    found[begin:end, j] = ((row - record.force) / unit - base) / steps[j]
+                    jacobian[begin:end, j] = ((row - record.force) / unit - base) / steps[j]
             begin = end
-        return found
+        return jacobian
 
     def start(self, u: np.ndarray, which: int) -> np.ndarray | None:
         """Internal states [k] at the first sample of record number `which`; None where the contact is relaxed."""
         record = self.records[which]
         values = in_record(self.differing, self.space.names, self.space.values(u[None]), record)
         columns = [self.space.names.index(name) for name in self.law_names]
-        found = self._start(values, values[:, columns], record)
-        return None if found is None else found[0]
+        states = self._start(values, values[:, columns], record)
+        return None if states is None else states[0]
 
     @property
     def counts(self) -> list[np.ndarray]:
@@ -176,15 +176,15 @@ class Prediction:
             return None
         states = self.template.internal
         load = float(np.ravel(record.load)[0])
-        found = np.zeros((len(values), len(states)))
+        start_states = np.zeros((len(values), len(states)))
         for row, (value, own) in enumerate(zip(values, law_values, strict=True)):
             law = unchecked(self.template, dict(zip(self.law_names, own.tolist(), strict=True)))
             scales = start_scales(law, load)
             for state, i in mine.items():
                 for k in range(len(states)) if state == ALL_STATES else [states.index(state)]:
                     if states[k] not in self.template.switched:
-                        found[row, k] = value[i] * scales[k]
-        return found
+                        start_states[row, k] = value[i] * scales[k]
+        return start_states
 
 
 ALL_STATES = "all"
@@ -222,7 +222,7 @@ def _late(column: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
 
 def is_nuisance(name: str) -> bool:
     """Whether a name is that of a parameter of the measurement and not of the law."""
-    lengths = [length_name(each) for each in RIPPLES]
+    lengths = [length_name(ripple) for ripple in RIPPLES]
     return name in (*TERMS, *BESIDE, *lengths, "machine_stiffness", "drift") or "[" in name or "." in name
 
 
@@ -233,15 +233,15 @@ def concerns(name: str, record: str) -> bool:
 
 def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     """The time by which the force is late behind the motion."""
-    interval = float(np.median(np.concatenate([np.diff(each.time) for each in records])))
-    reach = max(LATEST * interval, LATEST_SHARE * min(float(each.time[-1]) for each in records))
+    interval = float(np.median(np.concatenate([np.diff(record.time) for record in records])))
+    reach = max(LATEST * interval, LATEST_SHARE * min(float(record.time[-1]) for record in records))
     step = LATE_STEP  # a coarse one: samples are joined by straight lines
     return Coordinate(DELAY, "linear", -reach, reach, scale=interval, spread=0.0, step=step)
 
 
 def _adhesion_coordinate(records: Sequence[Samples]) -> Coordinate:
     """The load of adhesion, or ArgumentError where no load tells it from a level."""
-    loads = np.concatenate([np.atleast_1d(each.load) for each in records])
+    loads = np.concatenate([np.atleast_1d(record.load) for record in records])
     least, most = float(np.min(loads)), float(np.max(loads))
     if not least < most:
         raise ArgumentError("terms", "adhesion needs normal forces that differ; with one load it is part of a level")
@@ -275,10 +275,10 @@ def nuisances(
     start: "fitted": the states of the contact at the first sample of each record are searched (all by one number where
     the law has more than three); "relaxed": they are zero.
     """
-    found = [coordinate_of(name, records, level) for name in TERMS if name in terms]
+    coordinates = [coordinate_of(name, records, level) for name in TERMS if name in terms]
     for name in BESIDE:
         if name in terms:
-            found += _coordinates_beside(name, records, level, lengths)
+            coordinates += _coordinates_beside(name, records, level, lengths)
     signs = law.internal_symmetry or (-1,) * len(law.internal)
     states = [(s, sign) for s, sign in zip(law.internal, signs, strict=True) if s not in law.switched]
     if GAP in law.internal:  # behind a joint that starts open the contact is at rest
@@ -288,5 +288,5 @@ def nuisances(
             for state, sign in states if len(states) <= 3 else [(ALL_STATES, -1)]:
                 # a state that changes sign with the motion cannot exceed its natural size, another may be far from it
                 reach = 1.0 if sign == -1 else 40.0
-                found.append(Coordinate(f"{START}[{record.name}].{state}", "linear", -reach, reach, spread=0.3))
-    return tuple(found)
+                coordinates.append(Coordinate(f"{START}[{record.name}].{state}", "linear", -reach, reach, spread=0.3))
+    return tuple(coordinates)

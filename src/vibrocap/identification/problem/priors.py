@@ -36,7 +36,7 @@ class Prior:
 
 def checked_priors(given: Mapping[str, Any] | None, names: Sequence[str]) -> tuple[Prior, ...]:
     """Priors from {name: (mean, standard deviation)} of names that are searched, or ArgumentError."""
-    found = []
+    priors = []
     for name, pair in (given or {}).items():
         if name not in names:
             raise ArgumentError("priors", f"{name!r} is not searched; {suggestion(name, names)}")
@@ -46,26 +46,26 @@ def checked_priors(given: Mapping[str, Any] | None, names: Sequence[str]) -> tup
             mean = deviation = math.nan
         if not (math.isfinite(mean) and 0.0 < deviation < math.inf):
             raise ArgumentError("priors", f"{name} should be a mean and a standard deviation > 0, got {pair!r}")
-        found.append(Prior(name, mean, deviation))
-    return tuple(found)
+        priors.append(Prior(name, mean, deviation))
+    return tuple(priors)
 
 
 def weighted(priors: Sequence[Prior], names: Sequence[str], unit: float, inflation: np.ndarray) -> tuple[Prior, ...]:
     """The same with the weights that s^2 and the correlation times [p] of the named parameters give them."""
     weights = np.sqrt(unit * inflation)
-    return tuple(dataclasses.replace(each, weight=float(weights[names.index(each.name)])) for each in priors)
+    return tuple(dataclasses.replace(prior, weight=float(weights[names.index(prior.name)])) for prior in priors)
 
 
 def pulled(
     priors: Sequence[Prior], names: Sequence[str], values: np.ndarray, covariance: np.ndarray
 ) -> tuple[Prior, ...]:
     """The same, knowing what the data say alone: parameters [p] and their covariance."""
-    found = []
-    for each in priors:
-        j = names.index(each.name)
-        pull = (values[j] - each.mean) / math.sqrt(each.deviation**2 + covariance[j, j])
-        found.append(dataclasses.replace(each, pull=float(pull)))
-    return tuple(found)
+    pulled_priors = []
+    for prior in priors:
+        j = names.index(prior.name)
+        pull = (values[j] - prior.mean) / math.sqrt(prior.deviation**2 + covariance[j, j])
+        pulled_priors.append(dataclasses.replace(prior, pull=float(pull)))
+    return tuple(pulled_priors)
 
 
 def settled(old: Sequence[Prior], new: Sequence[Prior]) -> bool:
@@ -75,11 +75,11 @@ def settled(old: Sequence[Prior], new: Sequence[Prior]) -> bool:
 
 def prior_errors(priors: Sequence[Prior], names: Sequence[str], values: np.ndarray) -> np.ndarray:
     """Errors [..., priors] of parameters [..., p]."""
-    columns = [each.weight / each.deviation * (values[..., names.index(each.name)] - each.mean) for each in priors]
+    columns = [prior.weight / prior.deviation * (values[..., names.index(prior.name)] - prior.mean) for prior in priors]
     return np.stack(columns, axis=-1) if columns else np.empty((*values.shape[:-1], 0))
 
 
 def prior_slopes(priors: Sequence[Prior], names: Sequence[str], slopes: np.ndarray) -> np.ndarray:
     """Derivatives [priors, p] of these errors; slopes [p, p]: of the parameters by the coordinates."""
-    rows = [each.weight / each.deviation * slopes[names.index(each.name)] for each in priors]
+    rows = [prior.weight / prior.deviation * slopes[names.index(prior.name)] for prior in priors]
     return np.array(rows).reshape(len(rows), slopes.shape[1])

@@ -116,14 +116,14 @@ def samples(record: Any, load: float | None = None) -> Samples:
 
 def drafts(all_samples: Sequence[Samples], target: int) -> list[Samples]:
     """Thinned samples, about `target` in all, fewer only as long as the motion stays what it is."""
-    total = sum(len(each) for each in all_samples)
-    found = []
-    for each in all_samples:
+    total = sum(len(sample) for sample in all_samples)
+    thinned = []
+    for sample in all_samples:
         every = max(1, total // target)
-        while every > 1 and _motion_lost(each, every) > MOTION_LOST:
+        while every > 1 and _motion_lost(sample, every) > MOTION_LOST:
             every = max(1, every * 2 // 3)
-        found.append(each.thinned(every))
-    return found
+        thinned.append(sample.thinned(every))
+    return thinned
 
 
 def _motion_lost(full: Samples, every: int) -> float:

@@ -49,13 +49,13 @@ def steady_force(law: Law, velocity: Any, load: Any = 1.0, values: Mapping[str, 
     changed = unchecked(law, columns)
     with np.errstate(all="ignore"):
         if law.kind == "smooth":
-            found, _ = changed.force(velocity.view(Column), (), 1.0, load)
-            return np.asarray(found) + 0.0 * velocity
+            force, _ = changed.force(velocity.view(Column), (), 1.0, load)
+            return np.asarray(force) + 0.0 * velocity
         if with_role(law, "back ratio"):
-            found = changed.steady_force(speed, load, side)  # type: ignore[call-arg]
+            force = changed.steady_force(speed, load, side)  # type: ignore[call-arg]
         else:
-            found = changed.steady_force(speed, load)
-    return np.asarray(side * found) + 0.0 * velocity
+            force = changed.steady_force(speed, load)
+    return np.asarray(side * force) + 0.0 * velocity
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -68,5 +68,5 @@ class SteadyPrediction(Prediction):
         values = self.space.values(np.atleast_2d(table))
         columns = {name: values[:, [names.index(name)]] for name in self.law_names}
         rows = np.broadcast_to(record.velocity, (len(values), len(record)))
-        found = steady_force(self.template, rows, record.load, columns)
-        return found + forces_of_terms(names, values, record, np.asarray, found)
+        forces = steady_force(self.template, rows, record.load, columns)
+        return forces + forces_of_terms(names, values, record, np.asarray, forces)

@@ -32,15 +32,21 @@ class Term:
 
 
 TERMS = {
-    "offset": Term("constant force of the sensor", "N", lambda each: np.ones(len(each)), farthest=1.0),
-    "mass": Term("inertia that the sensor carries", "kg", lambda each: each.acceleration, signed=False),
-    "spring": Term("stiffness beside the contact", "N/m", lambda each: each.position),
-    "damping": Term("viscous damping beside the contact", "N s/m", lambda each: each.velocity, signed=False),
-    "damping_forward": Term("viscous damping of forward motion", "N s/m", lambda each: np.maximum(each.velocity, 0.0)),
-    "damping_back": Term("viscous damping of backward motion", "N s/m", lambda each: np.minimum(each.velocity, 0.0)),
-    "drag": Term("quadratic drag", "N s^2/m^2", lambda each: each.velocity * np.abs(each.velocity), signed=False),
-    "gravity": Term("weight times arm, times sin(angle)", "N", lambda each: np.sin(each.position), turning=True),
-    "gravity_cosine": Term("weight times arm, times cos(angle)", "N", lambda each: np.cos(each.position), turning=True),
+    "offset": Term("constant force of the sensor", "N", lambda record: np.ones(len(record)), farthest=1.0),
+    "mass": Term("inertia that the sensor carries", "kg", lambda record: record.acceleration, signed=False),
+    "spring": Term("stiffness beside the contact", "N/m", lambda record: record.position),
+    "damping": Term("viscous damping beside the contact", "N s/m", lambda record: record.velocity, signed=False),
+    "damping_forward": Term(
+        "viscous damping of forward motion", "N s/m", lambda record: np.maximum(record.velocity, 0.0)
+    ),
+    "damping_back": Term(
+        "viscous damping of backward motion", "N s/m", lambda record: np.minimum(record.velocity, 0.0)
+    ),
+    "drag": Term("quadratic drag", "N s^2/m^2", lambda record: record.velocity * np.abs(record.velocity), signed=False),
+    "gravity": Term("weight times arm, times sin(angle)", "N", lambda record: np.sin(record.position), turning=True),
+    "gravity_cosine": Term(
+        "weight times arm, times cos(angle)", "N", lambda record: np.cos(record.position), turning=True
+    ),
 }
 WAVES = {"sine": np.sin, "cosine": np.cos}
 RIPPLES = ("ripple", "friction_ripple")
@@ -51,7 +57,7 @@ for _wave, _function in WAVES.items():
     TERMS[f"friction_ripple_{_wave}"] = Term(
         f"{_wave} of friction periodic in position, over its mean",
         "1",
-        lambda each: each.position,
+        lambda record: record.position,
         farthest=1.0,
         wave=_function,
         of_friction=True,
@@ -65,7 +71,7 @@ def checked_terms(terms: str | Sequence[str], others: Sequence[str], records: Se
     for name in names:
         if name not in known:
             raise ArgumentError("terms", f"there is no term {name!r}; {suggestion(name, known)}")
-        if name in TERMS and TERMS[name].turning and not all(each.rotary for each in records):
+        if name in TERMS and TERMS[name].turning and not all(record.rotary for record in records):
             raise ArgumentError("terms", f"{name} is of a contact that turns; of one that slides, gravity is an offset")
     return names
 
@@ -79,7 +85,7 @@ def ripple_coordinates(
     name: str, length: float, records: Sequence[Samples], level: float
 ) -> tuple[Coordinate, Coordinate, Coordinate]:
     """Both waves of a ripple and its length, which stays within half a wave along the path of where it begins."""
-    path = max(float(np.ptp(each.position)) for each in records)
+    path = max(float(np.ptp(record.position)) for record in records)
     low, high = (1.0 / (1.0 / length + side * 0.5 / path) for side in (1, -1))
     sine, cosine = (coordinate_of(f"{name}_{wave}", records, level) for wave in WAVES)
     start = float(np.log(length))
@@ -89,7 +95,7 @@ def ripple_coordinates(
 def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordinate:
     """The coordinate of a term, which starts at zero; level: N of friction."""
     term = TERMS[name]
-    largest = 1.0 if term.wave else max(float(np.max(np.abs(term.column(each)))) for each in records)
+    largest = 1.0 if term.wave else max(float(np.max(np.abs(term.column(record)))) for record in records)
     scale = 1.0 if term.of_friction else level / max(largest, 1e-300)
     if term.signed:
         reach = term.farthest * scale

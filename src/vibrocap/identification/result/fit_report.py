@@ -56,40 +56,40 @@ def finished_fit(
     thresholds = dict(zip(space.names, spread.threshold.tolist(), strict=True))
     # quantiles for the standard errors, which carry the inflation already
     inflation = dict(zip(space.names, np.sqrt(spread.inflation).tolist(), strict=True))
-    found = {
+    intervals = {
         name: (profiles or {}).get(name)
-        or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], each)
-        for name, each in zip(space.names, space.coordinates, strict=True)
+        or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], coordinate)
+        for name, coordinate in zip(space.names, space.coordinates, strict=True)
     }
-    found = {
-        name: dataclasses.replace(each, low=min(each.low, values[name]), high=max(each.high, values[name]))
-        for name, each in found.items()
+    intervals = {
+        name: dataclasses.replace(interval, low=min(interval.low, values[name]), high=max(interval.high, values[name]))
+        for name, interval in intervals.items()
     }
     limits = reached_limits(prediction, problem.best, problem.loss, spread)
-    found = opened(found, limits, prediction, problem.best)
-    report = _identifiability(problem, values, found)
-    counted, parameters_in_all = int(sum(np.sum(each) for each in prediction.counts)), len(space.names)
+    intervals = opened(intervals, limits, prediction, problem.best)
+    report = _identifiability(problem, values, intervals)
+    counted, parameters_in_all = int(sum(np.sum(count) for count in prediction.counts)), len(space.names)
     if counted < EACH * parameters_in_all:
         report = _too_few(report, counted, parameters_in_all)
-        for name, each in found.items():
-            low = -math.inf if each.low < 0 else 0.0
-            found[name] = dataclasses.replace(each, low=low, high=math.inf, low_open=True, high_open=True)
+        for name, interval in intervals.items():
+            low = -math.inf if interval.low < 0 else 0.0
+            intervals[name] = dataclasses.replace(interval, low=low, high=math.inf, low_open=True, high_open=True)
     results = _results(prediction, best, held_out, options.get("start", ""))
-    fitted = [each for each in results if not each.held_out]
-    unseen = [each for each in results if each.held_out]
+    fitted = [result for result in results if not result.held_out]
+    unseen = [result for result in results if result.held_out]
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
     held_out_relative, _ = relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])
     residuals = residual_report(prediction, problem.best, spread, problem.loss, limits).with_held_out(held_out_relative)
-    residuals = residuals.with_pulls({each.name: each.pull for each in prediction.priors if abs(each.pull) > MOST})
-    beforehand = {each.name for each in prediction.priors if spread.known[space.names.index(each.name)] > SAYS_MORE}
+    residuals = residuals.with_pulls({prior.name: prior.pull for prior in prediction.priors if abs(prior.pull) > MOST})
+    beforehand = {prior.name for prior in prediction.priors if spread.known[space.names.index(prior.name)] > SAYS_MORE}
     report = _beforehand(report, beforehand)
     if residuals.doubtful:
         report = _doubted(report)
     law = prediction.law(best.u)
-    loads = [np.asarray(each.load) for each in prediction.records]
+    loads = [np.asarray(record.load) for record in prediction.records]
     known_load = options.get("load") is not None or any(np.any(load != 1.0) for load in loads)
-    units = TURNING if any(each.rotary for each in prediction.records) else SLIDING
-    guessed = {name: unit for each in prediction.records for name, unit in each.guessed_units.items()}
+    units = TURNING if any(record.rotary for record in prediction.records) else SLIDING
+    guessed = {name: unit for record in prediction.records for name, unit in record.guessed_units.items()}
     parameters = []
     for info in parameter_table(law):
         value = getattr(law, info.name)
@@ -99,8 +99,8 @@ def finished_fit(
         if units is TURNING and known_load and info.dimension is not None and info.dimension.coefficient == 1:
             unit = "m"  # a torque over the normal force
         texts = (info.name, info.symbol, info.meaning, unit)
-        if info.name in found:
-            one, verdict = found[info.name], report.verdicts[info.name]
+        if info.name in intervals:
+            one, verdict = intervals[info.name], report.verdicts[info.name]
             error = math.inf if verdict == Verdict.NO_EFFECT else standard[info.name]
             curve = (one.curve, thresholds[info.name])
             parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
@@ -113,16 +113,16 @@ def finished_fit(
         parameters=tuple(parameters),
         nuisances=tuple(
             _nuisance(
-                each,
-                values[each.name],
-                found[each.name],
-                standard[each.name],
+                coordinate,
+                values[coordinate.name],
+                intervals[coordinate.name],
+                standard[coordinate.name],
                 units,
-                Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if each.name in beforehand else None,
+                Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if coordinate.name in beforehand else None,
                 {info.name: (info.meaning, unit_of(info, known_load)) for info in parameter_table(law)},
             )
-            for each in space.coordinates
-            if is_nuisance(each.name)
+            for coordinate in space.coordinates
+            if is_nuisance(coordinate.name)
         ),
         records=tuple(results),
         relative_rmse=relative,
@@ -183,8 +183,10 @@ def _beforehand(report: Identifiability, known: Collection[str]) -> Identifiabil
 
 def _doubted(report: Identifiability) -> Identifiability:
     """The report where the errors show a fault of the data or of the law: nothing is called determined."""
-    verdicts = {name: Verdict.DOUBTED if each == Verdict.DETERMINED else each for name, each in report.verdicts.items()}
-    first = {name: "put right what the errors show" for name, each in verdicts.items() if each == Verdict.DOUBTED}
+    verdicts = {
+        name: Verdict.DOUBTED if verdict == Verdict.DETERMINED else verdict for name, verdict in report.verdicts.items()
+    }
+    first = {name: "put right what the errors show" for name, verdict in verdicts.items() if verdict == Verdict.DOUBTED}
     named = ", ".join(first)
     sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
     sentences = (sentence, *report.sentences) if first else report.sentences
@@ -278,7 +280,7 @@ OTHERS = {
     "adhesion": ("load that the contact has of itself", "N"),
     "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
     "drift": ("change of the force with the load point's displacement", "N/m"),
-    **{length_name(each): ("wavelength", "m") for each in RIPPLES},
+    **{length_name(ripple): ("wavelength", "m") for ripple in RIPPLES},
     START: ("state of the contact at the first sample, over its natural size", "1"),
 }
 

@@ -87,7 +87,7 @@ class InForce(AsGiven):
     """A force or a torque, in the unit of the fit's records."""
 
     def seen(self, value: Any, context: Context) -> Any:
-        fit = next(each for each in context.around if isinstance(each, Fit))
+        fit = next(owner for owner in context.around if isinstance(owner, Fit))
         return WithUnit(value, fit.units.force)
 
 
@@ -233,15 +233,15 @@ class Fit(Result):
             for r in self.records
         ]
         left = self.identifiability.sentences if self.identifiability is not None else ()
-        found = (
-            Chapter("parameter", head, [_row(each) for each in self.parameters]),
-            Chapter("of the measurement", head, [_row(each) for each in self.nuisances]),
+        chapters = (
+            Chapter("parameter", head, [_row(parameter) for parameter in self.parameters]),
+            Chapter("of the measurement", head, [_row(nuisance) for nuisance in self.nuisances]),
             Chapter("record", ("", "relative RMSE", ""), records),
             Chapter("What these data do not determine", sentences=left),
             Chapter("The errors", sentences=self.residuals.sentences() if self.residuals is not None else ()),
             Chapter("Limits that were reached", sentences=[f"{limit}." for limit in self.limits]),
         )
-        return [each for each in found if each.rows or each.sentences]
+        return [chapter for chapter in chapters if chapter.rows or chapter.sentences]
 
     def summary(self) -> str:
         """The fit as text, for a terminal."""
@@ -252,8 +252,8 @@ class Fit(Result):
         if not math.isnan(self.held_out_relative_rmse):
             lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
             lines[0] += " (worse than a constant)" if self.held_out_relative_rmse >= 1.0 else ""
-        for each in self.chapters:
-            lines += ["", *each.lines()]
+        for chapter in self.chapters:
+            lines += ["", *chapter.lines()]
         if self.options.get("not_shown"):
             names = ", ".join(self.options["not_shown"])
             lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]

@@ -47,11 +47,11 @@ def search(
     """
     said = progress or (lambda _: None)
     ends = drafts(draft, first, also, starts=starts, loss=loss, seed=seed, progress=progress)
-    rough = any(each.jumps for each in prediction.space.coordinates)
+    rough = any(coordinate.jumps for coordinate in prediction.space.coordinates)
     stop = COARSE_STOP if rough else STOP
     best, least = None, ends[0][0].cost
     for i, (end, begin) in enumerate(ends):
-        if i == 0 or (any(begin is each for each in also) and end.cost > (1 + SAME_COST) * least):
+        if i == 0 or (any(begin is start for start in also) and end.cost > (1 + SAME_COST) * least):
             tried = _scanned(prediction, descent(prediction, end.u, loss, evaluations=POLISH, stop=stop), loss)
             best = tried if best is None or tried.cost < best.cost else best
             said(0.75)
@@ -78,17 +78,17 @@ def drafts(
         begins += _promising(draft, first[-1], starts - len(begins), loss, seed)
     begins += also
     said(0.05)
-    found: list[tuple[Minimum, np.ndarray]] = []
+    minima: list[tuple[Minimum, np.ndarray]] = []
     for i, u in enumerate(begins):
-        found.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
+        minima.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
         said(0.05 + 0.5 * (i + 1) / len(begins))
-    found.sort(key=lambda each: each[0].cost)
-    for i, (end, u) in enumerate(found):
-        if i < CARRIED or any(u is each for each in also):
-            found[i] = (_scanned(draft, descent(draft, end.u, loss, evaluations=LONG, stop=1e-6), loss), u)
-        said(0.55 + 0.15 * (i + 1) / len(found))
-    found.sort(key=lambda each: each[0].cost)
-    return found
+    minima.sort(key=lambda pair: pair[0].cost)
+    for i, (end, u) in enumerate(minima):
+        if i < CARRIED or any(u is start for start in also):
+            minima[i] = (_scanned(draft, descent(draft, end.u, loss, evaluations=LONG, stop=1e-6), loss), u)
+        said(0.55 + 0.15 * (i + 1) / len(minima))
+    minima.sort(key=lambda pair: pair[0].cost)
+    return minima
 
 
 def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
@@ -123,7 +123,7 @@ def _valley(best: Minimum, j: int) -> np.ndarray:
 
 def _promising(draft: Prediction, centre: np.ndarray, count: int, loss: Loss, seed: int) -> list[np.ndarray]:
     """The best `count` of many points around a centre, not too near to each other."""
-    spread = np.array([each.spread for each in draft.space.coordinates])
+    spread = np.array([coordinate.spread for coordinate in draft.space.coordinates])
     normal = np.random.default_rng(seed).normal(size=(max(64, SCREENED * count), len(centre)))
     table = np.clip(centre + spread * normal, draft.space.low, draft.space.high)
     costs = loss.cost(finite(draft.error_table(table)))

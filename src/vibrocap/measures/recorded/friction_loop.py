@@ -110,14 +110,14 @@ class Excursion:
         grid = low + (high - low) * np.linspace(0.0, 1.0, SPEEDS + 2)[1:-1] ** 2
         difference = self.difference(grid)
         known = np.flatnonzero(np.abs(difference) > least)
-        found = []
+        crossings = []
         for i, j in itertools.pairwise(known):
             if difference[i] * difference[j] < 0.0:
                 speed, _ = brentq(known_difference, grid[i], grid[j], xtol=1e-14, full_output=True)
                 # Where a way begins or ends the mean over ways jumps or is missing, which is no crossing.
                 if abs(self.difference(np.array([speed]))[0]) <= 1e-6 * (abs(difference[i]) + abs(difference[j])):
-                    found.append(float(speed))
-        return tuple(found)
+                    crossings.append(float(speed))
+        return tuple(crossings)
 
 
 def branches(excursion: Excursion, area: float, low: float, high: float, least: float) -> Branches | None:

@@ -48,14 +48,14 @@ def response_class(motion: Trajectory, *, threshold: float | None = None) -> Res
     motions follows from that state. Compared at the settled end of the motion, to ten times
     `Settling.threshold`: either side may be that far away at a period mark, and some times as far half a period later.
     """
-    found = settling(motion, threshold=threshold)
-    if found.settled and found.period is not None:
+    verdict = settling(motion, threshold=threshold)
+    if verdict.settled and verdict.period is not None:
         symmetric = (
-            _asymmetry(motion, found.period) <= MIRROR_SHARE * found.threshold if motion.system.mirrored else None
+            _asymmetry(motion, verdict.period) <= MIRROR_SHARE * verdict.threshold if motion.system.mirrored else None
         )
-        return ResponseClass(f"period-{found.period}", found.period, found.residual, symmetric)
+        return ResponseClass(f"period-{verdict.period}", verdict.period, verdict.residual, symmetric)
     kind = "other" if _settles_to_nothing(motion) else "not settled"
-    return ResponseClass(kind, None, found.residual, None)
+    return ResponseClass(kind, None, verdict.residual, None)
 
 
 def _asymmetry(motion: Trajectory, n: int) -> float:

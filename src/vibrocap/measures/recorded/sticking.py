@@ -103,7 +103,7 @@ BETWEEN = "|"  # the sequences of two contacts
 
 def joined(sequences: Iterable[str]) -> str:
     """The mode sequences of all contacts, the first one first: "FSB|FB" of two. "" where no contact has one."""
-    return BETWEEN.join(each) if any(each := [*sequences]) else ""
+    return BETWEEN.join(value) if any(value := [*sequences]) else ""
 
 
 def by_contact(sequences: str) -> list[str]:

@@ -61,8 +61,8 @@ def mean_velocity(motion: Trajectory, periods: int | None = None, *, threshold: 
     periods = usual_window(done) if periods is None else periods
     window = window_times(motion, periods=periods)
     gained = motion.sections[done, column] - motion.sections[done - periods, column]
-    found = settling(motion, threshold=threshold)
-    settled = found.settled and found.since is not None and found.since <= done - periods
+    verdict = settling(motion, threshold=threshold)
+    settled = verdict.settled and verdict.since is not None and verdict.since <= done - periods
     return MeanVelocity(float(gained / (window[1] - window[0])), window, settled)
 
 

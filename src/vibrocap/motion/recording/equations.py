@@ -39,11 +39,11 @@ def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
 @functools.lru_cache(maxsize=256)
 def parameter_values(system: System) -> tuple[float, ...]:
     """The parameter vector of a system, in the order of `Equations.parameter_paths`."""
-    found = tuple(float(value) for _, value in _recorded_parameters(system))
+    values = tuple(float(value) for _, value in _recorded_parameters(system))
     corners = equations(system).corners
     if corners is None:
-        return found
-    return tuple(corners.filled(np.append(found, np.zeros(2 + corners.coefficients))).tolist())
+        return values
+    return tuple(corners.filled(np.append(values, np.zeros(2 + corners.coefficients))).tolist())
 
 
 def parameters_at(system: System, time: np.ndarray) -> tuple:
@@ -51,20 +51,20 @@ def parameters_at(system: System, time: np.ndarray) -> tuple:
 
     The numbers of the segment that holds are arrays [n].
     """
-    found, corners = parameter_values(system), equations(system).corners
+    values, corners = parameter_values(system), equations(system).corners
     if corners is None:
-        return found
-    return (*found[: corners.place], *corners.present(*corners.of_one(found), time, 0.0)[1])
+        return values
+    return (*values[: corners.place], *corners.present(*corners.of_one(values), time, 0.0)[1])
 
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
-    found = []
+    parameters = []
     for part, record in system.parts.items():
         for info in parameter_table(record):
             value = getattr(record, info.name)
             if is_recorded(record, info.name, value):
-                found.append((f"{part}.{info.name}", value))
-    return found
+                parameters.append((f"{part}.{info.name}", value))
+    return parameters
 
 
 def form(system: System) -> tuple:
@@ -114,7 +114,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     graph = Graph()
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
+    recorded = System.unchecked({part: with_symbols(part, values, symbols) for part, values in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
         put_on_segment(recorded, graph, corners.place)
@@ -191,12 +191,12 @@ def integrals(recording: Equations) -> dict[str, Expression]:
 
 def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
     """What is known of a contact at every instant; what it can hold only where its load may change."""
-    each = flow.contacts[number - 1]
-    own = {"friction": each.friction, "holding_force": each.held, "contact_velocity": each.contact.velocity}
-    rates = zip(each.contact.law.internal, each.contact.internal_rates, strict=True)
+    contact = flow.contacts[number - 1]
+    own = {"friction": contact.friction, "holding_force": contact.held, "contact_velocity": contact.contact.velocity}
+    rates = zip(contact.contact.law.internal, contact.contact.internal_rates, strict=True)
     own |= {f"{name}_rate": rate for name, rate in rates}
-    if flow.bounds and each.contact.sticks:
-        own |= {"holding_limit": each.limit, "holding_centre": each.middle}
+    if flow.bounds and contact.contact.sticks:
+        own |= {"holding_limit": contact.limit, "holding_centre": contact.middle}
     return {numbered(name, number): value for name, value in own.items()}
 
 
@@ -218,7 +218,7 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
     """The corners of the drive, recorded in a graph of their own, as a table may have very many; None of none."""
     graph = Graph()
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
+    recorded = System.unchecked({part: with_symbols(part, values, symbols) for part, values in system.parts.items()})
     drive = recorded.timed_drive
     if not isinstance(drive, Piecewise):
         return None
@@ -245,41 +245,43 @@ def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
 
 def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[ContactEquations, ...]:
     """The recorded contacts."""
-    found, states = [], system.state_names
-    for i, (each, law, name) in enumerate(zip(flow.contacts, system.laws, system.machine.contact_states, strict=True)):
+    equations_of_contacts, states = [], system.state_names
+    for i, (contact, law, name) in enumerate(
+        zip(flow.contacts, system.laws, system.machine.contact_states, strict=True)
+    ):
         internal = (states.index(numbered(own, i + 1)) for own in law.internal if own not in law.switched)
-        velocity, kind = expression(each.contact.velocity), system.contact_kinds[i]
-        if kind == "smooth" and no_series_at_rest(velocity, [expression(each.contact.force)]):
+        velocity, kind = expression(contact.contact.velocity), system.contact_kinds[i]
+        if kind == "smooth" and no_series_at_rest(velocity, [expression(contact.contact.force)]):
             kind = "kinked"  # so that steps end where it passes rest
-        found.append(
+        equations_of_contacts.append(
             ContactEquations(
-                friction=expression(each.friction),
+                friction=expression(contact.friction),
                 velocity=velocity,
                 state=states.index(name),
                 kind=kind,
-                hold=None if each.hold is None else expression(each.hold),
-                limit=None if each.limit is None else expression(each.resting[-1]),
+                hold=None if contact.hold is None else expression(contact.hold),
+                limit=None if contact.limit is None else expression(contact.resting[-1]),
                 internal=tuple(internal),
                 after_reversal=tuple(map(expression, flow.after_reversal[i])),
             )
         )
-    return tuple(found)
+    return tuple(equations_of_contacts)
 
 
 def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
     def tuples(values: Any) -> tuple[Expression, ...]:
         return tuple(map(expression, values))
 
-    given, contacts = flow.rows, [each.contact for each in flow.contacts]
+    given, contacts = flow.rows, [contact.contact for contact in flow.contacts]
     assert given is not None
     return DecisionRows(
         b=tuples(given.b),
         response=tuple(map(tuples, given.A)),
         loads=tuples(given.n),
         load_response=tuple(map(tuples, given.C)),
-        forces=tuples(each.force for each in contacts),
-        pushes=tuple(tuples((each.push, each.push_at_rest)) for each in contacts),
-        bounds=tuple(tuples(each.reach) if each.sticks else None for each in contacts),
+        forces=tuples(contact.force for contact in contacts),
+        pushes=tuple(tuples((contact.push, contact.push_at_rest)) for contact in contacts),
+        bounds=tuple(tuples(contact.reach) if contact.sticks else None for contact in contacts),
     )
 
 
@@ -296,8 +298,8 @@ def imposed_shifts(system: System, placed: Any, graph: Graph, mechanical: tuple)
     own = list(mechanical)
     own[machine.states.index(machine.contact_states[0])] = 0.0
     time = graph.node("time")
-    found = tuple(graph.expression(each.velocity) for each in placed.contacts(time, tuple(own), 0.0))
-    if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in found])):
+    expressions = tuple(graph.expression(contact.velocity) for contact in placed.contacts(time, tuple(own), 0.0))
+    if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in expressions])):
         what = f"should be functions of time, but for the state {machine.contact_states[0]} that is added to each"
         raise ValueError(f"the {machine.name}: at imposed distances the velocities of its contacts {what}")
-    return found
+    return expressions

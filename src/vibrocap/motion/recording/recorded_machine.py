@@ -37,7 +37,7 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
+    recorded = System.unchecked({part: with_symbols(part, values, symbols) for part, values in system.parts.items()})
     if recording.corners is not None:
         put_on_segment(recorded, graph, recording.corners.place)
     return graph, recorded.placed

@@ -19,22 +19,22 @@ def section_states(system: System, states: np.ndarray, scales: np.ndarray) -> np
     those of the coordinate; its abscissa stands in place of the coordinate, its ordinate behind all other states.
     """
     kept = [i for i, name in enumerate(system.state_names) if name != system.cyclic]
-    found = states[..., kept] / scales[kept]
+    scaled = states[..., kept] / scales[kept]
     ordinates = []
     for i, period in turning_states(system):
         radius = period / (2.0 * math.pi)
         angle = states[..., i] / radius
-        found[..., kept.index(i)] = radius / scales[i] * np.cos(angle)
+        scaled[..., kept.index(i)] = radius / scales[i] * np.cos(angle)
         ordinates.append(radius / scales[i] * np.sin(angle))
-    return np.concatenate([found, np.stack(ordinates, axis=-1)], axis=-1) if ordinates else found
+    return np.concatenate([scaled, np.stack(ordinates, axis=-1)], axis=-1) if ordinates else scaled
 
 
 def whole_turns(system: System, gained: np.ndarray) -> np.ndarray:
     """What of a change of states [..., states] is whole turns, the nearest number of them; 0 of what does not turn."""
-    found = np.zeros_like(gained)
+    turns = np.zeros_like(gained)
     for i, period in turning_states(system):
-        found[..., i] = period * np.round(gained[..., i] / period)
-    return found
+        turns[..., i] = period * np.round(gained[..., i] / period)
+    return turns
 
 
 def winding(system: System, gained: np.ndarray) -> dict[str, int]:
@@ -45,7 +45,7 @@ def winding(system: System, gained: np.ndarray) -> dict[str, int]:
 
 def brought_back(system: System, states: np.ndarray) -> np.ndarray:
     """States [..., states] of the same motions at the origin: the cyclic coordinate 0, no more than half a turn."""
-    found = states - whole_turns(system, states)
+    states_brought_back = states - whole_turns(system, states)
     if system.cyclic is not None:
-        found[..., system.state_names.index(system.cyclic)] = 0.0
-    return found
+        states_brought_back[..., system.state_names.index(system.cyclic)] = 0.0
+    return states_brought_back

@@ -22,29 +22,29 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
         {name: expression(rate) for name, rate in zip(machine.states, rates, strict=False)}
         for rates in (machine.rates(*at), flow.rates)
     ]
-    accelerations = [tuple({each[name].index: each[name] for each in solved}.values()) for name in names]
+    accelerations = [tuple({row[name].index: row[name] for row in solved}.values()) for name in names]
 
     def left(told: tuple, acceleration: Any) -> Expression:
         force, motions, share = told
-        found = expression(force)
+        remainder = expression(force)
         for factor, rate in motions:
-            found = found - factor * expression(rate).rate()
-        return found - share * acceleration
+            remainder = remainder - factor * expression(rate).rate()
+        return remainder - share * acceleration
 
     contacts = []
     last = rows[len(rows) - len(lifts) :]
-    for c, (each, lift, (*_, share)) in enumerate(zip(flow.contacts, lifts, last, strict=True)):
-        own, load, (held, at_rest) = each.contact, None, each.alone
+    for c, (contact, lift, (*_, share)) in enumerate(zip(flow.contacts, lifts, last, strict=True)):
+        own, load, (held, at_rest) = contact.contact, None, contact.alone
         if lift is not None:
-            moving = expression(each.normal if flow.loads else flow.reaction(c))
+            moving = expression(contact.normal if flow.loads else flow.reaction(c))
             load = Load(-left(lift, 0.0), moving, None if at_rest is None else expression(at_rest))
             load = None if graph.is_constant_in_time(moving.index) else load
         contacts.append(
             ContactMechanics(
-                friction=expression((1.0 - share) * (each.sliding - own.push)),
+                friction=expression((1.0 - share) * (contact.sliding - own.push)),
                 share=expression(own.slips),
                 held=None if held is None else expression(held),
-                taken=expression(each.tangential) if held is None else None,
+                taken=expression(contact.tangential) if held is None else None,
                 load=load,
             )
         )

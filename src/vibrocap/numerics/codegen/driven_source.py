@@ -110,11 +110,11 @@ def is_frozen(graph: Graph, index: int) -> bool:
     """Whether a node depends on nothing but parameters and the side."""
     waiting, seen = [index], set()
     while waiting:
-        found = waiting.pop()
-        if found in seen:
+        node = waiting.pop()
+        if node in seen:
             continue
-        seen.add(found)
-        op, *operands = graph.nodes[found]
+        seen.add(node)
+        op, *operands = graph.nodes[node]
         if op in ("state", "time"):
             return False
         if op not in ("constant", "parameter", "side"):

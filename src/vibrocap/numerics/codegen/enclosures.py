@@ -141,7 +141,7 @@ class Enclosures:
         passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)")
         least, most = self.inverses.get(index, ("-1e+300", "1e+300"))
         # Both sides of a choice are computed.
-        low, high = (text.name(text.chosen(passes, "1.0", each)) for each in (low, high))
+        low, high = (text.name(text.chosen(passes, "1.0", end)) for end in (low, high))
         ends = [text.name(text.chosen(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
         return ends[0], ends[1]
 

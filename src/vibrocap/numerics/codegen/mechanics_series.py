@@ -31,13 +31,13 @@ class MechanicsWriter:
         self.writer, self.graph, self.rows = writer, writer.graph, mechanics.rows
         self.unknown = {node.index: i for i, row in enumerate(self.rows) for node in row.rates}
         outside = self._reached([row.left for row in self.rows], set())
-        self.contacts = tuple(each.without_load(outside) for each in mechanics.contacts)
+        self.contacts = tuple(contact.without_load(outside) for contact in mechanics.contacts)
         self.inner = range(len(self.rows) - len(self.contacts))
-        loads = ((c, each.load) for c, each in enumerate(self.contacts))
+        loads = ((c, contact.load) for c, contact in enumerate(self.contacts))
         self.loads = {c: load for c, load in loads if load is not None}
         self._loaded = {load.moving.index: c for c, load in self.loads.items()}
         told = (*(row.left for row in self.rows), *(load.value for load in self.loads.values()))
-        self._told = (*told, *(each.friction for each in self.contacts))
+        self._told = (*told, *(contact.friction for contact in self.contacts))
         self._newest: dict[int, bool] = {}
         self._levels: dict[int, int | None] = {}
         self._simples: dict[int, bool] = {}
@@ -54,19 +54,19 @@ class MechanicsWriter:
 
     def _formulas(self) -> dict[int, Callable[[int], Formula]]:
         """How nodes are written that the rows give: accelerations, loads, forces at contacts."""
-        found: dict[int, Callable[[int], Formula]] = {}
-        for c, each in enumerate(self.contacts):
-            pairs = [(each.held, self._held), (each.taken, self._taken)]
+        formulas: dict[int, Callable[[int], Formula]] = {}
+        for c, contact in enumerate(self.contacts):
+            pairs = [(contact.held, self._held), (contact.taken, self._taken)]
             if c in self.loads:
                 pairs += [(self.loads[c].moving, self._load), (self.loads[c].at_rest, self._load_at_rest)]
-            found |= {node.index: functools.partial(formula, c) for node, formula in pairs if node is not None}
+            formulas |= {node.index: functools.partial(formula, c) for node, formula in pairs if node is not None}
         for index in self._reached(self._told, set(self._loaded)):
-            found.pop(index, None)  # what the rows are made of is written as it stands
+            formulas.pop(index, None)  # what the rows are made of is written as it stands
         for i, row in enumerate(self.rows):
             first, *same = (node.index for node in row.rates)
-            found[first] = functools.partial(self._acceleration, i)
-            found |= {index: functools.partial(self.writer.coefficient, first) for index in same}
-        return found
+            formulas[first] = functools.partial(self._acceleration, i)
+            formulas |= {index: functools.partial(self.writer.coefficient, first) for index in same}
+        return formulas
 
     def _reached(self, roots: Sequence[Expression], told: set[int]) -> set[int]:
         """The nodes that these and the rates of their states need, but for accelerations and what is told."""
@@ -84,7 +84,7 @@ class MechanicsWriter:
     @property
     def usable(self) -> bool:
         """Whether every acceleration stands in rows, loads and friction by sums and products only."""
-        return all(self.level(each.index) != 0 or self._simple(each.index) for each in self._told)
+        return all(self.level(row.index) != 0 or self._simple(row.index) for row in self._told)
 
     # --- where the accelerations stand -------------------------------------------------------------------------------
 
@@ -224,10 +224,10 @@ class MechanicsWriter:
     @functools.cached_property
     def _inner_rows(self) -> list["Eliminated"]:
         """Of accelerations that are no contact's, each without those before it."""
-        found: list[Eliminated] = []
+        rows: list[Eliminated] = []
         for i in self.inner:
-            found.append(Eliminated(self, f"inner{i}", self.rows[i].left, tuple(found)))
-        return found
+            rows.append(Eliminated(self, f"inner{i}", self.rows[i].left, tuple(rows)))
+        return rows
 
     @functools.cached_property
     def _holds(self) -> list["Eliminated"]:
@@ -260,11 +260,11 @@ class MechanicsWriter:
 
     def _taken(self, c: int, k: int) -> Formula:
         """Coefficient k of the force at a contact among others: what holds it, or friction."""
-        each, friction = self.contacts[c], self.writer.coefficient(self.contacts[c].friction.index, k)
-        if each.share.value == 1.0:
+        contact, friction = self.contacts[c], self.writer.coefficient(self.contacts[c].friction.index, k)
+        if contact.share.value == 1.0:
             return friction
         held = self.writer.code.name(f"held{c}_{k}", total(self._holds[c].terms(self._behind(), k)))
-        return held + self.writer.coefficient(each.share.index, 0) * (friction - held)
+        return held + self.writer.coefficient(contact.share.index, 0) * (friction - held)
 
     @functools.cached_property
     def _block(self) -> tuple[list[list[Formula]], list[list[Formula]], list[Formula]]:
@@ -273,10 +273,10 @@ class MechanicsWriter:
         The last are 0 of a contact at rest.
         """
         matrix, factors, mobilities = [], [], []
-        for c, each in enumerate(self.contacts):
+        for c, contact in enumerate(self.contacts):
             row = self._holds[c].entries[len(self.inner) :]
             if c in self.loads:
-                ratio = self.writer.coefficient(sensitivity(each.friction, self.loads[c].moving.index).index, 0)
+                ratio = self.writer.coefficient(sensitivity(contact.friction, self.loads[c].moving.index).index, 0)
                 pairs = zip(row, self._raised[c].entries[len(self.inner) :], strict=True)
                 row = [entry - ratio * less for entry, less in pairs]
             own = []
@@ -284,7 +284,7 @@ class MechanicsWriter:
                 own.append(self.kept(f"contact{c}_by{e}", row[e] * mobilities[e]))
                 for j in range(e + 1, len(row)):
                     row[j] = self.kept(f"contact{c}_{j}_{e}", row[j] - own[e] * matrix[e][j])
-            share = self.writer.coefficient(each.share.index, 0)
+            share = self.writer.coefficient(contact.share.index, 0)
             name = "mobility" if c == len(self.contacts) - 1 else f"mobility_of{c}"
             mobilities.append(self.writer.code.name(name, share / row[c]))
             matrix.append(row)
@@ -297,10 +297,10 @@ class MechanicsWriter:
 
     def _force(self, c: int, k: int) -> Formula:
         """What accelerates a contact, the contacts before it put in, while those behind it do not accelerate."""
-        each, hold = self.contacts[c], self._holds[c]
+        contact, hold = self.contacts[c], self._holds[c]
         # Where the contact cannot rest the force that holds is not asked for itself.
-        held = hold.left_terms(k) if each.share.value == 1.0 else [(1, hold.left(k))]
-        friction, level = each.friction.index, self.level(each.friction.index)
+        held = hold.left_terms(k) if contact.share.value == 1.0 else [(1, hold.left(k))]
+        friction, level = contact.friction.index, self.level(contact.friction.index)
         friction = self.writer.signed_terms(friction, k) if level != 0 else self.without(friction, k)
         before = [(-1, factor * self._force(e, k)) for e, factor in enumerate(self._block[1][c]) if factor is not ZERO]
         name = f"force_{k}" if c == 0 else f"force{c}_{k}"

@@ -82,36 +82,36 @@ def sharpness(
     """
     on_contact, on_internal = {contact.index}, {state.index for state in internal}
     bounded = {divisor.index for divisor in divisors}
-    found, arguments, of_internal = [], [], False
+    sharp, arguments, of_internal = [], [], False
     for index in reachable(graph, [rate.index for rate in rates]):
         op, *operands = graph.nodes[index]
         varying = operands[1:] if op == "div" else operands_of(graph, index)
         by_internal = any(i in on_internal for i in varying)
         watched = op == "div" and operands[1] in bounded
         if op in SHARP_FUNCTIONS and not watched and (by_internal or any(i in on_contact for i in varying)):
-            found.append(index)
+            sharp.append(index)
             of_internal = of_internal or by_internal
             if op in STEEP and not by_internal:
                 arguments.append(SharpArgument(op, Expression(graph, varying[0])))
         for group in (on_contact, on_internal):
             if any(i in group for i in operands_of(graph, index)):
                 group.add(index)
-    return Sharpness(tuple(found), of_internal, tuple(arguments))
+    return Sharpness(tuple(sharp), of_internal, tuple(arguments))
 
 
 def system_sharpness(equations: Equations) -> tuple[Sharpness, int]:
     """What in the equations of a system could hide within a step, and the contact on which it depends, if on one."""
-    velocities = [each.velocity for each in equations.contacts]
-    internal = [equations.graph.node("state", i) for each in equations.contacts for i in each.internal]
+    velocities = [contact.velocity for contact in equations.contacts]
+    internal = [equations.graph.node("state", i) for contact in equations.contacts for i in contact.internal]
     rates = (*equations.rates, *equations.switches)
     # Before a divisor of the forces at contacts vanishes these grow without end, and shorten the steps. So do their
     # derivatives along a tangent, by the same divisor.
-    found = [
+    sharpnesses = [
         sharpness(equations.graph, rates, own, [*internal, *velocities[:i], *velocities[i + 1 :]], equations.divisors)
         for i, own in enumerate(velocities)
     ]
-    number = next((i for i, sharp in enumerate(found) if not sharp.internal), 0)
-    return found[number], number
+    number = next((i for i, sharp in enumerate(sharpnesses) if not sharp.internal), 0)
+    return sharpnesses[number], number
 
 
 def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:
@@ -152,11 +152,13 @@ def lacunary(equations: Equations) -> bool:
     graph = equations.graph
     draw = np.random.default_rng(0)
     states = draw.uniform(0.1, 0.9, len(equations.rates))
-    states[[each.state for each in equations.contacts]] = 0.0
+    states[[contact.state for contact in equations.contacts]] = 0.0
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations)[0].nodes:
         op, *operands = graph.nodes[node]
-        slopes = [sensitivity(Expression(graph, operands[-1]), each.velocity.index) for each in equations.contacts]
+        slopes = [
+            sensitivity(Expression(graph, operands[-1]), contact.velocity.index) for contact in equations.contacts
+        ]
         with np.errstate(all="ignore"):
             if op in ("log", "power") or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
                 return True
@@ -173,7 +175,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     if not sharp.nodes:
         return "\n".join([head, "    return 0.0 * h", ""])
     text = Lines(polynomials)
-    graph, contacts = equations.graph, {each.velocity.index: i for i, each in enumerate(equations.contacts)}
+    graph, contacts = equations.graph, {contact.velocity.index: i for i, contact in enumerate(equations.contacts)}
     for name, place in (("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
     lost = gaps(equations, sharp.nodes)
@@ -190,9 +192,9 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         if index in contacts and contacts[index] == number:
             return velocity
         if index in contacts:  # as the difference of rates that nearly cancel its enclosure would be far too wide
-            row, each = f"VELOCITY_OF[{contacts[index]}]", equations.contacts[contacts[index]]
-            low, high = around(row, row, each.state, over)
-            if over and each.kind != "smooth":  # its side lasts the step
+            row, contact = f"VELOCITY_OF[{contacts[index]}]", equations.contacts[contacts[index]]
+            low, high = around(row, row, contact.state, over)
+            if over and contact.kind != "smooth":  # its side lasts the step
                 side = text.name(text.entry(f"SIDE + {contacts[index]} * LANES"))
                 low = text.name(text.chosen(f"{side} > 0.0", f"max({low}, 0.0)", low))
                 high = text.name(text.chosen(f"{side} < 0.0", f"min({high}, 0.0)", high))
@@ -226,7 +228,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
             for slope, inverse in zip(slopes[0], inverses, strict=True)
             if slope.value != 0.0
         ]
-        of_rates = [text.name(f"{each} * lasting") for each in _largest(text, of_rates)]
+        of_rates = [text.name(f"{line} * lasting") for line in _largest(text, of_rates)]
         of_guards = [text.size(values.of(slope.index)) for slope in slopes[1] if slope.value != 0.0]
         return _largest(text, of_rates + of_guards)[0]
 
@@ -249,7 +251,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
         under = reachable(graph, [base]) if op == "power" else ()
-        speed = next((each for each in speeds(equations) if each.sticks and each.expression.index in under), None)
+        speed = next((speed for speed in speeds(equations) if speed.sticks and speed.expression.index in under), None)
         allowed = near_rest(speed)
         negligible = text.name(f"{share} <= {allowed}")
         text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")

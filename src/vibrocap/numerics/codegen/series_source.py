@@ -27,7 +27,7 @@ def jet_source(equations: Equations, layout: Layout, loop: str) -> str:
     `slow_jet`: the same on a slow manifold, of a motion alone or of all lanes that are on one
     """
     if loop == "simd":
-        sticks = any(each.sticks for each in equations.contacts)
+        sticks = any(contact.sticks for contact in equations.contacts)
         guard = guard_source(
             layout.order, sticks, limits_are_constant(equations), equations.several, bool(equations.switches)
         )
@@ -40,21 +40,21 @@ def jet_source(equations: Equations, layout: Layout, loop: str) -> str:
             other += indented(_series(equations, layout, loop, slow))
         return "\n".join([*one, *other, "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
-    found = [*head, *indented(_series(equations, layout, loop, ()), 8), ""]
+    lines = [*head, *indented(_series(equations, layout, loop, ()), 8), ""]
     calls = []
     if equations.several and layout.slow:  # of which any may be on theirs, as lanes
         body = _series(equations, layout, loop, range(len(layout.slow)))
-        return "\n".join([*found, "def slow_jet(floats, lane):", *indented(body), ""])
+        return "\n".join([*lines, "def slow_jet(floats, lane):", *indented(body), ""])
     if pair(layout):
         body = _series(equations, layout, loop, (0, 1))
-        found += ["def slow_jet_pair(floats, lane):", *indented(body), ""]
+        lines += ["def slow_jet_pair(floats, lane):", *indented(body), ""]
         calls += ["    if floats[SLOW + lane] > 0.0 and floats[SLOW + LANES + lane] > 0.0:"]
         calls += ["        slow_jet_pair(floats, lane)", "        return"]
     for number in range(len(layout.slow)):
         body = _series(equations, layout, loop, (number,))
-        found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
+        lines += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
         calls += [f"    if floats[SLOW + {number} * LANES + lane] > 0.0:", f"        slow_jet_{number}(floats, lane)"]
-    return "\n".join([*found, *(["def slow_jet(floats, lane):", *calls] if calls else NO_MANIFOLD), ""])
+    return "\n".join([*lines, *(["def slow_jet(floats, lane):", *calls] if calls else NO_MANIFOLD), ""])
 
 
 def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]) -> list[str]:
@@ -88,7 +88,9 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
         for i, shift in enumerate(equations.shifts[: layout.shifts], start=shifts_from):
             keep(i, k, writer.coefficient(shift.index, k))
         if k < order:
-            pairs = (pair for each in equations.contacts for pair in (each.hold, each.limit) if pair is not None)
+            pairs = (
+                pair for contact in equations.contacts for pair in (contact.hold, contact.limit) if pair is not None
+            )
             for i, value in enumerate(pairs, start=held_from):
                 keep(i, k, writer.coefficient(value.index, k))
         for i, true_load in enumerate(watched, start=held_from + 2 * layout.held):
@@ -111,7 +113,7 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
 
 def limits_are_constant(equations: Equations) -> bool:
     """Whether no contact's limit ever changes along a motion."""
-    limits = [each.limit for each in equations.contacts if each.limit is not None]
+    limits = [contact.limit for contact in equations.contacts if contact.limit is not None]
     return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
 
 

@@ -47,7 +47,7 @@ def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequen
     if not slow:
         return JetWriter(*given, shortest(equations))
     states = {layout.slow[number][1]: number for number in slow}
-    creeping = frozenset(each.state for each in equations.contacts if each.state in states)
+    creeping = frozenset(contact.state for contact in equations.contacts if contact.state in states)
     mechanics = None if creeping else shortest(equations)  # which gives no rate that is slaved
     return SlowWriter(*given, mechanics, states, creeping, layout)
 
@@ -59,13 +59,13 @@ def bounding_decays(
 
     rates: one of each contact with bristles, or one of all
     """
-    found = [writer.coefficient(rate.index, 0) for rate in rates]
-    contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
+    formulas = [writer.coefficient(rate.index, 0) for rate in rates]
+    contacts = [i for i, contact in enumerate(equations.contacts) if contact.internal]
     if not isinstance(writer, SlowWriter):
         if layout.lanes > 1:
             for number, (contact, _) in enumerate(layout.slow):
-                writer.code.store(f"OWN_DECAY + {number} * LANES", found[contacts.index(contact)])
-        return found
+                writer.code.store(f"OWN_DECAY + {number} * LANES", formulas[contacts.index(contact)])
+        return formulas
     if writer.alone:
         for number in set(range(len(layout.slow))) - set(writer.slow.values()):
             writer.code.store(f"OWN_DECAY + {number} * LANES", ZERO)
@@ -78,20 +78,22 @@ def bounding_decays(
         place = contacts.index(layout.slow[first][0])
         for number in (first, second):
             writer.code.store(f"OWN_DECAY + {number} * LANES", writer.code.name("pair_decay", own))
-        found[place] = ZERO
-        return found
+        formulas[place] = ZERO
+        return formulas
     for state, number in writer.slow.items():
         contact = layout.slow[number][0]
         creeps = state not in equations.contacts[contact].internal
-        places = range(len(found)) if creeps else [contacts.index(contact)]
-        own = found[places[0]]
+        places = range(len(formulas)) if creeps else [contacts.index(contact)]
+        own = formulas[places[0]]
         if layout.lanes == 1:
             own = writer.coefficient((-derivative(equations.rates[state], state)).index, 0)
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
         for place in places:
-            rest = ZERO if layout.lanes > 1 or writer.alone else found[place] - own
-            found[place] = writer.code.name(f"bounding_{number}_{place}", writer.chosen(state, rest, found[place]))
-    return found
+            rest = ZERO if layout.lanes > 1 or writer.alone else formulas[place] - own
+            formulas[place] = writer.code.name(
+                f"bounding_{number}_{place}", writer.chosen(state, rest, formulas[place])
+            )
+    return formulas
 
 
 def store_reach(writer: JetWriter) -> None:
@@ -125,16 +127,16 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
     as exact as z_k.
     """
     index = writer.graph.node("state", state).index if value is None else value.index
-    found = writer.coefficient(index, k)
+    coefficient = writer.coefficient(index, k)
     if k == 0 or not isinstance(writer, SlowWriter):
-        return found
+        return coefficient
     for slow in writer.slow:
         push = writer.push(writer.rates[state], slow)
         if state not in writer.together(slow) and push.value != 0.0:
             own = writer.coefficient(writer.graph.node("state", slow).index, k)
             change = writer.chosen(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
-            found = found + writer.coefficient(push.index, 0) * change
-    return found
+            coefficient = coefficient + writer.coefficient(push.index, 0) * change
+    return coefficient
 
 
 class SlowWriter(JetWriter):
@@ -174,12 +176,12 @@ class SlowWriter(JetWriter):
 
     def push(self, value: Expression, state: int) -> Expression:
         """What a value changes by with the rate of a slow state, those of what is solved for with it given."""
-        found, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
+        sensitivity_found, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
         for other in self.together(state):
             if other != state:
                 through = self.rates[other]
-                found = found - sensitivity(value, through.index) * sensitivity(through, rate)
-        return found
+                sensitivity_found = sensitivity_found - sensitivity(value, through.index) * sensitivity(through, rate)
+        return sensitivity_found
 
     def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""
@@ -216,8 +218,8 @@ class SlowWriter(JetWriter):
         ordinary = super()._state(state, k)
         if state not in self.slow:
             return ordinary
-        found = self.solution(state, k)
-        return self.chosen(state, ordinary + found if k == 0 else found, ordinary)
+        solved = self.solution(state, k)
+        return self.chosen(state, ordinary + solved if k == 0 else solved, ordinary)
 
     def solution(self, state: int, k: int) -> Formula:
         """Coefficient k of a slow state; of order 0 what Newton's method adds to it. A pair is solved for together."""
@@ -233,15 +235,17 @@ class SlowWriter(JetWriter):
         number = self.slow[state]
         if len(together) == 1:
             own_slope = slope(state, state)
-            for each in at_start.others:
-                through = sensitivity(self.rates[state], self.rates[each].index) * derivative(self.rates[each], state)
+            for other_state in at_start.others:
+                through = sensitivity(self.rates[state], self.rates[other_state].index) * derivative(
+                    self.rates[other_state], state
+                )
                 if through.value != 0.0:
-                    own_slope = own_slope - self.chosen(each, at_start.coefficient(through.index, 0), ZERO)
+                    own_slope = own_slope - self.chosen(other_state, at_start.coefficient(through.index, 0), ZERO)
             return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / own_slope)
-        (other,) = (each for each in together if each != state)
+        (other,) = (member for member in together if member != state)
         determinant = slope(state, state) * slope(other, other) - slope(state, other) * slope(other, state)
         inverse = self.code.name("relaxation_pair", literal(1.0) / determinant)
-        own, its = (self.code.name(f"left{self.slow[each]}_{k}", left(each)) for each in (state, other))
+        own, its = (self.code.name(f"left{self.slow[member]}_{k}", left(member)) for member in (state, other))
         return (slope(other, other) * own - slope(state, other) * its) * inverse
 
     def _weighted(self, a: int, j: int) -> Formula:

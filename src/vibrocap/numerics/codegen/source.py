@@ -57,10 +57,10 @@ def constants_source(equations: Equations, layout: Layout) -> str:
         "WHOLE_COUNT": len(layout.whole_rows),
         "MAYBE_STIFF": equations.maybe_stiff,
         "SEVERAL": equations.several,
-        "STICKS": tuple(int(each.sticks) for each in equations.contacts),
-        "KINKS": tuple(int(each.kind == "kinked") for each in equations.contacts),
-        "STATE_OF": tuple(each.state for each in equations.contacts),
-        "SHARED": len({each.state for each in equations.contacts}) < len(equations.contacts),
+        "STICKS": tuple(int(contact.sticks) for contact in equations.contacts),
+        "KINKS": tuple(int(contact.kind == "kinked") for contact in equations.contacts),
+        "STATE_OF": tuple(contact.state for contact in equations.contacts),
+        "SHARED": len({contact.state for contact in equations.contacts}) < len(equations.contacts),
         "BASE": equations.base,
         "CYCLIC": equations.cyclic_state,
         "TURN_COUNT": len(equations.turns),
@@ -82,12 +82,12 @@ def constants_source(equations: Equations, layout: Layout) -> str:
     held = constants["SHIFT"] + layout.shifts * row_size
     constants["REACTION"] = held + 2 * layout.held * row_size
     velocities, holds, limits = [], [], []
-    for each in equations.contacts:
-        velocities.append(series + each.state * row_size if each.is_state else imposed)
-        imposed += 0 if each.is_state else row_size
+    for contact in equations.contacts:
+        velocities.append(series + contact.state * row_size if contact.is_state else imposed)
+        imposed += 0 if contact.is_state else row_size
         holds.append(held)
         limits.append(held + row_size)
-        held += 2 * row_size if each.sticks else 0
+        held += 2 * row_size if contact.sticks else 0
     constants |= {"VELOCITY_OF": tuple(velocities), "HOLD_OF": tuple(holds), "LIMIT_OF": tuple(limits)}
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
@@ -95,7 +95,9 @@ def constants_source(equations: Equations, layout: Layout) -> str:
     sharp, number = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SHARP_CONTACT": number}
     constants["LACUNARY"] = lacunary(equations)
-    no_series = (each.sticks and no_series_at_rest(each.velocity, equations.rates) for each in equations.contacts)
+    no_series = (
+        contact.sticks and no_series_at_rest(contact.velocity, equations.rates) for contact in equations.contacts
+    )
     constants["ROUGH"] = tuple(map(int, no_series))
     constants["GAPS"] = bool(gaps(equations, sharp.nodes))
     if equations.guards and "OCCURRED" not in constants:
@@ -108,7 +110,7 @@ def constants_source(equations: Equations, layout: Layout) -> str:
 def jumps(equations: Equations, layout: Layout) -> bool:
     """Whether the contact velocity depends on what changes at the corners of the drive."""
     graph = equations.graph
-    needed = (graph.nodes[i] for i in reachable(graph, [each.velocity.index for each in equations.contacts]))
+    needed = (graph.nodes[i] for i in reachable(graph, [contact.velocity.index for contact in equations.contacts]))
     numbers = [operands[0] for op, *operands in needed if op == "parameter"]
     return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
@@ -116,14 +118,14 @@ def jumps(equations: Equations, layout: Layout) -> bool:
 def rates_source(equations: Equations) -> str:
     """`rates`, `contact_velocity`, `shifts` and, of loads that are watched, `reaction` of one lane."""
     graph = equations.graph
-    found = [stored_source("rates", graph, equations.rates)]
+    lines = [stored_source("rates", graph, equations.rates)]
     if equations.true_loads:
-        found.append(_one_of("reaction(floats, t, point, which, lane)", "which", tuple(equations.true_loads.values())))
-    velocities = [each.velocity for each in equations.contacts]
-    found.append(_one_of("contact_velocity(floats, t, point, contact, lane)", "contact", velocities))
+        lines.append(_one_of("reaction(floats, t, point, which, lane)", "which", tuple(equations.true_loads.values())))
+    velocities = [contact.velocity for contact in equations.contacts]
+    lines.append(_one_of("contact_velocity(floats, t, point, contact, lane)", "contact", velocities))
     slopes = [(shift, derivative(shift, -1)) for shift in equations.shifts]
     values = [value for shift, slope in slopes for value in (shift, slope, derivative(slope, -1))]
-    return "\n".join([*found, stored_source("shifts", graph, values, "lane")])
+    return "\n".join([*lines, stored_source("shifts", graph, values, "lane")])
 
 
 def _one_of(head: str, number: str, values: Sequence[Expression]) -> str:
@@ -141,7 +143,7 @@ def holding_source(equations: Equations, name: str = "holding", before: Sequence
     """`holding` of one lane: of each contact the force that holds it over the middle, and its limit; 0 where it cannot
     rest. Or `evidence`: what `kernel/observe/evidence.py` asks, the rates before them."""
     zero = equations.graph.constant(0.0)
-    asked = (value for each in equations.contacts for value in (each.hold, each.limit))
+    asked = (value for contact in equations.contacts for value in (contact.hold, contact.limit))
     return stored_source(name, equations.graph, [*before, *(zero if value is None else value for value in asked)])
 
 
@@ -161,20 +163,20 @@ def decision_source(rows: DecisionRows) -> str:
 
 def branches_source(equations: Equations) -> str:
     """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
-    graph, found = equations.graph, []
+    graph, lines = equations.graph, []
     if equations.guard_tangents:
-        found.append(stored_source("guard_tangents", graph, equations.guard_tangents))
+        lines.append(stored_source("guard_tangents", graph, equations.guard_tangents))
     if equations.guards or equations.maybe_stiff:  # implicit steps know them
-        found.append(stored_source("switches", graph, equations.guards))
+        lines.append(stored_source("switches", graph, equations.guards))
     if equations.guards:
         energy = equations.observables["energy"]
-        found.append(returned_source("machine_energy(floats, t, point, lane)", graph, energy))
+        lines.append(returned_source("machine_energy(floats, t, point, lane)", graph, energy))
         after = [ScalarWriter(graph).stores(outcome) for outcome in equations.after_switch]
-        found.append(chosen_source("after_switch(floats, t, point, lane, which, out)", "which", after))
-        turned = [ScalarWriter(graph).stores(each.after_reversal) for each in equations.contacts]
+        lines.append(chosen_source("after_switch(floats, t, point, lane, which, out)", "which", after))
+        turned = [ScalarWriter(graph).stores(contact.after_reversal) for contact in equations.contacts]
         head = "after_reversal(floats, t, point, lane, contact, out)"
-        found.append(chosen_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
-    return "\n".join(found)
+        lines.append(chosen_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
+    return "\n".join(lines)
 
 
 def jacobian_source(equations: Equations) -> str:
@@ -236,7 +238,7 @@ def instants_source(
     corners = equations.corners if with_table else None
     table = () if corners is None else corners.numbers  # recorded on a graph of their own
     begun = (*room, *equations.scales, equations.period)
-    found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
+    lines = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
-        found.append(stored_source(name, values[0].graph if values else equations.graph, values))
-    return "\n".join(found)
+        lines.append(stored_source(name, values[0].graph if values else equations.graph, values))
+    return "\n".join(lines)

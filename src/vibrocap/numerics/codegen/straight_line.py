@@ -203,15 +203,15 @@ class ScalarWriter:
         if index not in self._names:
             op, *operands = self.graph.nodes[index]
             if op == "constant":
-                found = repr(operands[0])
+                text = repr(operands[0])
             elif op in ("time", "side", "delay"):
-                found = self.leaves[op].format(*operands)
+                text = self.leaves[op].format(*operands)
             else:
                 formula = self._formula(op, operands)
                 # Numbered as they are written: the text must not depend on what else was recorded in the graph.
-                found = f"n{len(self.lines)}"
-                self.lines.append(f"{found} = {formula}")
-            self._names[index] = found
+                text = f"n{len(self.lines)}"
+                self.lines.append(f"{text} = {formula}")
+            self._names[index] = text
         return self._names[index]
 
     def _formula(self, op: str, operands: list) -> str:

@@ -45,10 +45,10 @@ WORKING = threading.Lock()
 @functools.cache
 def source_hash(folder: pathlib.Path) -> str:
     """A hash of the text of all modules of a folder."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
-        found.update(path.read_bytes())
-    return found.hexdigest()
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def own_source() -> str:
@@ -137,11 +137,11 @@ def _name(text: str, entry: str, literal: bool) -> str:
 @functools.lru_cache(maxsize=128)
 def _compiled(text: str, entry: str, literal: bool) -> Compiled:
     name = _name(text, entry, literal)
-    if (found := _linked(name)) is not None:
-        return found
+    if (program := _linked(name)) is not None:
+        return program
     with cache.one_process_at_a_time(name):
-        if (found := _linked(name)) is not None:  # another process has made it
-            return found
+        if (program := _linked(name)) is not None:  # another process has made it
+            return program
         with stage("compiling"):
             code = object_code((literal_ir if literal else ir)(text, entry), host())
         cache.keep(name, code)

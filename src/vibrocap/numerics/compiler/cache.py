@@ -177,7 +177,7 @@ def _sync_folder() -> None:
 
 def _evict(newest: pathlib.Path) -> None:
     """Remove the object files used longest ago beyond the limit, and what dead processes left."""
-    found = []
+    files = []
     with os.scandir(folder()) as entries:
         for entry in entries:
             with contextlib.suppress(OSError):
@@ -187,9 +187,9 @@ def _evict(newest: pathlib.Path) -> None:
                 if _ON_ITS_WAY.fullmatch(entry.name) and _is_old(status):
                     os.unlink(entry.path)
                 elif _KERNEL.fullmatch(entry.name):
-                    found.append((status.st_mtime, status.st_size, entry.path))
-    total = sum(size for _, size, _ in found)
-    for _, size, path in sorted(found):
+                    files.append((status.st_mtime, status.st_size, entry.path))
+    total = sum(size for _, size, _ in files)
+    for _, size, path in sorted(files):
         if total <= LIMIT:
             break
         if path != str(newest):

@@ -177,9 +177,9 @@ class Code:
         return self.known[node]
 
     def _of_Tuple(self, node: nodes.Tuple) -> Value:
-        found = self.tupled([self.value(item) for item in node.items])
-        found.constant = node.constant
-        return found
+        value = self.tupled([self.value(item) for item in node.items])
+        value.constant = node.constant
+        return value
 
     def _of_Item(self, node: nodes.Item) -> Value:
         return self.items(self.value(node.base))[node.place]

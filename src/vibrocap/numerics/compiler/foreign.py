@@ -17,17 +17,17 @@ def foreign_code(text: str, target: Target, form: Form, mark: bytes) -> bytes:
     Raises RuntimeError, with LLVM's own words, where it makes none.
     """
     name = cache.key(target.name, own_source(), form, text)
-    found = cache.kept(name)
-    if found is None or mark not in found:
+    code = cache.kept(name)
+    if code is None or mark not in code:
         # -P: its modules do not come from the working folder
         command = [sys.executable, "-P", "-m", __name__, form, target.triple, target.processor, target.features]
         done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
         if done.returncode != 0:
             said = done.stderr.decode(errors="replace")[-2000:]
             raise RuntimeError(f"LLVM made no code for {target.triple}: {said}")
-        found = done.stdout
-        cache.keep(name, found)
-    return found
+        code = done.stdout
+        cache.keep(name, code)
+    return code
 
 
 if __name__ == "__main__":

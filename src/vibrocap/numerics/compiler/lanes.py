@@ -114,9 +114,9 @@ def _store(code: "Code", array: Value, place: Value, value: Value) -> Value:
 
 def _whole_compared(condition: str) -> Callable:
     def compared_ints(code: "Code", array: Value, place: Value, value: Value) -> Value:
-        _, found = _ints_at(code, array, place)
+        _, values = _ints_at(code, array, place)
         return code.emit(
-            choices(code.module.width), f"icmp {condition} {found.kind.llvm} {found.text}, {_spread_int(code, value)}"
+            choices(code.module.width), f"icmp {condition} {values.kind.llvm} {values.text}, {_spread_int(code, value)}"
         )
 
     return compared_ints
@@ -136,14 +136,14 @@ def _chosen_ints(code: "Code", pointer: str, found: Value, new: str, chosen: Val
 
 
 def _whole_add(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
-    pointer, found = _ints_at(code, array, place)
-    added = code.emit(found.kind, f"add {found.kind.llvm} {found.text}, {_spread_int(code, value)}")
-    return _chosen_ints(code, pointer, found, added.text, chosen)
+    pointer, values = _ints_at(code, array, place)
+    added = code.emit(values.kind, f"add {values.kind.llvm} {values.text}, {_spread_int(code, value)}")
+    return _chosen_ints(code, pointer, values, added.text, chosen)
 
 
 def _whole_set(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
-    pointer, found = _ints_at(code, array, place)
-    return _chosen_ints(code, pointer, found, _spread_int(code, value), chosen)
+    pointer, values = _ints_at(code, array, place)
+    return _chosen_ints(code, pointer, values, _spread_int(code, value), chosen)
 
 
 def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:

@@ -154,11 +154,11 @@ class LLVMFunction(Code):
         self._block(node.statements)
 
     def _hold(self, held: tuple[nodes.Typed, ...], value: Value) -> None:
-        for each, item in zip(held, self.items(value), strict=True):
-            if isinstance(each, nodes.Held):
-                self.known[each] = item
-            elif isinstance(each, nodes.Tuple) and each.constant is None:
-                self._hold(each.items, item)
+        for place, item in zip(held, self.items(value), strict=True):
+            if isinstance(place, nodes.Held):
+                self.known[place] = item
+            elif isinstance(place, nodes.Tuple) and place.constant is None:
+                self._hold(place.items, item)
 
     def _do_Store(self, node: nodes.Store) -> None:
         value = self.value(node.value)

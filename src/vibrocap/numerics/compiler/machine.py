@@ -98,7 +98,7 @@ def host() -> Target:
     stderr alone, and may end the process, so it is asked in another one (60 ms).
     """
     settings = {name: value for name in NAMED if (value := os.environ.get(name)) is not None}
-    name, features = (settings.get(each) for each in NAMED)
+    name, features = (settings.get(setting) for setting in NAMED)
     if features is None:
         features = "" if name else llvm.get_host_cpu_features().flatten()
     target = Target(llvm.get_process_triple(), name or llvm.get_host_cpu_name(), features)
@@ -106,7 +106,7 @@ def host() -> Target:
         command = [sys.executable, "-P", "-c", TRIAL, target.triple, target.processor, features]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode or done.stderr:
-            given = " and ".join(f"{each}={value}" for each, value in settings.items())
+            given = " and ".join(f"{name}={value}" for name, value in settings.items())
             reason = (done.stderr.splitlines() or ["it makes no code"])[0]
             raise SettingError(given, f"should name a processor in LLVM's words, such as haswell; LLVM: {reason}")
     return target

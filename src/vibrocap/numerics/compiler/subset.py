@@ -71,12 +71,12 @@ class Kernel:
         """What to raise at a place of the text."""
         line = getattr(node, "lineno", 1)
         starts, files = self.origins
-        found = bisect.bisect_right(starts, line) - 1
+        index = bisect.bisect_right(starts, line) - 1
         within = ""
         if function in self.functions:
             within = f", function `{function}`, line {line - self.functions[function].lineno + 1} of it"
         text = self.lines[line - 1].strip() if line <= len(self.lines) else ""
-        file = files[found] if found >= 0 else "kernel"
+        file = files[index] if index >= 0 else "kernel"
         return Refused(f"{file}{within} (line {line} of the kernel): `{text[:100]}`: {what}")
 
 

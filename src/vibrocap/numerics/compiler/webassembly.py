@@ -93,7 +93,7 @@ def _sections(code: bytes) -> Iterator[tuple[int | bytes, bytes]]:
 
 def _functions(linking: bytes) -> dict[str, int]:
     """Place of each function by its name, from the table of symbols."""
-    found, (_, at) = {}, _read(linking, 0)
+    functions, (_, at) = {}, _read(linking, 0)
     while linking[at] != SYMBOLS:
         size, at = _read(linking, at + 1)
         at += size
@@ -109,8 +109,8 @@ def _functions(linking: bytes) -> dict[str, int]:
         if kind != SECTION and (not flags & UNDEFINED or flags & NAMED):
             name, at = _read_text(linking, at)
             if kind == FUNCTION:
-                found[name.decode()] = place
-    return found
+                functions[name.decode()] = place
+    return functions
 
 
 def _read(code: bytes, at: int) -> tuple[int, int]:
@@ -128,11 +128,11 @@ def _read_text(code: bytes, at: int) -> tuple[bytes, int]:
 
 def _number(number: int) -> bytes:
     """A whole number >= 0 of WebAssembly, with a bit that is free for a sign."""
-    found = bytearray()
+    encoded = bytearray()
     while number > 0x3F:
-        found.append(number & 0x7F | 0x80)
+        encoded.append(number & 0x7F | 0x80)
         number >>= 7
-    return bytes(found) + bytes([number])
+    return bytes(encoded) + bytes([number])
 
 
 def _text(text: str) -> bytes:

@@ -61,8 +61,8 @@ class Corners:
 
     def count(self, parameters: np.ndarray) -> int:
         """How many parts the period has with parameters [..., parameters], as many with all of them."""
-        (found,) = evaluate([self.parts], 0.0, (), 1.0, np.moveaxis(parameters, -1, 0))
-        return round(float(np.ravel(found)[0]))
+        (parts,) = evaluate([self.parts], 0.0, (), 1.0, np.moveaxis(parameters, -1, 0))
+        return round(float(np.ravel(parts)[0]))
 
     def tables(self, parameters: np.ndarray) -> np.ndarray:
         """[runs, segments, row_size] of parameter vectors [runs, parameters]; one table if it is the same for all."""
@@ -71,10 +71,10 @@ class Corners:
         runs, parts = len(parameters), self.count(parameters)
         begins = np.arange(parts)[:, None] * (self.periods(parameters) / parts)
         columns = evaluated(self.numbers, begins, (), 1.0, parameters.T, (parts, runs))
-        found = np.ascontiguousarray(columns.T).reshape(runs, parts, -1, self.row_size)
-        found[..., 0] = np.cumsum(found[..., 0], axis=2) + (np.arange(parts) / parts)[:, None]
-        found[:, :, -1, 0] = np.arange(1, parts + 1) / parts  # where no rounding adds up
-        return found.reshape(runs, -1, self.row_size)
+        tables = np.ascontiguousarray(columns.T).reshape(runs, parts, -1, self.row_size)
+        tables[..., 0] = np.cumsum(tables[..., 0], axis=2) + (np.arange(parts) / parts)[:, None]
+        tables[:, :, -1, 0] = np.arange(1, parts + 1) / parts  # where no rounding adds up
+        return tables.reshape(runs, -1, self.row_size)
 
     def periods(self, parameters: np.ndarray) -> np.ndarray:
         """[runs] periods of the drive."""

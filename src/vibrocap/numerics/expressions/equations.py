@@ -68,13 +68,15 @@ class DecisionRows:
     @property
     def groups(self) -> tuple[int, ...]:
         """Of each contact the first of those with which the friction of one on another connects it."""
-        found = list(range(len(self.b)))
+        groups = list(range(len(self.b)))
         for answers in (self.response, self.load_response):
             for i, row in enumerate(answers):
                 for j, entry in enumerate(row):
                     if entry.value != 0.0:
-                        found = [min(found[i], found[j]) if each in (found[i], found[j]) else each for each in found]
-        return tuple(found)
+                        groups = [
+                            min(groups[i], groups[j]) if group in (groups[i], groups[j]) else group for group in groups
+                        ]
+        return tuple(groups)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -128,10 +130,10 @@ class Mechanics:
 
 def rate_of(value: Expression, rates: Sequence[Expression]) -> Expression:
     """Rate of a function of time and state."""
-    found = derivative(value, -1)
+    expression = derivative(value, -1)
     for i, rate in enumerate(rates):
-        found = found + derivative(value, i) * rate
-    return found
+        expression = expression + derivative(value, i) * rate
+    return expression
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -177,7 +179,7 @@ class Equations:
     @property
     def integrals(self) -> tuple[Expression, ...]:
         """Rates of the quantities that a motion carries along: powers, then friction by contact."""
-        return (*self.powers, *(each.friction for each in self.contacts))
+        return (*self.powers, *(contact.friction for contact in self.contacts))
 
     @property
     def timed(self) -> bool:
@@ -186,8 +188,10 @@ class Equations:
 
     def told(self, load: Expression) -> Expression:
         """A load by the rates of momenta where it is told so, which takes few products."""
-        loads = [] if self.mechanics is None else [each.load for each in self.mechanics.contacts]
-        return next((each.value for each in loads if each is not None and each.moving.index == load.index), load)
+        loads = [] if self.mechanics is None else [contact.load for contact in self.mechanics.contacts]
+        return next(
+            (bearing.value for bearing in loads if bearing is not None and bearing.moving.index == load.index), load
+        )
 
     @property
     def several(self) -> bool:
@@ -203,7 +207,7 @@ class Equations:
     @property
     def imposed(self) -> tuple[ContactEquations, ...]:
         """Contacts whose velocities are no states."""
-        return tuple(each for each in self.contacts if not each.is_state)
+        return tuple(contact for contact in self.contacts if not contact.is_state)
 
     @property
     def guards(self) -> tuple[Expression, ...]:

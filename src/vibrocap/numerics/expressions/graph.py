@@ -330,10 +330,10 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
 
 def evaluated(expressions: Sequence[Expression], t, states, side, parameters, shape: tuple[int, ...]) -> np.ndarray:
     """The same as one array [expressions, *shape]."""
-    found = np.empty((len(expressions), *shape))
+    values = np.empty((len(expressions), *shape))
     for i, value in enumerate(evaluate(expressions, t, states, side, parameters)):
-        found[i] = value
-    return found
+        values[i] = value
+    return values
 
 
 def reachable(graph: Graph, roots: Sequence[int]) -> list[int]:

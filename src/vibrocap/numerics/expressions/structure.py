@@ -109,14 +109,14 @@ def slow_bristles(equations: Equations) -> tuple[tuple[int, int], ...]:
         return ()
     record_slopes(equations)
     forms = Forms(equations.graph, equations.rates)
-    found = []
-    for contact, each in enumerate(equations.contacts):
-        if each.kind == "kinked" and len(each.internal) == 1 and not equations.law_switches:
-            state = each.internal[0]
+    pairs = []
+    for contact, rubbing in enumerate(equations.contacts):
+        if rubbing.kind == "kinked" and len(rubbing.internal) == 1 and not equations.law_switches:
+            state = rubbing.internal[0]
             rate = equations.rates[state]
             if forms.linear(rate.index)[1] == rate.index and derivative(rate, state).value != 0.0:
-                found.append((contact, state))
-    return tuple(found)
+                pairs.append((contact, state))
+    return tuple(pairs)
 
 
 def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
@@ -124,15 +124,20 @@ def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
 
     () where a contact has a law with a force for every velocity, but no such bristles: those take implicit steps.
     """
-    bristles, stiff = slow_bristles(equations), [i for i, each in enumerate(equations.contacts) if not each.sticks]
+    bristles, stiff = (
+        slow_bristles(equations),
+        [i for i, contact in enumerate(equations.contacts) if not contact.sticks],
+    )
     if stiff != [contact for contact, _ in bristles]:
         return ()
-    found = dict[int, int]()  # contact by state
+    rates = dict[int, int]()  # contact by state
     for contact, _ in bristles:
-        each = equations.contacts[contact]
-        if (each.is_state or equations.several) and derivative(equations.rates[each.state], each.state).value is None:
-            found.setdefault(each.state, contact)
-    return (*bristles, *((contact, state) for state, contact in found.items()))
+        rubbing = equations.contacts[contact]
+        if (rubbing.is_state or equations.several) and derivative(
+            equations.rates[rubbing.state], rubbing.state
+        ).value is None:
+            rates.setdefault(rubbing.state, contact)
+    return (*bristles, *((contact, state) for state, contact in rates.items()))
 
 
 def decay_rates(equations: Equations) -> list[Expression]:
@@ -144,10 +149,10 @@ def decay_rates(equations: Equations) -> list[Expression]:
     Without the tangent of a motion, which decays as the motion does.
     """
     slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
-    bristles = [set(each.internal) for each in equations.contacts if each.internal]
+    bristles = [set(contact.internal) for contact in equations.contacts if contact.internal]
     apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
     kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
-    return [-functools.reduce(operator.add, each) for each in kept]
+    return [-functools.reduce(operator.add, contact) for contact in kept]
 
 
 def record_slopes(equations: Equations) -> None:
@@ -174,16 +179,23 @@ class Speed:
 def speeds(equations: Equations) -> list[Speed]:
     """All on which sharp functions may depend: the velocities of the contacts and the states of their laws."""
     contacts = equations.contacts
-    found = [Speed(each.velocity, f"VELOCITY_OF[{i}]", each.state, each.sticks) for i, each in enumerate(contacts)]
-    for i in (i for each in contacts for i in each.internal):
-        found.append(Speed(equations.graph.node("state", i), f"SERIES + {i} * (ORDER + 1) * LANES", i, False))
-    return found
+    speeds_of_contacts = [
+        Speed(contact.velocity, f"VELOCITY_OF[{i}]", contact.state, contact.sticks)
+        for i, contact in enumerate(contacts)
+    ]
+    for i in (i for contact in contacts for i in contact.internal):
+        speeds_of_contacts.append(
+            Speed(equations.graph.node("state", i), f"SERIES + {i} * (ORDER + 1) * LANES", i, False)
+        )
+    return speeds_of_contacts
 
 
 def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -> bool:
     """Whether these contain a power of the velocity that is not whole, and so has no series where it vanishes."""
     graph = velocity.graph
-    powers = [i for i in reachable(graph, [each.index for each in expressions]) if graph.nodes[i][0] == "power"]
+    powers = [
+        i for i in reachable(graph, [expression.index for expression in expressions]) if graph.nodes[i][0] == "power"
+    ]
     return velocity.index in reachable(graph, powers)
 
 
@@ -192,7 +204,7 @@ def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, i
 
     From v = c t, or c t^2, their series is one in t^m, or t^2m: the last terms may vanish, or no term be left.
     """
-    graph, found = equations.graph, {}
+    graph, gaps_by_node = equations.graph, {}
     draw = np.random.default_rng(0)
     states = list(draw.uniform(0.1, 0.9, len(equations.rates)))
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
@@ -212,8 +224,8 @@ def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, i
             states[speed.state] = before
             one, two = abs(near[1] - near[0]), abs(near[2] - near[0])
             if 0.0 < one < two < math.inf and math.log2(two / one) > 2.5:
-                found[node] = speed, round(math.log2(two / one))
-    return found
+                gaps_by_node[node] = speed, round(math.log2(two / one))
+    return gaps_by_node
 
 
 def place_of_returns(equations: Equations) -> dict[str, float]:

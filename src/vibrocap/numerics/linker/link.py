@@ -56,7 +56,11 @@ def outline(text: str) -> Outline:
     heads = [table for table in top.get_children() if isinstance(table, symtable.Function)]
     functions = {table.get_name(): table.get_parameters() for table in heads if not table.get_name().startswith("<")}
     names = [table.get_name() for table in heads if table.get_name() in functions]
-    names += [each.get_name() for each in top.get_symbols() if each.is_assigned() and not each.is_namespace()]
+    names += [
+        get_symbol.get_name()
+        for get_symbol in top.get_symbols()
+        if get_symbol.is_assigned() and not get_symbol.is_namespace()
+    ]
     needs: dict[str, str] = {}
     for table in _tables(top):
         for symbol in table.get_symbols():
@@ -87,8 +91,8 @@ def check(recipe: Recipe, parts: Mapping[str, str]) -> None:
             homes[name] = file_of(part)
         for name, arguments in outline(text).functions.items():
             if wanted.get(name, arguments) != arguments:
-                found, head = (f"{name}({', '.join(each)})" for each in (arguments, wanted[name]))
-                raise LinkError(f"{file_of(part)}: `{found}` should be `{head}`, see {INTERFACE}")
+                signatures, head = (f"{name}({', '.join(words)})" for words in (arguments, wanted[name]))
+                raise LinkError(f"{file_of(part)}: `{signatures}` should be `{head}`, see {INTERFACE}")
     for part, text in parts.items():
         for name, function in outline(text).needs.items():
             if name not in homes and name not in KNOWN:
@@ -146,7 +150,7 @@ def _words(text: str) -> tuple[frozenset[str], frozenset[str]]:
 
 def _unanswered(modules: Iterable[str]) -> str:
     """Those functions of the interface that these modules call and none of them defines."""
-    defined, called = (frozenset().union(*each) for each in zip(*map(_words, modules), strict=True))
+    defined, called = (frozenset().union(*names) for names in zip(*map(_words, modules), strict=True))
     left = [text for name, text in _answers().items() if name in called and name not in defined]
     return "\n\n\n".join([f"# From numerics/{INTERFACE}", *left])
 
@@ -276,9 +280,9 @@ class _Digest:
             self.graphs[id(value.graph)] = graph, max(last, value.index)
             return "node", list(self.graphs).index(id(graph)), value.index
         if isinstance(value, (tuple, list)):
-            return [self.told(each) for each in value]
+            return [self.told(item) for item in value]
         if isinstance(value, Mapping):
-            return [(name, self.told(each)) for name, each in value.items()]
+            return [(name, self.told(item)) for name, item in value.items()]
         if dataclasses.is_dataclass(value):
             self.modules.add(type(value).__module__)
             fields = (field.name for field in dataclasses.fields(value) if field.name not in ("graph", "corners"))

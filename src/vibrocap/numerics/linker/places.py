@@ -19,22 +19,22 @@ def with_places(text: str) -> str:
     Of `shared` and `stepper` it is the entry of the first lane. Raises ValueError for an entry that no lane has.
     """
     done, at = [], 0
-    for found in ENTRY.finditer(text):
-        if found.start() < at:
+    for match in ENTRY.finditer(text):
+        if match.start() < at:
             continue  # within an index that is done
-        owner, name, bracket = found.groups()
+        owner, name, bracket = match.groups()
         if name not in ARRAYS:
-            raise ValueError(f"`{found[0]}`: {Lane.__module__} has no entry of this name")
-        place, end = name.upper(), found.end()
+            raise ValueError(f"`{match[0]}`: {Lane.__module__} has no entry of this name")
+        place, end = name.upper(), match.end()
         if bracket:
             end = _closing(text, end)
-            index = with_places(text[found.end() : end - 1])
+            index = with_places(text[match.end() : end - 1])
             if owner == "lane":
                 index = f"{index if SIMPLE.fullmatch(index) else f'({index})'} * LANES"
             place += f" + {index}"
         if owner == "lane":
             place += " + lane"
-        done += [text[at : found.start()], f"{ARRAYS[name]}[{place}]"]
+        done += [text[at : match.start()], f"{ARRAYS[name]}[{place}]"]
         at = end
     return "".join([*done, text[at:]]).replace("every_lane()", "range(LANES)")
 

@@ -40,7 +40,7 @@ def device(name: str) -> Device:
     """
     if name == "cpu":
         return PROCESSOR
-    brought = {each.name: each for each in importlib.metadata.entry_points(group=GROUP)}
+    brought = {entry_point.name: entry_point for entry_point in importlib.metadata.entry_points(group=GROUP)}
     if name not in brought:
         known = ", ".join(["cpu", *sorted(brought)])
         raise ArgumentError("device", f"should be one of: {known}; cuda needs the package vibrocap-gpu, got {name!r}")

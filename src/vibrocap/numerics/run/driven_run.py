@@ -98,9 +98,9 @@ def _inverse_scales(equations: DrivenEquations, parameters: np.ndarray, load: fl
     symbols = [*([0.0] * equations.states), 0.0, load, 0.0, 0.0]
     with np.errstate(all="ignore"):  # a parameter set out of its bounds shows in its run
         scales = evaluate(equations.scales, 0.0, symbols, 1.0, parameters.T)
-        found = [1.0 / (tolerance * np.maximum(np.abs(scale), 1e-290)) for scale in scales]
+        inverses = [1.0 / (tolerance * np.maximum(np.abs(scale), 1e-290)) for scale in scales]
     runs = len(parameters)
-    shaped = np.stack([np.broadcast_to(value, runs) for value in found]) if found else np.empty((0, runs))
+    shaped = np.stack([np.broadcast_to(value, runs) for value in inverses]) if inverses else np.empty((0, runs))
     return shaped
 
 

@@ -43,8 +43,8 @@ class RunResults:
     @property
     def response_period(self) -> np.ndarray:
         """Drive periods after which the motion repeats; 0 where the run did not settle."""
-        found = self.head("response_period")
-        return np.where(self.finished & (found > 0), found, 0).astype(int)
+        periods = self.head("response_period")
+        return np.where(self.finished & (periods > 0), periods, 0).astype(int)
 
     @property
     def start(self) -> np.ndarray:
@@ -71,10 +71,10 @@ class RunResults:
 
     def entry(self, name: str, i: int = 0) -> np.ndarray:
         """Number i of such an entry."""
-        found = self.entries(name)
-        if not 0 <= i < found.shape[1]:
+        column = self.entries(name)
+        if not 0 <= i < column.shape[1]:
             raise IndexError(f"{name} has no number {i}")
-        return found[:, i]
+        return column[:, i]
 
     def letters(self, contact: int) -> tuple[list[tuple[tuple[int, ...], bool]], np.ndarray]:
         """The different sequences of sides of a contact in the last period, and which of them is that of each run.
@@ -108,23 +108,23 @@ class PieceSeries:
     def __getitem__(self, pieces: Any) -> np.ndarray:
         """Coefficients of some pieces, in powers of the time since their start: array [pieces, states, order + 1]."""
         kept, states = self.numbers[pieces], len(self.rates)
-        found = np.empty((len(kept), states, self.order + 1))
-        found[:, :, 0] = kept[:, :states]
+        coefficients = np.empty((len(kept), states, self.order + 1))
+        coefficients[:, :, 0] = kept[:, :states]
         whole = [state for state in range(states) if self.rates[state] < 0]
-        found[:, whole, 1:] = kept[:, states:].reshape(len(kept), len(whole), self.order)
+        coefficients[:, whole, 1:] = kept[:, states:].reshape(len(kept), len(whole), self.order)
         shares = 1.0 / np.arange(1, self.order + 1)
         for state, rate in enumerate(self.rates):
             if rate >= 0:
-                np.multiply(found[:, rate, :-1], shares, out=found[:, state, 1:])
-        return found
+                np.multiply(coefficients[:, rate, :-1], shares, out=coefficients[:, state, 1:])
+        return coefficients
 
 
 def _unpacked(key: tuple[float, ...]) -> tuple[tuple[int, ...], bool]:
     """The letters in the numbers of the entry LETTERS followed by their count, two bits each."""
     *places, count = (int(number) for number in key)
     room = codes.LETTERS_PER_PLACE
-    found: list[int] = []
+    sequence: list[int] = []
     for place, packed in enumerate(places):
         size = min(max(count - place * room, 0), room)
-        found += [(packed >> (2 * (size - 1 - i))) & 3 for i in range(size)]
-    return tuple(found), count <= room * len(places)
+        sequence += [(packed >> (2 * (size - 1 - i))) & 3 for i in range(size)]
+    return tuple(sequence), count <= room * len(places)

@@ -126,8 +126,14 @@ class Attractors(Result):
         if not is_driven(self.system) or not orbit.closes:
             return None
         map_ = StroboscopicMap(self.system, orbit.tolerance)
-        known = {k: each.motion.orbit for k, each in enumerate(self.attractors) if each.motion.orbit is not None}
-        place = nearest(orbit_points(map_, orbit).points, [orbit_points(map_, each) for each in known.values()])
+        known = {
+            k: attractor.motion.orbit
+            for k, attractor in enumerate(self.attractors)
+            if attractor.motion.orbit is not None
+        }
+        place = nearest(
+            orbit_points(map_, orbit).points, [orbit_points(map_, attractor) for attractor in known.values()]
+        )
         return None if place is None else list(known)[place]
 
 
@@ -172,8 +178,8 @@ def attractors(
     ranges = visited_ranges(map_, start) if given is None else given
     states = spread_starts(map_, start, ranges, starts)
     runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=told(progress))
-    found, label, _ = attractors_of(map_, runs, settle_periods)
-    return Attractors(system, found, states, label, ranges, settle_periods)
+    distinct, label, _ = attractors_of(map_, runs, settle_periods)
+    return Attractors(system, distinct, states, label, ranges, settle_periods)
 
 
 def attractors_of(
@@ -181,10 +187,10 @@ def attractors_of(
 ) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
     """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to continue."""
     good = np.flatnonzero(runs.certified | ~runs.finished)
-    found, labels, ended = _attractors_of_good(map_, runs.some(good), periods)
+    distinct, labels, ended = _attractors_of_good(map_, runs.some(good), periods)
     label = np.full(len(runs.state), NOT_CERTIFIED)
     label[good] = labels
-    return found, label, runs.replaced(good, ended)
+    return distinct, label, runs.replaced(good, ended)
 
 
 def _attractors_of_good(
@@ -203,7 +209,7 @@ def _attractors_of_good(
     if continuum:  # orbits that a run or two lead to are samples of it
         orbits, which = _those_with_most(orbits, which)
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
-    motions = [class_of(each) for each in (*(each.orbit for each in orbits), *reached)]
+    motions = [class_of(orbit) for orbit in (*(orbit.orbit for orbit in orbits), *reached)]
     places = list(range(len(motions)))
     groups, members = _wandering(map_, runs.state[waiting])
     label[waiting] = NOT_SETTLED
@@ -222,8 +228,8 @@ def _attractors_of_good(
                 orbits.append(orbit)
                 places.append(len(motions))
             motions.append(motion)
-    found, label = _in_order(motions, _twins(map_, motions) if clock else [None] * len(motions), label)
-    return found, label, runs
+    ordered, label = _in_order(motions, _twins(map_, motions) if clock else [None] * len(motions), label)
+    return ordered, label, runs
 
 
 def _in_order(
@@ -236,12 +242,12 @@ def _in_order(
     twin = [None if other is None else place[other] for other in (twins[k] for k in order)]
     shares = [counts[k] / max(len(label), 1) for k in order]
     errors = [math.sqrt(share * (1.0 - share) / max(len(label), 1)) for share in shares]
-    found = tuple(
+    ordered = tuple(
         Attractor(motions[k], counts[k], share, error, other)
         for k, share, error, other in zip(order, shares, errors, twin, strict=True)
     )
     moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
-    return found, np.where(label >= 0, moved[np.maximum(label, -1)], label)
+    return ordered, np.where(label >= 0, moved[np.maximum(label, -1)], label)
 
 
 def _those_with_most(orbits: list[OrbitPoints], which: np.ndarray) -> tuple[list[OrbitPoints], np.ndarray]:
@@ -277,31 +283,31 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
     for k, run in enumerate(others):
         if np.all(np.isfinite(short[:, k])):
             which[run] = next((g for g, cloud in enumerate(clouds) if within_set(short[:, k], cloud)), -1)
-    found, members = [], []
+    classes, members = [], []
     for g, head in enumerate(heads):
         later = iterates(map_, gathered[-1, head : head + 1], rows[:1], EXPONENT_PERIODS)
-        found.append(class_of_iterates(map_, later[:, 0]))
+        classes.append(class_of_iterates(map_, later[:, 0]))
         members.append(np.flatnonzero(which == g))
-    return found, members
+    return classes, members
 
 
 def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None]:
     """Index of the mirror twin of each motion, its own where it is symmetric; None where there is none among them."""
     if not map_.system.mirrored:
         return [None] * len(motions)
-    points = {k: orbit_points(map_, each.orbit) for k, each in enumerate(motions) if each.orbit is not None}
+    points = {k: orbit_points(map_, motion.orbit) for k, motion in enumerate(motions) if motion.orbit is not None}
     starts = {k: list(motion.state.values()) for k, motion in enumerate(motions) if motion.orbit is None}
     # many iterates of each aperiodic motion [periods, states]
     clouds = {k: iterates(map_, np.array([y]), map_.parameters()[None], CLOUD)[:, 0] for k, y in starts.items()}
-    found: list[int | None] = []
+    twins: list[int | None] = []
     for k, motion in enumerate(motions):
         if motion.symmetric:
-            found.append(k)
+            twins.append(k)
         elif k in points:
             image = mirrored_points(map_, points[k])
             place = None if image is None else nearest(image, list(points.values()))
-            found.append(None if place is None else list(points)[place])
+            twins.append(None if place is None else list(points)[place])
         else:
             image = mirrored_cloud(map_, clouds[k])
-            found.append(next((j for j in clouds if j != k and same_set(image, map_.section(clouds[j]))), None))
-    return found
+            twins.append(next((j for j in clouds if j != k and same_set(image, map_.section(clouds[j]))), None))
+    return twins

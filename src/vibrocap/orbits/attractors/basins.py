@@ -146,20 +146,20 @@ def basins(
     visited |= {PHASE: (0.0, 1.0)}
     ranges = [pair or visited[name] for name, pair in zip(axes, given, strict=True)]
     values = [cell_middles(low, high, n) for (low, high), n in zip(ranges, counts, strict=True)]
-    across = [each.ravel() for each in np.meshgrid(*values, indexing="ij")]
+    across = [column.ravel() for column in np.meshgrid(*values, indexing="ij")]
     states = np.tile(list(start.values()), (counts[0] * counts[1], 1))
     phases = np.full(len(states), float(phase))
-    for name, each in zip(axes, across, strict=True):
+    for name, column in zip(axes, across, strict=True):
         if name == PHASE:
-            phases = each
+            phases = column
         else:
-            states[:, system.state_names.index(name)] = each
+            states[:, system.state_names.index(name)] = column
     runs = started_anywhere(map_, states, phases, settle_periods, told(progress))
-    found, label, runs = attractors_of(map_, runs, settle_periods)
-    drift = _drifts(found, label, runs)
+    distinct, label, runs = attractors_of(map_, runs, settle_periods)
+    drift = _drifts(distinct, label, runs)
     shape = (counts[0], counts[1])
-    errors = [math.sqrt(border_cells(label.reshape(shape) == k) / 12.0) / label.size for k in range(len(found))]
-    found = tuple(dataclasses.replace(each, error=error) for each, error in zip(found, errors, strict=True))
+    errors = [math.sqrt(border_cells(label.reshape(shape) == k) / 12.0) / label.size for k in range(len(distinct))]
+    distinct = tuple(dataclasses.replace(each, error=error) for each, error in zip(distinct, errors, strict=True))
     return Basins(
         system=system,
         axes=axes,
@@ -167,10 +167,10 @@ def basins(
         y=values[1],
         phase=float(phase),
         initial={name: value for name, value in start.items() if name not in axes},
-        direction=_directions(system, found, label, drift).reshape(shape),
+        direction=_directions(system, distinct, label, drift).reshape(shape),
         label=label.reshape(shape),
         drift=drift.reshape(shape),
-        attractors=found,
+        attractors=distinct,
         settle_periods=settle_periods,
         keys=plane.keys_given if isinstance(plane, Keyed) else (),
     )

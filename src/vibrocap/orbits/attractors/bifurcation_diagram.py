@@ -112,7 +112,11 @@ def bifurcation_diagram(
     check_whole("starts", starts, 1, 100_000)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_whole("kept", kept, 16, 10**6)
-    if not directions or any(each not in DIRECTIONS for each in directions) or len({*directions}) < len(directions):
+    if (
+        not directions
+        or any(direction not in DIRECTIONS for direction in directions)
+        or len({*directions}) < len(directions)
+    ):
         raise ArgumentError("directions", f"should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
     systems = [system_at(system, over, value) for value in values]
     shape = (len(directions), starts, len(values))
@@ -122,8 +126,8 @@ def bifurcation_diagram(
     first = _first_states(systems, directions, start, starts, threads)
     ends = first.copy()
     for step in range(len(values)):
-        for at in {0 if len(values) == 1 else _place(each, step, len(values)) for each in directions}:
-            row = [k for k, each in enumerate(directions) if _place(each, step, len(values)) == at]
+        for at in {0 if len(values) == 1 else _place(direction, step, len(values)) for direction in directions}:
+            row = [k for k, direction in enumerate(directions) if _place(direction, step, len(values)) == at]
             group = ends[row].reshape(-1, len(start))
             here = StroboscopicMap(systems[at], ROUGH, threads)
             begun = _nudged(here, group, step)
@@ -155,7 +159,7 @@ def _at_point(
     cyclic = map_.cyclic
     response = np.where(runs.finished, runs.response_period, FAILED)
     begun = brought_back(map_.system, runs.state)
-    found = np.full((len(states), kept, map_.states), math.nan)
+    states_kept = np.full((len(states), kept, map_.states), math.nan)
     drift = np.full(len(states), math.nan)
     ends = np.where(runs.finished[:, None], begun, math.nan)
     for wandering in (False, True):
@@ -170,14 +174,14 @@ def _at_point(
         for k, run in enumerate(chosen):
             n = count if wandering else _shortest(map_, path[:, k], int(response[run]))
             response[run] = NOT_SETTLED if wandering else n
-            found[run, :n] = path[:n, k] - whole_turns(map_.system, path[:n, k])
+            states_kept[run, :n] = path[:n, k] - whole_turns(map_.system, path[:n, k])
             ends[run] = last[n, k]
             if cyclic >= 0:
                 drift[run] = (path[n, k, cyclic] - path[0, k, cyclic]) / n
     ends = np.where(np.isfinite(ends), brought_back(map_.system, ends), math.nan)
     response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
     response = np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response)
-    return response, found, drift, ends
+    return response, states_kept, drift, ends
 
 
 def _returns_at_point(
@@ -187,7 +191,7 @@ def _returns_at_point(
     system, period = map_.system, map_.period(map_.parameters())
     runs = settling_runs(map_, states, np.tile(map_.parameters(), (len(states), 1)), periods)
     response = np.where(runs.finished, NOT_SETTLED, FAILED)
-    found = np.full((len(states), kept, map_.states), math.nan)
+    states_kept = np.full((len(states), kept, map_.states), math.nan)
     drift = np.full(len(states), math.nan)
     ends = np.where(runs.finished[:, None], runs.state, math.nan)
     for run in np.flatnonzero(runs.finished):
@@ -200,31 +204,31 @@ def _returns_at_point(
         times = next(returns_of(motion, section), np.empty(0))[-kept - 1 :]
         if len(times) < 2:
             if runs.response_period[run] > 0:  # at rest, or sliding steadily
-                response[run], found[run, 0] = 1, ends[run]
+                response[run], states_kept[run, 0] = 1, ends[run]
             continue
         count, away = recurrence(motion, times, len(times) - 1)
         response[run] = count if away <= REPEATS else NOT_SETTLED
         times = times[-(count if away <= REPEATS else len(times) - 1) - 1 :]
         path = motion.states(times).T
-        found[run, : len(times) - 1] = path[:-1] - whole_turns(system, path[:-1])
+        states_kept[run, : len(times) - 1] = path[:-1] - whole_turns(system, path[:-1])
         if map_.cyclic >= 0:
-            found[run, :, map_.cyclic] -= found[run, 0, map_.cyclic]
+            states_kept[run, :, map_.cyclic] -= states_kept[run, 0, map_.cyclic]
             drift[run] = (path[-1, map_.cyclic] - path[0, map_.cyclic]) * period / (times[-1] - times[0])
     ends = np.where(np.isfinite(ends), brought_back(system, ends), math.nan)
     response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
-    return np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response), found, drift, ends
+    return np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response), states_kept, drift, ends
 
 
 def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:
     """Mirror images of the iterates of a run [periods, states], half a period later; NaN where the run had failed."""
     whole = np.all(np.isfinite(path), axis=1)
     rows = np.tile(map_.parameters(), (int(whole.sum()), 1))
-    found = np.full_like(path, math.nan)
+    image = np.full_like(path, math.nan)
     images = map_.mirrored_half(path[whole], rows, tangents=False)
-    found[whole] = np.where(images.finished[:, None], images.state, math.nan)
+    image[whole] = np.where(images.finished[:, None], images.state, math.nan)
     if map_.cyclic >= 0:
-        found[:, map_.cyclic] -= found[0, map_.cyclic]
-    return found
+        image[:, map_.cyclic] -= image[0, map_.cyclic]
+    return image
 
 
 def _nudged(map_: StroboscopicMap, states: np.ndarray, step: int) -> np.ndarray:
@@ -249,12 +253,12 @@ def _first_states(
     systems: Sequence[System], directions: Sequence[str], start: np.ndarray, starts: int, threads: int | None
 ) -> np.ndarray:
     """Where the runs of each direction begin: [directions, starts, states]."""
-    found = np.tile(start, (len(directions), starts, 1))
+    states = np.tile(start, (len(directions), starts, 1))
     if starts > 1:
-        for k, each in enumerate(directions):
-            map_ = StroboscopicMap(systems[0 if each == "up" else -1], ROUGH, threads)
-            found[k, 1:] = spread_starts(map_, start, visited_ranges(map_, start), starts - 1)
-    return found
+        for k, direction in enumerate(directions):
+            map_ = StroboscopicMap(systems[0 if direction == "up" else -1], ROUGH, threads)
+            states[k, 1:] = spread_starts(map_, start, visited_ranges(map_, start), starts - 1)
+    return states
 
 
 def _place(direction: str, step: int, points: int) -> int:

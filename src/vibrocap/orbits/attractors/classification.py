@@ -68,7 +68,7 @@ def zero_one_test(series: Any, *, frequencies: int = FREQUENCIES, seed: int = 0)
     if np.ptp(phi) <= CONSTANT * np.max(np.abs(phi)):
         return ZeroOneTest(0.0, np.zeros(frequencies), c, count)
     lags = np.arange(1, int(SHARE * count) + 1)
-    displacement = np.stack([_displacement(phi, each, len(lags)) for each in c])
+    displacement = np.stack([_displacement(phi, frequency, len(lags)) for frequency in c])
     swinging = np.mean(phi) ** 2 * (1.0 - np.cos(lags * c[:, None])) / (1.0 - np.cos(c[:, None]))
     correlations = _correlations(displacement - swinging, lags)
     return ZeroOneTest(float(np.median(correlations)), correlations, c, count)
@@ -319,11 +319,11 @@ def _long_orbit(map_: StroboscopicMap, states: np.ndarray, cloud: np.ndarray) ->
     if not len(back) or np.min(back) > RECURRENT:
         return None
     n = int(np.flatnonzero(back <= max(2.0 * np.min(back), 1e-9))[0]) + 1
-    found = closed(map_, states[-1], n)
-    if not found.closes or not found.stable:
+    orbit = closed(map_, states[-1], n)
+    if not orbit.closes or not orbit.stable:
         return None
-    near = np.max(np.abs(map_.section(state_vector(map_.system, found.state)) - cloud[-1])) <= 10.0 * RECURRENT
-    return shortest(map_, found) if near else None
+    near = np.max(np.abs(map_.section(state_vector(map_.system, orbit.state)) - cloud[-1])) <= 10.0 * RECURRENT
+    return shortest(map_, orbit) if near else None
 
 
 def _mean_drift(map_: StroboscopicMap, states: np.ndarray) -> tuple[float | None, float]:

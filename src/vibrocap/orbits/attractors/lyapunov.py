@@ -84,9 +84,9 @@ def lyapunov_exponent(
     state = advanced(map_, start, parameters, transient)
     if state is None:
         return exponents(map_, np.empty((0, map_.states)), parameters, False)
-    found = iterates(map_, state[None], parameters[None], periods)[:, 0]
-    whole = np.all(np.isfinite(found), axis=1)
-    return exponents(map_, found[whole][: periods if whole.all() else -1], parameters, bool(whole.all()))
+    states = iterates(map_, state[None], parameters[None], periods)[:, 0]
+    whole = np.all(np.isfinite(states), axis=1)
+    return exponents(map_, states[whole][: periods if whole.all() else -1], parameters, bool(whole.all()))
 
 
 def advanced(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray | None:
@@ -118,13 +118,13 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     asked = dict.fromkeys(np.linspace(ALIGNING * len(states), len(states) - 1, ASKED).astype(int).tolist())
     for first in range(0, len(states), BLOCK):
         part = states[first : first + BLOCK]
-        found = map_.images(part, np.tile(parameters, (len(part), 1)))
-        assert found.jacobian is not None
-        certified = certified and bool(found.certified.all())
-        slopes = found.jacobian[:, moving][:, :, moving] * size / size[:, None]
+        images = map_.images(part, np.tile(parameters, (len(part), 1)))
+        assert images.jacobian is not None
+        certified = certified and bool(images.certified.all())
+        slopes = images.jacobian[:, moving][:, :, moving] * size / size[:, None]
         for k, slope in enumerate(slopes):
             if first + k in asked:
-                asked[first + k] = directions[:, along], slope @ directions[:, along], found.state[k]
+                asked[first + k] = directions[:, along], slope @ directions[:, along], images.state[k]
             grown = slope @ directions
             if flow is not None and first + k + 1 < len(flow):
                 grown[:, 0] = flow[first + k + 1]
@@ -152,11 +152,11 @@ def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: n
     directions[:, moving] = along * size[moving]
     directions *= map_.free(states[chosen], parameters[None])
     rows = np.tile(parameters, (len(chosen), 1))
-    found, sure = slopes_along(map_, states[chosen], directions, images, rows)
-    found = found[:, moving]
+    slopes, sure = slopes_along(map_, states[chosen], directions, images, rows)
+    slopes = slopes[:, moving]
     wrong = [
         abs(math.log(max(float(np.linalg.norm(one)), FORGOTTEN) / max(float(np.linalg.norm(other)), FORGOTTEN)))
-        for one, other, certain in zip(said, found, sure, strict=True)
+        for one, other, certain in zip(said, slopes, sure, strict=True)
         if certain and differ(one, other)
     ]
     return sum(wrong) / max(1, int(np.sum(sure)))

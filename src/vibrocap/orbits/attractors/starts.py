@@ -22,11 +22,11 @@ def checked_ranges(system: System, given: Any) -> dict[str, tuple[float, float]]
     """Ranges by state, (low, high) each; ValueError naming what is wrong with them."""
     if not isinstance(given, Mapping) or not given:
         raise ArgumentError("ranges", f"should give (low, high) for at least one state, got {given!r}")
-    found = {}
+    ranges = {}
     for state, pair in given.items():
         check_state("ranges", system, state)
-        found[state] = checked_start_range(f"ranges: {state}", system, state, pair)
-    return found
+        ranges[state] = checked_start_range(f"ranges: {state}", system, state, pair)
+    return ranges
 
 
 def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:
@@ -40,8 +40,8 @@ def checked_start_range(name: str, system: System, state: str, pair: Any) -> tup
 
 def check_state(name: str, system: System, state: Any) -> None:
     """ValueError for what is no state of the system at which runs can start apart."""
-    useful = [each for each in system.state_names if each != system.cyclic]
-    useful = [each for each in useful if each not in system.switched]
+    useful = [state_name for state_name in system.state_names if state_name != system.cyclic]
+    useful = [name for name in useful if name not in system.switched]
     if state in useful:
         return
     why = f"{state!r} is no state of the system"
@@ -54,11 +54,11 @@ def check_state(name: str, system: System, state: Any) -> None:
 
 def spread_starts(map_: StroboscopicMap, start: np.ndarray, ranges: Ranges, count: int) -> np.ndarray:
     """Starts [count, states]: spread over the ranges, all other states as in `start` [states]."""
-    found = np.tile(start, (count, 1))
+    starts = np.tile(start, (count, 1))
     names = map_.system.state_names
     for (state, (low, high)), share in zip(ranges.items(), evenly_spread(count, len(ranges)).T, strict=True):
-        found[:, names.index(state)] = low + (high - low) * share
-    return found
+        starts[:, names.index(state)] = low + (high - low) * share
+    return starts
 
 
 def evenly_spread(count: int, dimensions: int) -> np.ndarray:
@@ -93,7 +93,7 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     budget = Budget(PROBE_PERIODS, ROUGH, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_EXTREMES)
     ends = map_.run(budget, probes, rows)
     fine = ends[ends.finished]
-    found = {}
+    ranges = {}
     for i in map(int, map_.section_states):
         name = system.state_names[i]
         low, high = (-PROBED * sizes[i], PROBED * sizes[i]) if i < mechanical else (np.inf, -np.inf)
@@ -107,5 +107,5 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
         least, most = room.get(name, (-np.inf, np.inf))
         low, high = max(low, least), min(high, most)
         if name not in system.switched and np.isfinite(low) and low < high:
-            found[name] = (float(low), float(high))
-    return found
+            ranges[name] = (float(low), float(high))
+    return ranges

@@ -48,37 +48,37 @@ def settled_without_clock(
 def _find_rests(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, reached: Reached) -> None:
     """Label the runs that are at an equilibrium, adding those to what is reached."""
     resting = np.flatnonzero(runs.finished & (runs.response_period > 0) & (which < 0))
-    known = {k: each for k, each in enumerate(reached) if isinstance(each, Equilibrium)}
+    known = {k: motion for k, motion in enumerate(reached) if isinstance(motion, Equilibrium)}
     for k, each in known.items():
         which[resting[_belongs(map_, runs.state[resting], each)]] = k
-    for each in () if known or not len(resting) else equilibria(map_.system):
-        there = resting[_belongs(map_, runs.state[resting], each) & (which[resting] < 0)]
+    for motion in () if known or not len(resting) else equilibria(map_.system):
+        there = resting[_belongs(map_, runs.state[resting], motion) & (which[resting] < 0)]
         if len(there):
             which[there] = len(reached)
-            reached.append(each)
+            reached.append(motion)
 
 
 def _find_cycles(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, reached: Reached, periods: int) -> None:
     """Label the runs that are on a cycle, adding those to what is reached: one run of each is closed."""
     left = np.flatnonzero(runs.finished & (which < 0))
-    for k, each in enumerate(reached):
-        if isinstance(each, PeriodicSolution):
-            on_it = _near_path(map_, each, runs.state[left])
+    for k, motion in enumerate(reached):
+        if isinstance(motion, PeriodicSolution):
+            on_it = _near_path(map_, motion, runs.state[left])
             which[left[on_it]] = k
             left = left[~on_it]
     for _ in range(MOST_CYCLES):
         if not len(left):
             break
-        head, found = left[0], autonomous_orbit(map_.system, runs.state[left[0]], periods, map_.tolerance)
+        head, solution = left[0], autonomous_orbit(map_.system, runs.state[left[0]], periods, map_.tolerance)
         left = left[1:]
-        if not found.closes or found.unstable:
+        if not solution.closes or solution.unstable:
             continue
-        known = next((k for k, each in enumerate(reached) if _same_cycle(map_, each, found)), len(reached))
-        on_it = _near_path(map_, found, runs.state[left])
+        known = next((k for k, motion in enumerate(reached) if _same_cycle(map_, motion, solution)), len(reached))
+        on_it = _near_path(map_, solution, runs.state[left])
         which[head] = which[left[on_it]] = known
         left = left[~on_it]
         if known == len(reached):
-            reached.append(judged(found))
+            reached.append(judged(solution))
 
 
 def _belongs(map_: StroboscopicMap, states: np.ndarray, found: Equilibrium) -> np.ndarray:

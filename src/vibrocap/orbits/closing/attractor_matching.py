@@ -46,24 +46,24 @@ def orbits_reached(
     """
     which = np.full(len(runs.state), -1)
     settled = np.flatnonzero(runs.response_period > 0)
-    found, which[settled] = distinct_orbits(map_, runs.state[settled], runs.response_period[settled], most)
+    orbits, which[settled] = distinct_orbits(map_, runs.state[settled], runs.response_period[settled], most)
     for longer in LONGER:
-        caught = np.flatnonzero(np.isin(which, [k for k, each in enumerate(found) if not each.attracts]))
+        caught = np.flatnonzero(np.isin(which, [k for k, orbit in enumerate(orbits) if not orbit.attracts]))
         if not len(caught):
             break
         runs = continued(map_, runs, caught, longer, periods)
         again = caught[runs.response_period[caught] > 0]
         which[caught] = -1
-        found, which[again] = distinct_orbits(
-            map_, runs.state[again], runs.response_period[again], most + len(found), found
+        orbits, which[again] = distinct_orbits(
+            map_, runs.state[again], runs.response_period[again], most + len(orbits), orbits
         )
-    unstable = np.flatnonzero(np.isin(which, [k for k, each in enumerate(found) if not each.attracts]))
+    unstable = np.flatnonzero(np.isin(which, [k for k, orbit in enumerate(orbits) if not orbit.attracts]))
     runs.response_period[unstable] = 0
     which[unstable] = -1
-    stable = [k for k, each in enumerate(found) if each.attracts]
-    place = np.full(len(found) + 1, -1)
+    stable = [k for k, orbit in enumerate(orbits) if orbit.attracts]
+    place = np.full(len(orbits) + 1, -1)
     place[stable] = np.arange(len(stable))
-    return [found[k] for k in stable], place[which], runs
+    return [orbits[k] for k in stable], place[which], runs
 
 
 def distinct_orbits(
@@ -82,11 +82,11 @@ def distinct_orbits(
     known: orbits that were found before, which come first
     """
     ends = map_.section(states)
-    found = list(known)
+    orbits = list(known)
     away = np.full(len(states), np.inf)
     which = np.full(len(states), -1)
-    for k, each in enumerate(found):
-        distance = _distance(each.points, ends)
+    for k, orbit in enumerate(orbits):
+        distance = _distance(orbit.points, ends)
         nearer = (distance < away) & (distance <= NEAR)
         which[nearer], away[nearer] = k, distance[nearer]
     for _ in range(most):
@@ -94,20 +94,20 @@ def distinct_orbits(
         if not len(left):
             break
         run = left[0]
-        each = _settled_orbit(map_, states[run], int(response_period[run]))
-        if each is None or _distance(each.points, ends[run : run + 1])[0] > np.sqrt(SETTLED):
+        orbit = _settled_orbit(map_, states[run], int(response_period[run]))
+        if orbit is None or _distance(orbit.points, ends[run : run + 1])[0] > np.sqrt(SETTLED):
             as_it_is = unclosed(map_, states[run], int(response_period[run]), OrbitStatus.NOT_CONVERGED)
-            each = OrbitPoints(as_it_is, ends[run : run + 1])
-        same = [k for k, other in enumerate(found) if _same_orbit(each, other)]
+            orbit = OrbitPoints(as_it_is, ends[run : run + 1])
+        same = [k for k, other in enumerate(orbits) if _same_orbit(orbit, other)]
         if same:
             which[run], away[run] = same[0], 0.0
             continue
-        distance = _distance(each.points, ends)
+        distance = _distance(orbit.points, ends)
         distance[run] = 0.0
         nearer = (distance < away) & (distance <= NEAR)
-        which[nearer], away[nearer] = len(found), distance[nearer]
-        found.append(each)
-    return found, which
+        which[nearer], away[nearer] = len(orbits), distance[nearer]
+        orbits.append(orbit)
+    return orbits, which
 
 
 def orbit_points(map_: StroboscopicMap, orbit: PeriodicSolution) -> OrbitPoints:
@@ -132,8 +132,8 @@ def nearest(points: np.ndarray, orbits: list[OrbitPoints]) -> int | None:
 
 def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> OrbitPoints | None:
     """The orbit near the end of a settled run, over its shortest period; None where it does not close."""
-    found = shortest(map_, closed(map_, state, periods))
-    return orbit_points(map_, found) if found.closes else None
+    orbits = shortest(map_, closed(map_, state, periods))
+    return orbit_points(map_, orbits) if orbits.closes else None
 
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:

@@ -55,8 +55,8 @@ def autonomous_orbit(
         unknown, ended = np.full((map_.states,) * 2, np.nan), state_vector(system, motion.state)
         return _record(map_, ended, ended, 0.0, unknown, np.inf, guess, 0)
     state, sides, period, passed = guess
-    found = _closed(map_, state, sides, period)
-    return dataclasses.replace(found, returns=passed) if found.closes else found
+    closed_orbit = _closed(map_, state, sides, period)
+    return dataclasses.replace(closed_orbit, returns=passed) if closed_orbit.closes else closed_orbit
 
 
 def near_cycle(system: System, state: np.ndarray, period: float, tolerance: float = 1e-12) -> PeriodicSolution:
@@ -87,16 +87,16 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
         return OrbitStatus.RUN_FAILED
     if (equilibrium := _equilibrium(motion)) is not None:
         return equilibrium
-    found = []
+    points = []
     for times in returns_of(motion, section):
         if len(times) > 1 and motion.end - times[-1] <= QUIET * np.max(np.diff(times)):
             count, away = recurrence(motion, times, most)
-            found.append((away, count, times))
-        if found and found[-1][0] <= ARRIVED:
+            points.append((away, count, times))
+        if points and points[-1][0] <= ARRIVED:
             break
-    if not found:
+    if not points:
         return OrbitStatus.NOT_SETTLED if section is None else OrbitStatus.SECTION_NOT_MET
-    away, count, times = min(found, key=lambda each: each[0])
+    away, count, times = min(points, key=lambda pair: pair[0])
     if away > RECURRENT:
         return OrbitStatus.COMES_TO_REST if comes_to_rest(motion) else OrbitStatus.MORE_RETURNS
     return *_within(motion, times[-1 - count], times[-1]), count

@@ -77,12 +77,12 @@ class Gradients(Result):
 
     @property
     def heading(self) -> str:
-        measures = dict.fromkeys(each.measure for each in self.slopes)
+        measures = dict.fromkeys(slope.measure for slope in self.slopes)
         return f"gradients of {', '.join(measures)}"
 
     @property
     def facts(self) -> dict[str, str]:
-        largest = max(self.slopes, key=lambda each: abs(np.nan_to_num(each.elasticity)))
+        largest = max(self.slopes, key=lambda slope: abs(np.nan_to_num(slope.elasticity)))
         return {
             "slopes": f"{len(self.slopes)} slopes",
             "largest": f"largest elasticity {largest.elasticity:.4g}, of {largest.measure} by {largest.parameter}",
@@ -91,9 +91,9 @@ class Gradients(Result):
 
     def __getitem__(self, asked: tuple[str, str]) -> Slope:
         """The slope of (measure, parameter); KeyError for what was not asked for."""
-        for each in self.slopes:
-            if (each.measure, each.parameter) == asked:
-                return each
+        for slope in self.slopes:
+            if (slope.measure, slope.parameter) == asked:
+                return slope
         raise KeyError(asked)
 
 
@@ -133,8 +133,8 @@ def gradients(
     ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
     values, slopes = _measured(ends, orbit)
     pairs = [(name, i) for name in wanted for i in range(len(ends.asked))]
-    found = tuple(_slope(system, name, ends.asked[i], values[name], slopes[name][i]) for name, i in pairs)
-    return Gradients(system, found, tuple(ends.kinks))
+    slope_records = tuple(_slope(system, name, ends.asked[i], values[name], slopes[name][i]) for name, i in pairs)
+    return Gradients(system, slope_records, tuple(ends.kinks))
 
 
 def check_gradients(system: System) -> None:
@@ -266,7 +266,9 @@ class _Stretches:
             table = corners.tables(row[None])[0]
             size, parts = corners.row_size, corners.count(row)
             begins = np.arange(parts) * (self.period / parts)
-            slopes = np.array([_by(each, row, places, begins) for each in corners.numbers])  # [numbers, asked, parts]
+            slopes = np.array(
+                [_by(number, row, places, begins) for number in corners.numbers]
+            )  # [numbers, asked, parts]
             slopes = slopes.reshape(-1, size, count, parts).transpose(3, 0, 1, 2)
             shares, moved = table[:, 0], np.cumsum(slopes[:, :, 0], axis=1)
             moved[:, -1] = 0.0
@@ -297,11 +299,11 @@ class _Stretches:
 
 def _opening(map_: StroboscopicMap, row: np.ndarray, places: list[int]) -> np.ndarray:
     """[parameters] whether a parameter gives a length to a segment of the drive that has none."""
-    found, corners = np.zeros(len(places), dtype=bool), map_.equations.corners
+    opens, corners = np.zeros(len(places), dtype=bool), map_.equations.corners
     for length in () if corners is None else corners.lengths:
         if float(evaluate([length], 0.0, (), 1.0, row)[0]) <= SHORT:
-            found |= _by(length, row, places) != 0.0
-    return found
+            opens |= _by(length, row, places) != 0.0
+    return opens
 
 
 def _by(expression: Expression, row: np.ndarray, places: list[int], times: Any = 0.0) -> np.ndarray:
@@ -317,12 +319,12 @@ def _rates(motion: Trajectory, time: float, size: int) -> np.ndarray:
     starts, lengths = motion.piece_start, motion.piece_length
     index = int(np.flatnonzero((starts + lengths < time + near) & (lengths > near))[-1])
     at = np.array([index]), np.array([lengths[index]])
-    found = motion.piece_slopes(*at)[:, 0]
-    if size == len(found):
-        return found
+    rates = motion.piece_slopes(*at)[:, 0]
+    if size == len(rates):
+        return rates
     recorded = equations(motion.system)
     powers = tuple(f"{name}_work" for name in carried(recorded))
-    return np.concatenate((found, motion.piece_observables(powers, *at)[:, 0]))
+    return np.concatenate((rates, motion.piece_observables(powers, *at)[:, 0]))
 
 
 def _recorded(system: System, path: str) -> System:

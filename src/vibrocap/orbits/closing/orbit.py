@@ -195,10 +195,10 @@ def orbit(
         return Orbit.of(later if later.closes else asked, map_)
     if periods == 0:
         return Orbit.of(unclosed(map_, state, 1, OrbitStatus.NOT_SETTLED))
-    found = shortest(map_, closed(map_, state, periods))
-    if not found.closes:
-        return Orbit.of(found)
-    return _kept(map_, Orbit.of(found, map_), state, periods, settle_periods)
+    solution = shortest(map_, closed(map_, state, periods))
+    if not solution.closes:
+        return Orbit.of(solution)
+    return _kept(map_, Orbit.of(solution, map_), state, periods, settle_periods)
 
 
 def shoot(
@@ -247,9 +247,9 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     starts = state + np.stack([push, -push])
     rows = np.tile(map_.parameters(), (2, 1))
     runs = settling_runs(map_, starts, rows, settle_periods)
-    found, which, _ = orbits_reached(map_, runs, settle_periods, 2)
+    orbits, which, _ = orbits_reached(map_, runs, settle_periods, 2)
     ways = dict.fromkeys(int(k) for k in which if k >= 0)
-    return tuple(Orbit.of(found[k].orbit) for k in ways if found[k].closed_exactly)
+    return tuple(Orbit.of(orbits[k].orbit) for k in ways if orbits[k].closed_exactly)
 
 
 def _kept(map_: StroboscopicMap, found: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:

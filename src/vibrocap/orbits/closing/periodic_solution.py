@@ -146,19 +146,19 @@ class PeriodicSolution(Result):
         if self.failed:
             tried = f", residual {self.residual:.1e} where it was tried" if np.isfinite(self.residual) else ""
             return {"status": f"{self.status.value}{tried}"}
-        found = {"period": f"period {self.said('period')}"}
+        facts = {"period": f"period {self.said('period')}"}
         if self.drift is not None:
-            found["travel"] = f"drift {self.said('drift')}, mean velocity {self.said('mean_velocity', 6)}"
+            facts["travel"] = f"drift {self.said('drift')}, mean velocity {self.said('mean_velocity', 6)}"
         if self.winding:
-            found["turns"] = ", ".join(f"{turns} turn(s) of {name}" for name, turns in self.winding.items())
+            facts["turns"] = ", ".join(f"{turns} turn(s) of {name}" for name, turns in self.winding.items())
         if self.symmetric is not None:
-            found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
+            facts["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
         if self.returns:
-            found["returns"] = f"{self.returns} return(s) to the section"
+            facts["returns"] = f"{self.returns} return(s) to the section"
         words = {"neither": "neither stable nor unstable", "not known": "stability not known"}
         largest = "" if self.largest_multiplier is None else f", largest multiplier {self.largest_multiplier:.6g}"
-        found["stability"] = words.get(self.stability, self.stability) + largest
-        return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
+        facts["stability"] = words.get(self.stability, self.stability) + largest
+        return facts | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
     @property
     def failed(self) -> bool:

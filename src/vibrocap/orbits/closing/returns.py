@@ -56,10 +56,10 @@ class OfSection(Declared):
     """A section as it is asked for, whose value is in the unit of its observable."""
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
-        found = checked_section(context.system, value)
-        if found is None or found.observable is None:
-            return found
-        return dataclasses.replace(found, value=found.value / context.units.factor(found.observable))
+        section = checked_section(context.system, value)
+        if section is None or section.observable is None:
+            return section
+        return dataclasses.replace(section, value=section.value / context.units.factor(section.observable))
 
 
 SectionAsked = Annotated[Any, OfSection()]  # a `Section` or a text
@@ -110,8 +110,8 @@ def returns_of(motion: Trajectory, section: Section | None) -> Iterator[np.ndarr
     if section is not None:
         yield section.times(motion)
         return
-    for each in default_sections(motion):
-        times = each.times(motion)
+    for default_section in default_sections(motion):
+        times = default_section.times(motion)
         if len(times) > FEWEST:
             yield times
 

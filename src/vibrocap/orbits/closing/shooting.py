@@ -134,16 +134,16 @@ class Closure:
     def attempt(self, x: np.ndarray) -> _Try:
         state = x[: self.map_.states]
         if self.cycle:
-            found = self.map_.images(state[None], self.parameters[None], 1, mark_distance=x[-1:])
+            images = self.map_.images(state[None], self.parameters[None], 1, mark_distance=x[-1:])
         else:
-            found = mapped(self.map_, state, self.parameters, self.response_period, self.half)
-        image = found.state[0]
+            images = mapped(self.map_, state, self.parameters, self.response_period, self.half)
+        image = images.state[0]
         mismatch = np.where(self.kept, self.map_.away(image, state) / self.scales, 0.0)
         residual = float(np.max(np.abs(mismatch)))
-        assert found.jacobian is not None
+        assert images.jacobian is not None
         lasts = not self.cycle or x[-1] > self.shortest
-        good = lasts and bool(found.finished[0]) and bool(np.isfinite(residual))
-        return _Try(self, x, image, found.jacobian[0], mismatch, residual if good else np.inf, found)
+        good = lasts and bool(images.finished[0]) and bool(np.isfinite(residual))
+        return _Try(self, x, image, images.jacobian[0], mismatch, residual if good else np.inf, images)
 
 
 def mapped(
@@ -153,11 +153,13 @@ def mapped(
     if not half:
         return map_.images(state[None], parameters[None], response_period)
     halves, total = mirrored_halves(map_, state, parameters, response_period), np.eye(map_.states)
-    for each in halves:
-        assert each.jacobian is not None
-        total = each.jacobian[0] @ total
-    finished = np.all([each.finished for each in halves], axis=0)
-    return Images(halves[-1].state, total[None], finished, lambda: np.all([each.certified for each in halves], axis=0))
+    for halve in halves:
+        assert halve.jacobian is not None
+        total = halve.jacobian[0] @ total
+    finished = np.all([halve.finished for halve in halves], axis=0)
+    return Images(
+        halves[-1].state, total[None], finished, lambda: np.all([halve.certified for halve in halves], axis=0)
+    )
 
 
 def mirrored_halves(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, count: int) -> list[Images]:

@@ -105,15 +105,15 @@ class Branch(BranchRecord):
 
     def orbits_at(self, value: Parameter) -> list[Orbit]:
         """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
-        found = []
+        orbits = []
         for i in range(len(self) - 1):
             left, right = self.parameter[i : i + 2]
             if min(left, right) <= value < max(left, right) or (i == len(self) - 2 and value == right):
                 share = (value - left) / (right - left)
                 state = self.states[i] + share * (self.states[i + 1] - self.states[i])
                 period = self.period[i] + share * (self.period[i + 1] - self.period[i])
-                found.append(self.orbit_near(state, value, float(period)))
-        return found
+                orbits.append(self.orbit_near(state, value, float(period)))
+        return orbits
 
     def orbit_near(self, state: StateColumns, value: Parameter, period: Time) -> Orbit:
         """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
@@ -270,9 +270,9 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
     Also at a change of the mode sequence, or of the impacts, where the multipliers jump over -1; there it is searched
     on both sides, and None is returned where nothing is found. Raises ValueError at a point from which none leaves.
     """
-    map_, found = parent.closing_map, special.found
-    if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:
-        finer, first = switched_point(map_, found)
+    map_, located = parent.closing_map, special.found
+    if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and located.direction is not None:
+        finer, first = switched_point(map_, located)
         way = followed(finer, first, 1.0, points, step, from_parent=True)
         if len(way.points) < 2:
             return None
@@ -284,7 +284,7 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
         begin = BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
         return dataclasses.replace(result, ends=(begin, result.ends[1]))
     if special.kind in CORNERS and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
-        for finer, first in branches_at_corner(map_, found):
+        for finer, first in branches_at_corner(map_, located):
             assert isinstance(finer, ClosingMap)
             ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
             return joined(finer, *ways)

@@ -92,25 +92,27 @@ class BranchDiagram(Result):
         return {
             "range": f"{low:g} to {said(high, self.unit_of('over'), 6)}",
             "branches": f"{len(self.branches)} branches of {sum(map(len, self.branches))} points",
-            "special points": f"{sum(len(each.special_points) for each in self.branches)} special points",
+            "special points": f"{sum(len(branch.special_points) for branch in self.branches)} special points",
         }
 
     def table(self) -> list[dict[str, Any]]:
         """The special points of all branches as rows of a table, by branch and then along it."""
-        return [{"branch": i, **row} for i, each in enumerate(self.branches) for row in each.table()]
+        return [{"branch": i, **row} for i, branch in enumerate(self.branches) for row in branch.table()]
 
     def __str__(self) -> str:
         """The diagram in words."""
-        lines = [f"[{i}] {each}" for i, each in enumerate(self.branches)]
+        lines = [f"[{i}] {branch}" for i, branch in enumerate(self.branches)]
         for join in self.joins:
             place = self.branches[join.parent].special_points[join.special]
             verb = "leaves" if join.end == 0 else "ends on"
             lines.append(
                 f"[{join.child}] {verb} [{join.parent}] at {self.over} = {said(place.parameter, self.unit_of('over'))}"
             )
-        for each in self.transitions:
-            edge = f"{self.over} = {said(each.parameter, self.unit_of('over'))} ({each.why})"
-            lines.append(f"[{each.branch}] is stable up to {edge}; beyond it a simulation leads to {each.leads_to}")
+        for transition in self.transitions:
+            edge = f"{self.over} = {said(transition.parameter, self.unit_of('over'))} ({transition.why})"
+            lines.append(
+                f"[{transition.branch}] is stable up to {edge}; beyond it a simulation leads to {transition.leads_to}"
+            )
         return "\n".join(lines)
 
 
@@ -152,7 +154,7 @@ def branches(
         if symmetric.closes:
             diagram.add(branch(system, over, between, orbit=symmetric, **options), 0)
             diagram.grow()
-    if not any(_holds(each, begun) for each in diagram.branches):
+    if not any(_holds(branch, begun) for branch in diagram.branches):
         diagram.add(branch(system, over, between, orbit=begun, **options), 0)
         if begun.response_period:  # of cycles that nothing drives only their own branch is followed
             diagram.grow()
@@ -183,8 +185,8 @@ class _Growing:
 
     def _special(self) -> Iterator[tuple[tuple[int, int], SpecialPoint]]:
         """((branch, number on it), special point) of all that are known."""
-        for i, each in enumerate(self.branches):
-            yield from (((i, j), special) for j, special in enumerate(each.special_points))
+        for i, grown in enumerate(self.branches):
+            yield from (((i, j), special) for j, special in enumerate(grown.special_points))
 
     def grow(self) -> None:
         """Follow what leaves: smooth bifurcations first, of which what leaves at an angle may be the other end."""
@@ -224,19 +226,23 @@ class _Growing:
             system = branch_.system.with_parameters({branch_.over: value})
             return steady_orbit(system, initial=start, settle_periods=settle_periods)
 
-        found = beyond(edge.beyond[0])
-        if found.status is OrbitStatus.NOT_SETTLED:
-            found = beyond(edge.beyond[-1])
+        beyond_it = beyond(edge.beyond[0])
+        if beyond_it.status is OrbitStatus.NOT_SETTLED:
+            beyond_it = beyond(edge.beyond[-1])
         reached = None
-        if found.closes and found.stable:
-            reached = next((i for i, each in enumerate(self.branches) if len(each) and _holds(each, found)), None)
+        if beyond_it.closes and beyond_it.stable:
+            reached = next(
+                (i for i, branch in enumerate(self.branches) if len(branch) and _holds(branch, beyond_it)), None
+            )
             if reached is None:
                 options = {"points": self.points, "step": self.step, "tolerance": branch_.closing_map.tolerance}
-                reached = self.add(branch(found.system, branch_.over, branch_.between, orbit=found, **options), 0)
+                reached = self.add(
+                    branch(beyond_it.system, branch_.over, branch_.between, orbit=beyond_it, **options), 0
+                )
                 self._join_loose_ends()
                 self.grow()
         if reached != index and not self._joined(index, edge):
-            there = _without_orbit(found, start) if reached is None else f"[{reached}]"
+            there = _without_orbit(beyond_it, start) if reached is None else f"[{reached}]"
             self.transitions.append(Transition(index, edge.point, edge.parameter, edge.why, reached, there))
 
     def _joined(self, index: int, edge: "_Edge") -> bool:
@@ -247,17 +253,17 @@ class _Growing:
     def _join_loose_ends(self) -> None:
         """Join what began or ended at a bifurcation of a branch that was not followed then."""
         known = {(join.child, join.end) for join in self.joins}
-        for child, each in enumerate(self.branches):
+        for child, grown in enumerate(self.branches):
             for end in (0, -1):
-                if each.ends[end] in AT_PARENT and (child, end) not in known:
+                if grown.ends[end] in AT_PARENT and (child, end) not in known:
                     self._join_end(child, end)
 
     def _known(self, child: Branch) -> bool:
         """Whether a branch is one of those followed already, or the mirror twin of one."""
         place = len(child) // 2
         kind, middle = (child.response_period, child.symmetric), (child.states[place], float(child.parameter[place]))
-        alike = [each for each in self.branches if (each.response_period, each.symmetric) == kind]
-        return any(branch_distance(each, *middle) <= ON_BRANCH for each in alike)
+        alike = [branch for branch in self.branches if (branch.response_period, branch.symmetric) == kind]
+        return any(branch_distance(branch, *middle) <= ON_BRANCH for branch in alike)
 
     def _join(self, child: int) -> None:
         """Note where a branch begins and ends on others."""
@@ -276,8 +282,8 @@ class _Growing:
         joined = {(join.parent, join.special) for join in self.joins}
         unfollowed = tuple(place for place, special in self._special() if _leaves(special) and place not in joined)
         low, high = between
-        found = tuple(self.branches), tuple(self.joins), unfollowed, tuple(self.transitions)
-        return BranchDiagram(system, over, (float(low), float(high)), *found)
+        diagram = tuple(self.branches), tuple(self.joins), unfollowed, tuple(self.transitions)
+        return BranchDiagram(system, over, (float(low), float(high)), *diagram)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -304,8 +310,12 @@ def _stable_edges(branch: Branch) -> Iterator[_Edge]:
         for point, inner, before in ((first, first + 1, first - 1), (last, last - 1, last)):
             going = float(np.sign(branch.parameter[point] - branch.parameter[inner]))
             end = _end_at(branch, point)
-            near = [(i, each) for i, each in enumerate(branch.special_points) if each.after_point == before]
-            there = [i for i, each in near if each.stability != "kept"] + [i for i, _ in near]
+            near = [
+                (i, special_point)
+                for i, special_point in enumerate(branch.special_points)
+                if special_point.after_point == before
+            ]
+            there = [i for i, special_point in near if special_point.stability != "kept"] + [i for i, _ in near]
             special = None if end is not None or not there else there[0]
             place = branch.special_points[special] if special is not None else None
             why = branch.ends[end].value if end is not None else place.kind.value if place else "stability lost"

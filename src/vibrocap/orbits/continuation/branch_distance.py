@@ -14,7 +14,7 @@ def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> floa
 
     state: of the orbit at the section, [states]. Infinite where the branch does not come near.
     """
-    return min(_distance(branch, each, parameter) for each in _starts(branch, state, parameter))
+    return min(_distance(branch, start, parameter) for start in _starts(branch, state, parameter))
 
 
 def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
@@ -22,20 +22,20 @@ def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndar
     closure = branch.closing_map
     row = closure.row.copy()
     row[closure.index] = parameter
-    here, found = state.copy(), []
+    here, starts = state.copy(), []
     for _ in range(branch.response_period):
-        found.append(here)
+        starts.append(here)
         here = closure.map.images(here[None], row[None], tangents=False).state[0]
     if closure.mirrored and not closure.half:
-        found += [closure.map.mirrored_half(each[None], row[None], tangents=False).state[0] for each in found]
-    return found
+        starts += [closure.map.mirrored_half(start[None], row[None], tangents=False).state[0] for start in starts]
+    return starts
 
 
 def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     """Distance of a point from a branch: from its chords first, then from the branch across the nearest of them."""
     closure = branch.closing_map
     x = closure.point(state, parameter)
-    corners = np.stack([closure.point(*each) for each in zip(branch.states, branch.parameter, strict=True)])
+    corners = np.stack([closure.point(*point) for point in zip(branch.states, branch.parameter, strict=True)])
     ways = np.diff(corners, axis=0)
     lengths = np.linalg.norm(ways, axis=1)
     apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
@@ -52,5 +52,5 @@ def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     if off[i] > ROUGHLY:
         return float("inf")
     normal = ways[i] / lengths[i]
-    found, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))
-    return float(off[i]) if found is None else float(np.linalg.norm(found.x - x))
+    foot, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))
+    return float(off[i]) if foot is None else float(np.linalg.norm(foot.x - x))

@@ -61,13 +61,13 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     centre, _ = corrected(mode, guess, np.eye(len(guess))[-1], float(guess[-1]))
     if centre is None:
         return None
-    found = hopf(mode, centre.x, complex(0.0, 2.0 * np.pi / period))
-    if found is None or not _belongs(closure, mode, found, state, period, amplitude):
+    located = hopf(mode, centre.x, complex(0.0, 2.0 * np.pi / period))
+    if located is None or not _belongs(closure, mode, located, state, period, amplitude):
         return None
-    place, count = mode.parameter(found.x), last.unstable()
+    place, count = mode.parameter(located.x), last.unstable()
     words = last.closing.mode_sequence, last.closing.mode_sequence
-    text = f"the cycles shrink to steady sliding; omega {found.frequency:.10g}"
-    return Found(SpecialKind.HOPF, 1.0, last, found.error, (count, count), words, text=text, place=place)
+    text = f"the cycles shrink to steady sliding; omega {located.frequency:.10g}"
+    return Found(SpecialKind.HOPF, 1.0, last, located.error, (count, count), words, text=text, place=place)
 
 
 def _mode(closure: CycleMap, point: BranchPoint) -> Sliding:
@@ -110,7 +110,10 @@ def cycles_followed(
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
     way = _followed_by_sections(closure, start, towards, most, step, progress)
     return dataclasses.replace(
-        way, special=[(after, stick_loss(closure, found, way.points, after)) for after, found in way.special]
+        way,
+        special=[
+            (after, stick_loss(closure, special_point, way.points, after)) for after, special_point in way.special
+        ],
     )
 
 
@@ -137,7 +140,7 @@ def _followed_by_sections(
         way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), longest, progress=progress)
         whole, way = len(way.points), _crossing(closure, way)
         touches = 1 < len(way.points) < whole
-        special += [(len(points) - 1 + i, found) for i, found in way.special]
+        special += [(len(points) - 1 + i, special_point) for i, special_point in way.special]
         points += way.points[1:]
         if (birth := hopf_at_end(closure, points[-1])) is not None:
             return Followed(points, [*special, (len(points) - 1, birth)], BranchEnd.HOPF)
@@ -167,15 +170,17 @@ def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> b
 
     The same cycle has as many unstable ones as before where its section is set anew.
     """
-    after, found = last
-    return after == count - 2 and found.kind is SpecialKind.JUMP and anew.unstable() == found.unstable[0]
+    after, special_point = last
+    return (
+        after == count - 2 and special_point.kind is SpecialKind.JUMP and anew.unstable() == special_point.unstable[0]
+    )
 
 
 def _crossing(closure: CycleMap, way: Followed) -> Followed:
     """The part of a way before the first cycle that does not cross the section well any more."""
     for k, point in enumerate(way.points):
         if k and flow_across(closure, point)[1] < CROSSES:
-            special = [(i, found) for i, found in way.special if i < k - 1]
+            special = [(i, special_point) for i, special_point in way.special if i < k - 1]
             return Followed(way.points[:k], special, BranchEnd.TOO_MANY_POINTS)
     return way
 

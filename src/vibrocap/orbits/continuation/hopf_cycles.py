@@ -83,7 +83,7 @@ def _first_cycle(found: EquilibriumBranch, at: SpecialPoint, tolerance: float) -
 def _sizes(found: EquilibriumBranch, at: SpecialPoint, state: np.ndarray) -> np.ndarray:
     """Size of each state in a cycle of the shape of the eigenvector that would bring the first contact to rest."""
     problem, shape = found.mode.problem, np.abs(np.asarray(at.vector))
-    places = [each.state for each in problem.recording.contacts if each.state in problem.unknowns]
+    places = [contact.state for contact in problem.recording.contacts if contact.state in problem.unknowns]
     ratios = [abs(state[place]) / shape[place] for place in places if shape[place] > 0.0]
     reach = min(ratios, default=0.0) * shape
     return np.where(reach > 0.0, reach, problem.sizes)

@@ -50,27 +50,27 @@ class Crossings(Dimensional):
     @property
     def places(self) -> tuple[Parameter, ...]:
         """The parameters of the crossings proper."""
-        return tuple(each.at for each in self.found if each.kind is CrossingKind.CROSSING)
+        return tuple(place.at for place in self.found if place.kind is CrossingKind.CROSSING)
 
     def __str__(self) -> str:
         """What was found, in words."""
         lines = []
         along, unit = self.unit_of("over"), self.unit_of("value")
-        for each in self.found:
-            row = f"{each.kind.value:<10}{said(each.at, along, 12)} +- {each.error:.1g}"
-            if each.kind is CrossingKind.CROSSING:
-                low, high = each.bracket
-                slope = said(each.slope, each.unit_of("slope"), 6)
+        for place in self.found:
+            row = f"{place.kind.value:<10}{said(place.at, along, 12)} +- {place.error:.1g}"
+            if place.kind is CrossingKind.CROSSING:
+                low, high = place.bracket
+                slope = said(place.slope, place.unit_of("slope"), 6)
                 lines.append(f"{row}, between {low!r} and {high!r}, slope {slope}")
             else:
-                lines.append(f"{row}  {each.kind.advice}")
+                lines.append(f"{row}  {place.kind.advice}")
         for low, high in self.equal:
             lines.append(f"equal     all along {low:.6g} to {said(high, along, 6)}: no point of it is a crossing")
         if self.unsettled:
             ends = f"{self.unsettled[0]:.6g} to {said(self.unsettled[-1], along, 6)}"
             many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {ends}"
             lines.append(f"unsettled {many}: nothing can be told there")
-        if not any(each.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for each in self.found):
+        if not any(place.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for place in self.found):
             seen = self.differences[np.isfinite(self.differences)]
             if len(seen):
                 scan = f"over the scan the difference is from {seen.min():.3g} to {said(seen.max(), unit, 3)}"
@@ -123,24 +123,24 @@ def crossing(
         if report is not None:
             report((i + 1) / points)
     nothing = [math.nan] * len(systems)
-    values = np.array([nothing if each is None else [one.value(measure) for one in each] for each in motions])
+    values = np.array([nothing if motion is None else [one.value(measure) for one in motion] for motion in motions])
     differences = values[:, 0] - values[:, 1:].sum(axis=1) - value
     size = float(np.max(np.abs(values), initial=1.0, where=np.isfinite(values)))
     same = np.abs(differences) <= NOTHING * size
     signs = np.where(same, 0.0, np.sign(differences))
-    found = []
+    places = []
     last = -1  # the last point that is settled and not equal to the value; one that is not may lie between two
     for i in range(points):
         if math.isfinite(signs[i]) and signs[i] != 0.0:
             if last >= 0 and signs[last] * signs[i] < 0.0 and i - last <= 2:
                 ends = ((float(parameters[j]), motions[j]) for j in (last, i))
-                found.append(located(difference, *ends))
+                places.append(located(difference, *ends))
             last = i
     return Crossings(
         measure=measure,
         over=over,
         value=value,
-        found=tuple(found),
+        found=tuple(places),
         equal=_ranges(parameters, same),
         unsettled=tuple(parameters[~np.isfinite(differences)].tolist()),
         parameters=parameters,
@@ -151,11 +151,11 @@ def crossing(
 def _starts(systems: tuple[System, ...], initial: Mapping[str, float] | None) -> list[dict[str, float]]:
     """The start of each system: of the states named those that it has."""
     given = dict(initial or {})
-    names = {name for each in systems for name in each.state_names}
+    names = {name for system in systems for name in system.state_names}
     unknown = [name for name in given if name not in names]
     if unknown:
         initial_state(systems[0], {unknown[0]: given[unknown[0]]})  # raises, naming it and what is near
-    return [initial_state(each, {k: v for k, v in given.items() if k in each.state_names}) for each in systems]
+    return [initial_state(system, {k: v for k, v in given.items() if k in system.state_names}) for system in systems]
 
 
 def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, float], ...]:
@@ -167,12 +167,12 @@ def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, floa
 
 def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
-    for each in systems:
-        known = known_measure(measure, each) if isinstance(measure, str) else None
+    for system in systems:
+        known = known_measure(measure, system) if isinstance(measure, str) else None
         if known is None or known.is_text:
-            near = near_measure(measure, [name for name, one in measure_table(each).items() if not one.is_text])
+            near = near_measure(measure, [name for name, one in measure_table(system).items() if not one.is_text])
             raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
-        check_travel(resolved(measure, each)[1], each)
+        check_travel(resolved(measure, system)[1], system)
 
 
 def _checked(
@@ -180,12 +180,12 @@ def _checked(
 ) -> tuple[float, float]:
     """The range, or ValueError for what cannot be looked for."""
     checked_measure(systems, measure)
-    (low, high), *_ = [checked_range(each, over, between) for each in systems]
+    (low, high), *_ = [checked_range(system, over, between) for system in systems]
     check_whole("points", points, 2)
     if not is_number(value) or not math.isfinite(value):
         raise ArgumentError("value", f"should be a finite number, got {value!r}")
-    for each in systems:
-        if not is_driven(each):
+    for system in systems:
+        if not is_driven(system):
             raise ArgumentError(
                 "drive",
                 "should change in time: of a system that cycles by itself follow the cycles instead, "

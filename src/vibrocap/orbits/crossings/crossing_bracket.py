@@ -97,11 +97,11 @@ def _drift(system: System, marks: np.ndarray, response: int) -> float | None:
 def _closed(system: System, state: Mapping[str, float], response: int, tolerance: float) -> SettledMotion | None:
     """The orbit near a state, by shooting."""
     map_ = StroboscopicMap(system, tolerance)
-    found = shortest(map_, closed(map_, state_vector(system, state), response))
-    if not found.closes:
+    solution = shortest(map_, closed(map_, state_vector(system, state), response))
+    if not solution.closes:
         return None
-    drift = None if found.drift is None else found.drift / found.response_period
-    return SettledMotion(system, found.state, found.response_period, drift, tolerance)
+    drift = None if solution.drift is None else solution.drift / solution.response_period
+    return SettledMotion(system, solution.state, solution.response_period, drift, tolerance)
 
 
 NARROW = 1e-13  # of the bracket at first: it is not cut further
@@ -163,21 +163,21 @@ class Difference:
 
     def of(self, motions: Motions) -> float:
         """The difference of the motions themselves."""
-        first, *others = (each.value(self.measure) for each in motions)
+        first, *others = (motion.value(self.measure) for motion in motions)
         return first - sum(others) - self.value
 
     def followed(self, near: Motions, place: float, tolerance: float | None = None) -> list[SettledMotion] | None:
         """The motions at another place of the parameter to which those nearby lead; None where one does not settle."""
         tolerance = tolerance or self.tolerance
-        found = []
+        motions = []
         for each in near:
             system = each.system.with_parameters({self.over: place})
             state = named_states(system, brought_back(system, state_vector(system, each.state)))
             motion = settled_motion(system, within_room(system, state), self.periods, tolerance)
             if motion is None:
                 return None
-            found.append(motion)
-        return found
+            motions.append(motion)
+        return motions
 
 
 @dataclasses.dataclass
@@ -239,7 +239,7 @@ def _near(one: Motions, other: Motions) -> bool:
     for first, last in zip(one, other, strict=True):
         sizes = np.array(first.system.scales(), dtype=float)
         sizes[[i for i, name in enumerate(first.system.state_names) if name in first.system.switched]] = np.inf
-        here, there = (state_vector(each.system, each.state) for each in (first, last))
+        here, there = (state_vector(motion.system, motion.state) for motion in (first, last))
         away = section_states(first.system, here, sizes) - section_states(first.system, there, sizes)
         if np.any(np.abs(away) > ONE_MOTION):
             return False
@@ -256,14 +256,14 @@ def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: 
     slope = (difference.of(around[1]) - difference.of(around[0])) / (2.0 * beside)
     noise = abs(difference.of(coarse) - difference.of(here))
     width = 0.0 if at in (low.place, high.place) else high.place - low.place  # at an end it is zero exactly
-    good = all(each.certified for each in here)
+    good = all(motion.certified for motion in here)
     return Crossing(
         kind=CrossingKind.CROSSING if good else CrossingKind.NOT_CERTIFIED,
         at=at,
         bracket=(low.place, high.place),
         differences=(low.difference, high.difference),
         error=width + (noise / abs(slope) if slope else math.inf),
-        values=tuple(each.value(difference.measure) for each in here),
+        values=tuple(motion.value(difference.measure) for motion in here),
         slope=slope,
     )
 
@@ -287,11 +287,11 @@ def scanned(
     systems: Sequence[System], starts: Sequence[dict[str, float]], difference: Difference, place: float
 ) -> list[SettledMotion] | None:
     """The motions to which the starts lead at a place of the parameter; None where one does not settle."""
-    found = []
+    motions = []
     for system, start in zip(systems, starts, strict=True):
         moved = system.with_parameters({difference.over: place})
         motion = settled_motion(moved, start, difference.periods, difference.tolerance)
         if motion is None:
             return None
-        found.append(motion)
-    return found
+        motions.append(motion)
+    return motions

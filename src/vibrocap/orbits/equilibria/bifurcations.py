@@ -56,10 +56,10 @@ def fold(mode: Mode, x: np.ndarray) -> Located | None:
         noise = np.concatenate((_noise(mode, derivative, at), np.abs(jacobian) @ np.abs(a), [1.0]))
         return values, matrix, noise
 
-    found = _root(system, np.concatenate((x, vector)), n)
-    if found is None:
+    located = _root(system, np.concatenate((x, vector)), n)
+    if located is None:
         return None
-    u, error = found
+    u, error = located
     return Located(u[: n + 1], error * mode.width, 0.0, u[n + 1 :])
 
 
@@ -116,10 +116,10 @@ def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Lo
             np.concatenate((noises, noises[n:])),
         )
 
-    found = _root(system, np.concatenate(start), n)
-    if found is None or not abs(found[0][n + 1]) > 1e-8 * frequency:
+    located = _root(system, np.concatenate(start), n)
+    if located is None or not abs(located[0][n + 1]) > 1e-8 * frequency:
         return None
-    u, error = found
+    u, error = located
     vector = u[n + 2 : 2 * n + 2] + 1j * u[2 * n + 2 : 3 * n + 2]
     sign = 1.0 if u[n + 1] > 0.0 else -1.0
     return Located(u[: n + 1], error * mode.width, abs(float(u[n + 1])), vector if sign > 0.0 else vector.conj())
@@ -167,12 +167,12 @@ def _root(
     system: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]], u: np.ndarray, place: int
 ) -> tuple[np.ndarray, float] | None:
     """(root, error of its component `place` by rounding); None where Newton's method does not arrive."""
-    found, _ = newton(lambda at: _Extended(at, *system(at)), u, LEVELS, MOST_STEPS)
-    if not found.residual <= LEVELS.rounding:
+    solution, _ = newton(lambda at: _Extended(at, *system(at)), u, LEVELS, MOST_STEPS)
+    if not solution.residual <= LEVELS.rounding:
         return None
-    eps, step = float(np.finfo(float).eps), found.step()
-    error = ROUNDINGS * eps * float(np.abs(found.inverse[place]) @ found.noise) + 2.0 * abs(float(step[place]))
-    return found.x + step, error
+    eps, step = float(np.finfo(float).eps), solution.step()
+    error = ROUNDINGS * eps * float(np.abs(solution.inverse[place]) @ solution.noise) + 2.0 * abs(float(step[place]))
+    return solution.x + step, error
 
 
 def first_lyapunov_coefficient(mode: Mode, x: np.ndarray, omega: float, vector: np.ndarray) -> float:

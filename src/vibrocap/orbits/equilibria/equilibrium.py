@@ -106,12 +106,12 @@ class Equilibria(Result):
     @property
     def sliding(self) -> tuple[Equilibrium, ...]:
         """States in which every contact slides."""
-        return tuple(each for each in self.found if each.kind == "steady sliding")
+        return tuple(steady for steady in self.found if steady.kind == "steady sliding")
 
     @property
     def resting(self) -> tuple[Equilibrium, ...]:
         """States and sets in which some contact rests."""
-        return tuple(each for each in self.found if each.kind != "steady sliding")
+        return tuple(steady for steady in self.found if steady.kind != "steady sliding")
 
     @property
     def heading(self) -> str:
@@ -119,14 +119,14 @@ class Equilibria(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        return {f"[{i}]": each.heading for i, each in enumerate(self.found)} or {"found": "none"}
+        return {f"[{i}]": steady.heading for i, steady in enumerate(self.found)} or {"found": "none"}
 
     def __str__(self) -> str:
         """The equilibria in words."""
         lines = [self.heading + (":" if self.found else " found.")]
-        for i, each in enumerate(self.found):
-            lines.append(f"  [{i}] {each.heading}")
-            lines += [f"        {name:20s} {text}" for name, text in each.facts.items()]
+        for i, steady in enumerate(self.found):
+            lines.append(f"  [{i}] {steady.heading}")
+            lines += [f"        {name:20s} {text}" for name, text in steady.facts.items()]
         return "\n".join(lines)
 
 
@@ -150,10 +150,10 @@ def equilibria(system: System) -> Equilibria:
         raise ArgumentError("system", f"should be a System, got {shown(system)}")
     problem = SteadyEquations(system)
     states = steady_states(problem)
-    sets = [_unbounded(each) for each in states if not each.rests.any()]
-    sets += RestSets(problem).of([each for each in states if each.rests.any()])
-    found = [equilibrium(problem, each) for each in sets]
-    order = sorted(found, key=lambda each: (0 in each.sides, each.sides, tuple(each.state.values())))
+    sets = [_unbounded(state) for state in states if not state.rests.any()]
+    sets += RestSets(problem).of([state for state in states if state.rests.any()])
+    known = [equilibrium(problem, rest_set) for rest_set in sets]
+    order = sorted(known, key=lambda steady: (0 in steady.sides, steady.sides, tuple(steady.state.values())))
     return Equilibria(system, tuple(order))
 
 
@@ -169,10 +169,10 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
     lane = state.y[:, None], state.sides[:, None], state.switched[:, None]
     values = problem.jacobian(*lane)[:, :, 0]
     contacts = problem.recording.contacts
-    still = [each.state for each, rest in zip(contacts, state.rests, strict=True) if rest and each.sticks]
+    still = [contact.state for contact, rest in zip(contacts, state.rests, strict=True) if rest and contact.sticks]
     moving = ~np.isin(problem.unknowns, still)
     matrix = values[np.ix_(moving, moving)]
-    bristles = any(rest and not each.sticks for each, rest in zip(contacts, state.rests, strict=True))
+    bristles = any(rest and not contact.sticks for contact, rest in zip(contacts, state.rests, strict=True))
     friction = [problem.recording.observables[numbered("friction", i + 1)] for i in range(len(problem.velocities))]
     cyclic = problem.recording.cyclic_state
     travel = None

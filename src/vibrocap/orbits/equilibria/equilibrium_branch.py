@@ -57,7 +57,9 @@ class EquilibriumBranch(BranchRecord):
 
     @property
     def facts(self) -> dict[str, str]:
-        special = ", ".join(f"{each.kind.value} at {each.said('parameter')}" for each in self.special_points)
+        special = ", ".join(
+            f"{special_point.kind.value} at {special_point.said('parameter')}" for special_point in self.special_points
+        )
         return super().facts | ({"special points": special} if special else {})
 
     @property
@@ -128,21 +130,27 @@ def equilibrium_branch(
 
 def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
     """The state from which a branch is followed."""
-    found = [each for each in steady_states(problem) if not each.rests.any() and not each.dimension]
+    moving = [
+        steady_state
+        for steady_state in steady_states(problem)
+        if not steady_state.rests.any() and not steady_state.dimension
+    ]
     value = f"{problem.path} = {problem.system.parameter(str(problem.path)):g}"
     if start is not None:
         y = np.array([start.state[name] for name in problem.system.state_names])[problem.unknowns]
         near = [
-            each for each in found if np.max(np.abs(each.y - y) / problem.scales) <= 1e-6 * (1.0 + np.max(np.abs(y)))
+            steady
+            for steady in moving
+            if np.max(np.abs(steady.y - y) / problem.scales) <= 1e-6 * (1.0 + np.max(np.abs(y)))
         ]
         if not near:
             raise ArgumentError("start", f"should be an equilibrium of the system at {value}, but none is there")
         return near[0]
-    if not found:
+    if not moving:
         raise ArgumentError("system", f"should slide steadily at {value}, but no such state was found")
-    if len(found) > 1:
-        raise ArgumentError("start", f"should be given: at {value} there are {len(found)} states of steady sliding")
-    return found[0]
+    if len(moving) > 1:
+        raise ArgumentError("start", f"should be given: at {value} there are {len(moving)} states of steady sliding")
+    return moving[0]
 
 
 def _joined(mode: Sliding, way: Walked) -> EquilibriumBranch:
@@ -163,9 +171,9 @@ def _joined(mode: Sliding, way: Walked) -> EquilibriumBranch:
         parameter=np.array([mode.parameter(point.x) for point in points]),
         states=states + 0.0,
         travel=travel,
-        eigenvalues=np.stack([sorted_eigenvalues(each) for each in jacobians]),
+        eigenvalues=np.stack([sorted_eigenvalues(jacobian) for jacobian in jacobians]),
         unstable=np.array([point.unstable() for point in points]),
-        stable=np.array([stable(each) is True for each in jacobians]),
+        stable=np.array([stable(jacobian) is True for jacobian in jacobians]),
         special_points=way.special_points,
         ends=way.ends,
         mode=mode,

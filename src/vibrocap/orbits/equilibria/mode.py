@@ -48,8 +48,8 @@ class SteadyClosing(Closing):
         mode, recording = self.mode, self.mode.problem.recording
         velocities = mode.values(mode.problem.velocities, self.x)
         sizes = mode.problem.sizes
-        for side, velocity, each in zip(mode.sides, velocities, recording.contacts, strict=True):
-            if each.kind != "smooth" and not side * velocity / sizes[each.state] > STANDS:
+        for side, velocity, contact in zip(mode.sides, velocities, recording.contacts, strict=True):
+            if contact.kind != "smooth" and not side * velocity / sizes[contact.state] > STANDS:
                 return BranchEnd.REST
         if not np.all(mode.values(recording.switches, self.x) > -GUARDED):
             return BranchEnd.OTHER_BRANCH

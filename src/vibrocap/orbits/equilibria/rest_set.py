@@ -30,16 +30,16 @@ class RestSets:
         self.problem = problem
         system, recording = problem.system, problem.recording
         self.pairs: list[tuple[Expression, Expression]] = []
-        for i, (each, law, load) in enumerate(zip(recording.contacts, system.laws, system.law_loads, strict=True)):
-            if each.sticks:
-                assert each.hold is not None
-                assert each.limit is not None
-                self.pairs.append((each.hold, each.limit))
+        for i, (contact, law, load) in enumerate(zip(recording.contacts, system.laws, system.law_loads, strict=True)):
+            if contact.sticks:
+                assert contact.hold is not None
+                assert contact.limit is not None
+                self.pairs.append((contact.hold, contact.limit))
                 continue
             name = numbered("friction", i + 1) if i else "friction"
             limit = problem.graph.expression(float("inf"))
-            if each.kind == "kinked":
-                place = list(problem.unknowns).index(each.state) if each.state in problem.unknowns else 0
+            if contact.kind == "kinked":
+                place = list(problem.unknowns).index(contact.state) if contact.state in problem.unknowns else 0
                 limit = problem.graph.expression(float(law.steady_force(SLOWEST * problem.scales[place], load)))
                 if system.machine.follows_load:
                     limit = limit * recording.observables[numbered("reaction", i + 1) if i else "reaction"]
@@ -48,7 +48,7 @@ class RestSets:
     def margins(self, state: SteadyState, y: np.ndarray) -> np.ndarray:
         """limit - hold, limit + hold of each contact at rest, [2 contacts at rest, ...] at states [unknowns, ...]."""
         pairs = [pair for pair, rest in zip(self.pairs, state.rests, strict=True) if rest]
-        values = self._values(state, y, [each for pair in pairs for each in pair])
+        values = self._values(state, y, [margin for pair in pairs for margin in pair])
         held, limit = values[0::2], values[1::2]
         return np.concatenate([limit - held, limit + held])
 
@@ -59,16 +59,16 @@ class RestSets:
 
     def of(self, states: Sequence[SteadyState]) -> list[RestSet]:
         """The sets in which states of rest lie, of those that friction can hold."""
-        found: list[RestSet] = []
+        rest_sets: list[RestSet] = []
         for state in states:
-            if any(_within(state, each, self.problem.scales) for each in found):
+            if any(_within(state, rest_set, self.problem.scales) for rest_set in rest_sets):
                 continue
             if state.dimension == 0:
                 if np.all(self.margins(state, state.y) >= 0.0):
-                    found.append(RestSet(state, state.y, state.y))
+                    rest_sets.append(RestSet(state, state.y, state.y))
             elif (flat := self._flat(state) if self._is_flat(state) else self._curved(state)) is not None:
-                found.append(flat)
-        return _united(found, self.problem.scales)
+                rest_sets.append(flat)
+        return _united(rest_sets, self.problem.scales)
 
     def _is_flat(self, state: SteadyState) -> bool:
         """Whether the set and its margins are straight: rates stay zero along its directions, margins are linear."""
@@ -137,10 +137,10 @@ class RestSets:
         with np.errstate(all="ignore"):
             for k in range(len(start)):
                 for sign, ends in ((1.0, least), (-1.0, most)):
-                    found = minimize(lambda u, k=k, sign=sign: sign * u[k], start, method="SLSQP",
+                    minimum = minimize(lambda u, k=k, sign=sign: sign * u[k], start, method="SLSQP",
                                      constraints=constraints, options={"ftol": 1e-14, "maxiter": 300})  # fmt: skip
-                    if found.success and np.max(np.abs(at_rest(found.x))) < 1e-8:
-                        ends[k] = sign * min(sign * ends[k], sign * found.x[k] * scales[k])
+                    if minimum.success and np.max(np.abs(at_rest(minimum.x))) < 1e-8:
+                        ends[k] = sign * min(sign * ends[k], sign * minimum.x[k] * scales[k])
         return RestSet(state, least, most)
 
 
@@ -150,18 +150,18 @@ def _united(found: list[RestSet], scales: np.ndarray) -> list[RestSet]:
     Sets of the same contacts at rest whose extents overlap are one, of the largest dimension among them.
     """
     whole: list[RestSet] = []
-    for each in sorted(found, key=lambda one: -one.centre.dimension):
+    for rest_set in sorted(found, key=lambda one: -one.centre.dimension):
         for i, other in enumerate(whole):
-            one, two = each.centre, other.centre
+            one, two = rest_set.centre, other.centre
             alike = np.array_equal(one.rests, two.rests) and np.all((one.sides == two.sides)[~one.rests])
             slack = STRAIGHT * scales
-            meet = np.all(each.least <= other.most + slack) and np.all(other.least <= each.most + slack)
+            meet = np.all(rest_set.least <= other.most + slack) and np.all(other.least <= rest_set.most + slack)
             if alike and meet and two.dimension > 0:
-                least, most = np.minimum(each.least, other.least), np.maximum(each.most, other.most)
+                least, most = np.minimum(rest_set.least, other.least), np.maximum(rest_set.most, other.most)
                 whole[i] = RestSet(two, least, most)
                 break
         else:
-            whole.append(each)
+            whole.append(rest_set)
     return whole
 
 

@@ -57,23 +57,23 @@ def steady_states(problem: SteadyEquations) -> list[SteadyState]:
         if np.array_equal(after, switched):
             break
         switched = after
-    found: list[SteadyState] = []
+    states: list[SteadyState] = []
     y = _tidied(problem, y, rests)
     good = _newton_step(problem, y, sides, rests, switched)[2] & _valid(problem, y, sides, rests, switched)
     for lane in np.flatnonzero(good):
         at = y[:, lane], sides[:, lane], rests[:, lane], switched[:, lane]
         state = SteadyState(*at, directions=free_directions(problem, *at))
-        if not any(_alike(problem, state, other) for other in found):
-            found.append(state)
-    return found
+        if not any(_alike(problem, state, other) for other in states):
+            states.append(state)
+    return states
 
 
 def _modes(problem: SteadyEquations) -> list[tuple[tuple[float, bool], ...]]:
     """(side, whether it rests) of all contacts, in each mode."""
     choices = []
-    for each in problem.recording.contacts:
-        resting = [(0.0 if each.sticks else 1.0, True)] if each.kind != "smooth" else []
-        choices.append([(1.0, False), *([(-1.0, False)] if each.kind != "smooth" else []), *resting])
+    for contact in problem.recording.contacts:
+        resting = [(0.0 if contact.sticks else 1.0, True)] if contact.kind != "smooth" else []
+        choices.append([(1.0, False), *([(-1.0, False)] if contact.kind != "smooth" else []), *resting])
     if np.prod([float(len(choice)) for choice in choices]) <= MOST_MODES:
         return list(itertools.product(*choices))
     return [tuple(choice[min(i, len(choice) - 1)] for choice in choices) for i in range(3)]
@@ -86,9 +86,9 @@ def _starts(problem: SteadyEquations, sides: np.ndarray, rests: np.ndarray) -> n
     y = problem.scales[:, None] * sizes * draw.choice([-1.0, 1.0], shape)
     y[:, ::STARTS] = 0.0
     places = {int(state): i for i, state in enumerate(problem.unknowns)}
-    for i, each in enumerate(problem.recording.contacts):
-        if each.is_state and each.state in places:
-            k = places[each.state]
+    for i, contact in enumerate(problem.recording.contacts):
+        if contact.is_state and contact.state in places:
+            k = places[contact.state]
             y[k] = np.where(rests[i], 0.0, np.where(sides[i] == 0.0, 1.0, sides[i]) * np.maximum(np.abs(y[k]), 1e-9))
     return y
 
@@ -110,9 +110,13 @@ def solved(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
         if np.all(np.abs(step) <= 1e-16 * (problem.scales[:, None] + np.abs(y))):
             break
         trial = y + share * step
-        found, following = _newton_step(problem, trial, sides, rests, switched)[:2]
-        better = found <= merit * (1.0 - 0.1 * share)
-        y, step, merit = np.where(better, trial, y), np.where(better, following, step), np.where(better, found, merit)
+        solution, following = _newton_step(problem, trial, sides, rests, switched)[:2]
+        better = solution <= merit * (1.0 - 0.1 * share)
+        y, step, merit = (
+            np.where(better, trial, y),
+            np.where(better, following, step),
+            np.where(better, solution, merit),
+        )
         share = np.where(better, np.minimum(1.0, 4.0 * share), 0.5 * share)
         if np.all(share < 1e-6):
             break
@@ -145,9 +149,9 @@ def _tidied(problem: SteadyEquations, y: np.ndarray, rests: np.ndarray) -> np.nd
     """States without rounding where they are zero, and within a turn where they turn."""
     y = np.where(np.abs(y) <= ROUNDED * problem.scales[:, None], 0.0, y)
     places = {int(state): i for i, state in enumerate(problem.unknowns)}
-    for each, rest in zip(problem.recording.contacts, rests, strict=True):
-        if each.is_state and each.state in places:
-            y[places[each.state]] = np.where(rest, 0.0, y[places[each.state]])
+    for contact, rest in zip(problem.recording.contacts, rests, strict=True):
+        if contact.is_state and contact.state in places:
+            y[places[contact.state]] = np.where(rest, 0.0, y[places[contact.state]])
     for state, turn in problem.recording.turns:
         if state in places:
             y[places[state]] -= turn * np.ceil(y[places[state]] / turn - 0.5 - SAME)
@@ -179,9 +183,9 @@ def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     for velocity, side, rest, each in zip(velocities, sides, rests, recording.contacts, strict=True):
         if each.kind != "smooth":
             good &= rest | (side * velocity > STANDS * places.get(each.state, 1.0))
-    for rest, each in zip(rests, recording.contacts, strict=True):  # a contact at rest that ages is none
-        internal = [recording.rates[i] for i in each.internal]
-        if internal and each.kind == "kinked":
+    for rest, contact in zip(rests, recording.contacts, strict=True):  # a contact at rest that ages is none
+        internal = [recording.rates[i] for i in contact.internal]
+        if internal and contact.kind == "kinked":
             good &= ~rest | np.all(problem.values(internal, y, sides, switched) == 0.0, axis=0)
     for name in problem.system.placed.locked:  # at a stop, or a limit, another equation holds its state
         good &= switched[problem.system.state_names.index(name)] == 0.0

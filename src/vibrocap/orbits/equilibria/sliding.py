@@ -23,7 +23,7 @@ class Sliding(Mode):
         old, new = first.closing.eigenvalues, matched(last.closing.eigenvalues, first.closing.eigenvalues)
         neutral = [np.abs(np.real(values)) <= ON_AXIS * np.abs(values) for values in (old, new)]
         turns = first.tangent[-1] * last.tangent[-1] < 0.0
-        found: list[Found] = []
+        special_points: list[Found] = []
         for k in range(len(old)):
             sided = old[k].real * new[k].real < 0.0 and not (neutral[0][k] or neutral[1][k])
             left_axis = neutral[0][k] != neutral[1][k] and (new[k] if neutral[0][k] else old[k]).real > 0.0
@@ -46,12 +46,14 @@ class Sliding(Mode):
             if located is None or np.linalg.norm(located.x - near.x) > NEAR * segment.length:
                 width = abs(self.parameter(last.x) - self.parameter(first.x))
                 kind, located = SpecialKind.UNLOCATED, Located(near.x, width, 0.0, np.zeros(self.count))
-            if not any(each.kind is kind and self._same(each, located) for each in found):
+            if not any(
+                special_point.kind is kind and self._same(special_point, located) for special_point in special_points
+            ):
                 at = segment.normal @ (located.x - segment.points[0].x) / segment.length
                 point, counts = BranchPoint(self.attempt(located.x), first.tangent), (first.unstable(), last.unstable())
                 numbers = {"frequency": located.frequency, "vector": located.vector}
-                found.append(Found(kind, float(at), point, located.error, counts, ("", ""), **numbers))
-        return found
+                special_points.append(Found(kind, float(at), point, located.error, counts, ("", ""), **numbers))
+        return special_points
 
     def _same(self, known: Found, located: Located) -> bool:
         """Whether a special point is one that is known, of the conjugate eigenvalue."""

@@ -58,13 +58,13 @@ class SteadyEquations:
         self.sizes = np.array(evaluate(self.recording.scales, 0.0, [0.0] * len(names), 1.0, self.row), dtype=float)
         self.sizes = np.where(self.sizes > 0.0, self.sizes, 1.0)
         self.rates = tuple(self.recording.rates[i] for i in self.unknowns)
-        self.velocities = tuple(each.velocity for each in self.recording.contacts)
+        self.velocities = tuple(contact.velocity for contact in self.recording.contacts)
         self._jacobian = self._slopes(self.rates)
         self._velocity_slopes = self._slopes(self.velocities)
 
     def _slopes(self, expressions: Sequence[Expression]) -> tuple[Expression, ...]:
         """Derivatives by the unknowns, row by row."""
-        return tuple(derivative(each, int(k)) for each in expressions for k in self.unknowns)
+        return tuple(derivative(expression, int(k)) for expression in expressions for k in self.unknowns)
 
     @property
     def scales(self) -> np.ndarray:
@@ -73,10 +73,10 @@ class SteadyEquations:
 
     def states(self, y: np.ndarray, switched: np.ndarray) -> list:
         """All states, of unknowns [unknowns, ...] and switched states [states, ...], the cyclic one at 0."""
-        found = [np.broadcast_to(each, y.shape[1:]) for each in switched]
+        columns = [np.broadcast_to(number, y.shape[1:]) for number in switched]
         for place, value in zip(self.unknowns, y, strict=True):
-            found[place] = value
-        return found
+            columns[place] = value
+        return columns
 
     def values(
         self, expressions: Sequence[Expression], y: np.ndarray, sides: np.ndarray, switched: np.ndarray, row: Any = None
@@ -84,7 +84,7 @@ class SteadyEquations:
         """Values [expressions, ...] of recorded expressions; what is not defined there is not finite."""
         row, shape = self.row if row is None else row, y.shape[1:]
         # Nothing depends on the time. Sides of several contacts are a tuple.
-        side = tuple(np.broadcast_to(each, shape).astype(float) for each in sides)
+        side = tuple(np.broadcast_to(side, shape).astype(float) for side in sides)
         with np.errstate(all="ignore"):
             return evaluated(expressions, 0.0, self.states(y, switched), side, row, shape)
 
@@ -101,7 +101,7 @@ class SteadyEquations:
     def by_parameter(self, expressions: Sequence[Expression]) -> tuple[Expression, ...]:
         """Derivatives by the parameter of `path`, exact."""
         node = self.graph.node("parameter", self.index)
-        return tuple(sensitivity(each, node.index) for each in expressions)
+        return tuple(sensitivity(expression, node.index) for expression in expressions)
 
     @functools.cached_property
     def _curvatures(self) -> tuple[Expression, ...]:

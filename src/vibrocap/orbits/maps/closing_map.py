@@ -179,7 +179,7 @@ class ClosingMap(Residual):
         """Whether other events happen along two driven motions, at any contact: words are those of one."""
         if super().differ(one, other) or self.response_period == 0:
             return super().differ(one, other)
-        kinds = ([(event.kind, event.contact) for event in self.motion(each).events] for each in (one, other))
+        kinds = ([(event.kind, event.contact) for event in self.motion(closing).events] for closing in (one, other))
         return next(kinds) != next(kinds)
 
     def ending(self, points: list[BranchPoint], end: BranchEnd) -> tuple[BranchEnd, Found | None]:
@@ -193,8 +193,8 @@ class ClosingMap(Residual):
             return end, None
         count, word = last.unstable(), last.closing.mode_sequence
         text, unchanged = "with a square root: the branch ends here", ((count, count), (word, word))
-        found = Found(SpecialKind.GRAZING, 1.0, last, grazed[1], *unchanged, text=text, place=grazed[0])
-        return BranchEnd.GRAZING, found
+        grazing = Found(SpecialKind.GRAZING, 1.0, last, grazed[1], *unchanged, text=text, place=grazed[0])
+        return BranchEnd.GRAZING, grazing
 
     def with_section(self, state: np.ndarray, parameter: float) -> "ClosingMap":
         """The same where orbits pass the section at a state: that of the drive's period is the same everywhere."""

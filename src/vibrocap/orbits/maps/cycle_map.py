@@ -107,19 +107,19 @@ class CycleMap(ClosingMap):
         x = self._at_rest_again(x, like)
         if not 0.0 < self.period(x) < np.inf:
             return self._failed(x, self.state(x, like))
-        map_, m, row, found = self.map, len(self.unknowns), self.row_at(x), super().attempt(x, like)
-        flow = map_.rates(found.image, map_.contact_side(found.image, row), row)[self.unknowns]
+        map_, m, row, closing = self.map, len(self.unknowns), self.row_at(x), super().attempt(x, like)
+        flow = map_.rates(closing.image, map_.contact_side(closing.image, row), row)[self.unknowns]
         flow = flow / self.sizes[self.unknowns]
-        above = np.column_stack((found.jacobian - np.eye(m), flow * self.start_period, found.slope))
+        above = np.column_stack((closing.jacobian - np.eye(m), flow * self.start_period, closing.slope))
         changed = {
-            "mismatch": np.append(found.mismatch, self.normal @ x[:m] - self.level),
-            "jacobian": self._returned(found.jacobian, flow),
-            "slope": np.append(found.slope, 0.0),
-            "at_rest": np.append(found.at_rest, False),
+            "mismatch": np.append(closing.mismatch, self.normal @ x[:m] - self.level),
+            "jacobian": self._returned(closing.jacobian, flow),
+            "slope": np.append(closing.slope, 0.0),
+            "at_rest": np.append(closing.at_rest, False),
             "turns": np.append(self.turns, (np.inf, np.inf)),
             "bordered": np.vstack((above, np.append(self.normal, (0.0, 0.0)))),
         }
-        return CycleClosing(**vars(found) | changed)
+        return CycleClosing(**vars(closing) | changed)
 
     def _at_rest_again(self, x: np.ndarray, like: OrbitClosing | None) -> np.ndarray:
         """x with the velocity of a contact that sticks in a neighbour at exactly zero, where rounding has moved it.

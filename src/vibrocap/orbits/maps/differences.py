@@ -76,8 +76,8 @@ def contradicted(
     if keeps_order(map_) and said[map_.smooth_states[0]] * direction[map_.smooth_states[0]] < BACKWARDS:
         return True
     at = state[None], direction[None], images.state, parameters[None]
-    found, sure = slopes_along(map_, *at, periods, mark_distance)
-    return bool(sure[0]) and differ(said, found[0])
+    slopes, sure = slopes_along(map_, *at, periods, mark_distance)
+    return bool(sure[0]) and differ(said, slopes[0])
 
 
 def differ(said: np.ndarray, found: np.ndarray) -> bool:

@@ -109,13 +109,13 @@ def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, lon
 
 def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:
     """States after 0, 1, ... drive periods [periods + 1, runs, states]; NaN after a run that could not be completed."""
-    found = np.full((periods + 1, *states.shape), np.nan)
-    found[0] = states
+    states_after = np.full((periods + 1, *states.shape), np.nan)
+    states_after[0] = states
     running = np.all(np.isfinite(states), axis=1)
     for k in range(periods):
         if not running.any():
             break
-        images = map_.images(found[k, running], parameters[running], 1, tangents=False)
-        found[k + 1, running] = np.where(images.finished[:, None], images.state, np.nan)
+        images = map_.images(states_after[k, running], parameters[running], 1, tangents=False)
+        states_after[k + 1, running] = np.where(images.finished[:, None], images.state, np.nan)
         running[running] = images.finished
-    return found
+    return states_after

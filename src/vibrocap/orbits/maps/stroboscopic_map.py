@@ -86,7 +86,7 @@ class StroboscopicMap:
     @property
     def resting(self) -> tuple[int, ...]:
         """Velocities among the states that are exactly zero while their contact, whichever, rests."""
-        return tuple(dict.fromkeys(each.state for each in self.equations.contacts if each.sticks))
+        return tuple(dict.fromkeys(contact.state for contact in self.equations.contacts if contact.sticks))
 
     def parameters(self) -> np.ndarray:
         """Parameter vector of the system."""
@@ -125,7 +125,7 @@ class StroboscopicMap:
         """
         parameters = self.equations.filled(parameters)
         contacts, sides = self.equations.contacts, []
-        velocities = evaluate([each.velocity for each in contacts], 0.0, list(state), 1.0, parameters)
+        velocities = evaluate([contact.velocity for contact in contacts], 0.0, list(state), 1.0, parameters)
         for contact, velocity in zip(contacts, velocities, strict=True):
             side = np.where((velocity == 0.0) & contact.sticks, 0.0, np.where(velocity < 0.0, -1.0, 1.0))
             sides.append(side if side.ndim else float(side))
@@ -150,14 +150,14 @@ class StroboscopicMap:
     def _at_rest(self, states: np.ndarray, parameters: np.ndarray, time: Any) -> list[tuple[np.ndarray, np.ndarray]]:
         """(velocity [runs], in which runs it rests) of each contact: at exactly 0 where it is a state itself."""
         contacts, scales = self.equations.contacts, self.equations.scales
-        values, found = self.equations.filled(parameters, time).T, []
+        values, shifts = self.equations.filled(parameters, time).T, []
         for contact in contacts:
             velocity, none = states[:, contact.state], 0.0
             if not contact.is_state:
                 velocity, size = evaluate([contact.velocity, scales[contact.state]], time, states.T, 1.0, values)
                 none = AT_REST * (np.abs(states[:, contact.state]) + size)
-            found.append((velocity, contact.sticks & ~(np.abs(velocity) > none)))
-        return found
+            shifts.append((velocity, contact.sticks & ~(np.abs(velocity) > none)))
+        return shifts
 
     def run(
         self,
@@ -222,10 +222,10 @@ class StroboscopicMap:
         ends = ended.state.reshape(runs, each, -1)
         finished = np.all(ended.finished.reshape(runs, each), axis=1)
         if tangents and self.equations.maybe_stiff and not finished.all():
-            found = self._with_differences(states, parameters, periods, mark_distance)
-            self.stiff = bool(np.any(found.finished & ~finished))
+            images = self._with_differences(states, parameters, periods, mark_distance)
+            self.stiff = bool(np.any(images.finished & ~finished))
             if self.stiff:
-                return found
+                return images
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
         if jacobian is not None and self.system.machine.imposes_distances:
             self.through_joint_turns(jacobian, states, parameters, budget, mark_distance)
@@ -281,18 +281,18 @@ class StroboscopicMap:
                 own = contact.state
                 free[:, own] &= np.abs(states[:, own]) > self.tolerance * scales[:, own]
         for column in self.section_states[np.any(free[:, self.section_states], axis=0)]:
-            found, whole = self._differences(states, parameters, int(column), budget, distance, True)
+            images, whole = self._differences(states, parameters, int(column), budget, distance, True)
             known = free[:, column]
-            jacobian[:, :, column], finished = found[0] * known[:, None], finished & (whole | ~known)
+            jacobian[:, :, column], finished = images[0] * known[:, None], finished & (whole | ~known)
         if self.cyclic >= 0:
             jacobian[:, self.cyclic, self.cyclic] = 1.0
         return Images(ended.state, jacobian, finished, lambda: self.certified(ended, parameters))
 
     def mirrored_half(self, states: np.ndarray, parameters: np.ndarray, tangents: bool = True) -> Images:
         """The mirrored state half a drive period later: S P_(T/2), of which symmetric motions are fixed points."""
-        found = self.images(states, parameters, 1, tangents, mark_distance=0.5 * self.periods(parameters))
-        jacobian = None if found.jacobian is None else self.mirror[:, None] * found.jacobian
-        return dataclasses.replace(found, state=self.mirror * found.state, jacobian=jacobian)
+        images = self.images(states, parameters, 1, tangents, mark_distance=0.5 * self.periods(parameters))
+        jacobian = None if images.jacobian is None else self.mirror[:, None] * images.jacobian
+        return dataclasses.replace(images, state=self.mirror * images.state, jacobian=jacobian)
 
 
 def is_driven(system: System) -> bool:
@@ -332,10 +332,10 @@ def at_next_section(
     if not len(waiting):
         return ends, ended
     budget = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS)
-    found = map_.run(
+    run = map_.run(
         budget, states[waiting], parameters[waiting], start=share[waiting] * map_.periods(parameters[waiting])
     )
-    ends[waiting], ended[waiting] = found.state, found.status
+    ends[waiting], ended[waiting] = run.state, run.status
     return ends, ended
 
 

@@ -48,7 +48,7 @@ def with_integrals(equations: Equations) -> Equations:
 def _changed(equations: Equations, reset: Callable[[Sequence[Expression]], tuple[Expression, ...]]) -> tuple:
     """The equations of the contacts with what `reset` makes of the states after a reversal."""
     contacts = equations.contacts
-    return tuple(dataclasses.replace(each, after_reversal=reset(each.after_reversal)) for each in contacts)
+    return tuple(dataclasses.replace(contact, after_reversal=reset(contact.after_reversal)) for contact in contacts)
 
 
 @functools.lru_cache(maxsize=32)
@@ -98,7 +98,7 @@ def variational_equations(equations: Equations, directed: bool = False) -> Equat
         guard_tangents=tuple(
             along(value)
             for value in (
-                *(value for each in equations.contacts for value in (each.velocity, each.hold, each.limit)),
+                *(value for contact in equations.contacts for value in (contact.velocity, contact.hold, contact.limit)),
                 *equations.guards,
             )
         ),

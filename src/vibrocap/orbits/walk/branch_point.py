@@ -91,12 +91,12 @@ def tangent(closing: Closing, towards: np.ndarray) -> np.ndarray:
     matrix = np.vstack((closing.derivative, towards))
     wanted = np.zeros(len(towards))
     wanted[-1] = 1.0
-    found = np.linalg.lstsq(matrix, wanted, rcond=1e-14)[0]
-    size = float(np.linalg.norm(found))
-    return found / size if size > 0.0 and np.isfinite(size) else towards / np.linalg.norm(towards)
+    solution = np.linalg.lstsq(matrix, wanted, rcond=1e-14)[0]
+    size = float(np.linalg.norm(solution))
+    return solution / size if size > 0.0 and np.isfinite(size) else towards / np.linalg.norm(towards)
 
 
 def null_tangent(closing: Closing) -> np.ndarray:
     """The unit tangent of a branch of which no neighbour is known, towards larger parameters."""
-    found = np.linalg.svd(closing.derivative)[2][-1]
-    return found if found[-1] >= 0.0 else -found
+    null_vector = np.linalg.svd(closing.derivative)[2][-1]
+    return null_vector if null_vector[-1] >= 0.0 else -null_vector

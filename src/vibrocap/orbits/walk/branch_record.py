@@ -63,9 +63,9 @@ class BranchRecord(Result):
         if not len(self):
             return f"No {self.heading}: {self.ends[0].advice}"
         lines = [f"{self.heading[:1].upper()}{self.heading[1:]}, {len(self)} points:"]
-        for each in self.special_points:
-            place = f"{said(each.parameter, unit, 12)} (error {each.error:.0e})"
-            lines.append(f"  {each.kind.value:20s} {place}  {each.remarks}")
+        for special_point in self.special_points:
+            place = f"{said(special_point.parameter, unit, 12)} (error {special_point.error:.0e})"
+            lines.append(f"  {special_point.kind.value:20s} {place}  {special_point.remarks}")
         for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True):
             lines.append(f"  {where} at {said(value, unit)}: {end.words}")
         return "\n".join(lines)

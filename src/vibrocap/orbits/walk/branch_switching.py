@@ -71,9 +71,9 @@ def _coarser_segment(coarser: Residual, first: BranchPoint, last: BranchPoint, n
     while reach <= WIDEST:
         ends: list[BranchPoint] = []
         for side in (-reach, reach):
-            found, _ = corrected(coarser, middle.x + side * across, across, middle.x[-1] + side, middle)
-            if found is not None:
-                ends.append(BranchPoint(found, null_tangent(found)))
+            point, _ = corrected(coarser, middle.x + side * across, across, middle.x[-1] + side, middle)
+            if point is not None:
+                ends.append(BranchPoint(point, null_tangent(point)))
         if len(ends) < 2:
             return None
         if flip_test(ends[0]) * flip_test(ends[1]) < 0.0 or not ends[0].closing.alike(ends[1].closing):
@@ -116,10 +116,10 @@ def branches_at_corner(parent: Residual, special: Found) -> Iterator[tuple[Resid
         if middle is None:
             continue
         for distance in OFFSETS:
-            found, _ = corrected(finer, middle.x + distance * off, across, q, middle)
-            if found is None or parent.attempt(found.x, found).residual <= DIFFERENT:
+            other, _ = corrected(finer, middle.x + distance * off, across, q, middle)
+            if other is None or parent.attempt(other.x, other).residual <= DIFFERENT:
                 continue
-            yield finer, BranchPoint(found, null_tangent(found))
+            yield finer, BranchPoint(other, null_tangent(other))
             break
 
 

@@ -48,8 +48,8 @@ def started(residual: Residual, x: np.ndarray) -> BranchPoint | None:
     """The point of a branch at the parameter of x; None where nothing closes near it."""
     across = np.zeros(len(x))
     across[-1] = 1.0
-    found, _ = corrected(residual, x, across, float(x[-1]))
-    return None if found is None else BranchPoint(found, null_tangent(found))
+    point, _ = corrected(residual, x, across, float(x[-1]))
+    return None if point is None else BranchPoint(point, null_tangent(point))
 
 
 def followed(
@@ -81,20 +81,20 @@ def followed(
             return Followed(points, special, BranchEnd.TOO_MANY_POINTS)
         if _at_bound(here):
             return Followed(points, special, BranchEnd.PARAMETER_BOUND)
-        found, between, end = walk.stretch(here, from_parent and len(points) == 1)
-        special += [(len(points) - 1, each) for each in between]
-        if found is not None:
-            points.append(found)
+        point, between, end = walk.stretch(here, from_parent and len(points) == 1)
+        special += [(len(points) - 1, special_point) for special_point in between]
+        if point is not None:
+            points.append(point)
             if progress is not None:
-                progress(_share_passed(start, found))
+                progress(_share_passed(start, point))
         if end is None and _closes(points):
             end = BranchEnd.CLOSED
         if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES):
             end, ending = residual.ending(points, end)
             special += [] if ending is None else [(len(points) - 1, ending)]
-        if end is not None or found is None:
+        if end is not None or point is None:
             return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
-        here = found
+        here = point
 
 
 def _share_passed(start: BranchPoint, here: BranchPoint) -> float:
@@ -127,46 +127,49 @@ class _Walk:
         met_at: BranchPoint | None = None
         longest = self.residual.longest(here.x, self.step)
         while True:
-            found, following, why = _next_point(self.residual, here, self.ds, longest)
-            if found is None:
+            point, following, why = _next_point(self.residual, here, self.ds, longest)
+            if point is None:
                 if met_at is not None:
                     return self._ended(here, met_at)
                 special = parent_bifurcation(self.residual, here, here, MEETING)
                 return (None, [], why) if special is None else (special.point, [special], _end_at(special))
-            if found.closing.boundary is not None:
-                last, end = _within(self.residual, here, found)
+            if point.closing.boundary is not None:
+                last, end = _within(self.residual, here, point)
                 if last is here:
                     return None, [], end
                 return last, special_points_between(self.residual, here, last), end
-            way = float(np.linalg.norm(found.x - here.x))
+            way = float(np.linalg.norm(point.x - here.x))
             least = min(way, self.ds)
-            if here.tangent[-1] * found.tangent[-1] < 0.0 and not from_parent:
-                met = parent_bifurcation(self.residual, here, found)
+            if here.tangent[-1] * point.tangent[-1] < 0.0 and not from_parent:
+                met = parent_bifurcation(self.residual, here, point)
                 if met is not None:
                     smooth = met.passed is None
                     before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
                     return met.point, [*before, met], _end_at(met)
             sure = way <= SURE * longest
-            if from_parent and not sure and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0:
+            if from_parent and not sure and (point.x[-1] - here.x[-1]) * point.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
                 continue
-            if self.coarser is not None and self.coarser.attempt(found.x, found.closing).residual <= ON_COARSER_MAP:
-                met_at, self.ds = found, 0.3 * least
+            if self.coarser is not None and self.coarser.attempt(point.x, point.closing).residual <= ON_COARSER_MAP:
+                met_at, self.ds = point, 0.3 * least
                 if self.ds < SMALLEST:
                     return self._ended(here, met_at)
                 continue
             closely = self.watched > 0.0
-            between = special_points_between(self.residual, here, found, from_parent=from_parent, closely=closely)
+            between = special_points_between(self.residual, here, point, from_parent=from_parent, closely=closely)
             crowded = way <= CROWDED * longest
-            if any(each.kind in UNTRUSTED and not (crowded if each.text == TOO_MANY else sure) for each in between):
-                if any(each.text == TOO_MANY for each in between):
+            if any(
+                special_point.kind in UNTRUSTED and not (crowded if special_point.text == TOO_MANY else sure)
+                for special_point in between
+            ):
+                if any(special_point.text == TOO_MANY for special_point in between):
                     self.watched = max(self.watched, way)
                 self.ds = 0.2 * least
                 continue
-            following = min(following, self.residual.longest(found.x, self.step))
+            following = min(following, self.residual.longest(point.x, self.step))
             self.watched = max(self.watched - way, 0.0)
             self.ds = min(self.ds, following) if self.watched > 0.0 else following
-            return found, between, None
+            return point, between, None
 
     def _ended(self, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, list[Found], BranchEnd]:
         """The end at the branch from which this one bifurcates."""
@@ -230,13 +233,13 @@ def _next_point(
             guess[-1] = bound
             normal = np.zeros(len(guess))
             normal[-1] = 1.0
-        found, steps = corrected(residual, guess, normal, float(normal @ guess), here.closing)
-        if found is not None and -1e-12 <= found.x[-1] <= 1.0 + 1e-12:
-            towards = found.x - here.x
-            new = BranchPoint(found, tangent(found, towards / np.linalg.norm(towards)))
+        point, steps = corrected(residual, guess, normal, float(normal @ guess), here.closing)
+        if point is not None and -1e-12 <= point.x[-1] <= 1.0 + 1e-12:
+            towards = point.x - here.x
+            new = BranchPoint(point, tangent(point, towards / np.linalg.norm(towards)))
             short = ds <= SHORT * longest
             straight = float(new.tangent @ here.tangent) >= residual.straight or short
-            near = float(np.linalg.norm(found.x - guess)) <= (1.0 if short else OFF_GUESS) * length
+            near = float(np.linalg.norm(point.x - guess)) <= (1.0 if short else OFF_GUESS) * length
             resolved = short or residual.resolved(here, new)
             if straight and near and resolved and towards @ here.tangent > 0.0:
                 longer = residual.growth * ds if steps <= residual.quick else ds
@@ -269,11 +272,11 @@ def _around_corner(residual: Residual, here: BranchPoint, beyond: Closing, dista
     for reach in BEYOND_CORNER:
         for sign in (1.0, -1.0):
             guess = here.x + reach * distance * sign * along
-            found, _ = corrected(residual, guess, along, float(along @ guess), beyond)
-            if found is None or found.alike(here.closing) or not 0.0 <= found.x[-1] <= 1.0:
+            point, _ = corrected(residual, guess, along, float(along @ guess), beyond)
+            if point is None or point.alike(here.closing) or not 0.0 <= point.x[-1] <= 1.0:
                 continue
-            if np.linalg.norm(found.x - guess) <= OFF_SIDE * distance:
-                return _level(residual, here, BranchPoint(found, tangent(found, sign * along)))
+            if np.linalg.norm(point.x - guess) <= OFF_SIDE * distance:
+                return _level(residual, here, BranchPoint(point, tangent(point, sign * along)))
     return None
 
 
@@ -284,10 +287,10 @@ def _level(residual: Residual, here: BranchPoint, other: BranchPoint) -> BranchP
     if share[0] < NO_DISTANCE:
         return other
     guess = here.x + share[0] * (here.tangent + other.tangent)
-    found, _ = corrected(residual, guess, other.tangent, float(other.tangent @ guess), other.closing)
-    if found is None or found.alike(here.closing) or np.linalg.norm(found.x - guess) > share[0]:
+    point, _ = corrected(residual, guess, other.tangent, float(other.tangent @ guess), other.closing)
+    if point is None or point.alike(here.closing) or np.linalg.norm(point.x - guess) > share[0]:
         return other
-    return BranchPoint(found, tangent(found, other.tangent))
+    return BranchPoint(point, tangent(point, other.tangent))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -306,9 +309,13 @@ def walked(residual: Residual, back: Followed | None, onward: Followed | None) -
     before = [] if back is None else back.points[:0:-1]
     start = (onward or back).points[0]  # type: ignore[union-attr]
     points = [*before, start, *([] if onward is None else onward.points[1:])]
-    ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([each.x for each in points]), axis=0), axis=1)))
-    placed = [] if back is None else [(len(before) - 1 - i, reversed_way(each)) for i, each in back.special[::-1]]
-    placed += [] if onward is None else [(len(before) + i, each) for i, each in onward.special]
+    ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([point.x for point in points]), axis=0), axis=1)))
+    placed = (
+        []
+        if back is None
+        else [(len(before) - 1 - i, reversed_way(special_point)) for i, special_point in back.special[::-1]]
+    )
+    placed += [] if onward is None else [(len(before) + i, special_point) for i, special_point in onward.special]
     special = tuple(special_point(residual, each, after, points, ways) for after, each in placed)
     ends = tuple(BranchEnd.NOT_FOLLOWED if way is None else way.end for way in (back, onward))
     if onward is not None and onward.end is BranchEnd.CLOSED:

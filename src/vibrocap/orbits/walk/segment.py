@@ -52,9 +52,9 @@ class Segment:
             if guess is None:  # along the neighbour's own tangent: on its own side of a kink
                 onward = float(near.tangent @ self.normal)
                 guess = near.x + (level - self.normal @ near.x) / (onward or 1.0) * near.tangent
-            found, _ = corrected(self.residual, guess, self.normal, level, near.closing)
-            if found is not None and np.linalg.norm(found.x - between) <= self.length:
-                point = BranchPoint(found, tangent(found, self.normal))
+            corrected_point, _ = corrected(self.residual, guess, self.normal, level, near.closing)
+            if corrected_point is not None and np.linalg.norm(corrected_point.x - between) <= self.length:
+                point = BranchPoint(corrected_point, tangent(corrected_point, self.normal))
                 self.shares.insert(place, share)
                 self.points.insert(place, point)
                 return point
@@ -91,13 +91,13 @@ def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[fl
 
     closely: look between points of the same mode sequence too, since there were too many changes here for a longer step
     """
-    found: list[tuple[float, float]] = []
+    changes: list[tuple[float, float]] = []
     try:
         marks = (0.0, *(PROBES if closely else ()), 1.0)
-        complaint = next(filter(None, (_cut(segment, *pair, found) for pair in itertools.pairwise(marks))), "")
+        complaint = next(filter(None, (_cut(segment, *pair, changes) for pair in itertools.pairwise(marks))), "")
     except Lost:
         complaint = NOT_CLOSED
-    return sorted(found), complaint
+    return sorted(changes), complaint
 
 
 def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, float]]) -> str:

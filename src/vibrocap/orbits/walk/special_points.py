@@ -99,21 +99,21 @@ def special_points_between(
     segment = Segment(residual, first, last)
     cuts, complaint = mode_changes(segment, closely)
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
-    found = [_change(segment, left, right) for left, right in cuts]
+    special_points = [_change(segment, left, right) for left, right in cuts]
     if complaint:
-        found.append(_unlocated(segment, 0.0, 1.0, complaint))
+        special_points.append(_unlocated(segment, 0.0, 1.0, complaint))
     for i in range(0, len(edges), 2):
         left, right = edges[i : i + 2]
         if segment.same_modes(left, right):
             at_parent = (from_parent and left == 0.0) or (to_parent and right == 1.0)
-            found += residual.special_points(segment, left, right, at_parent)
-    return sorted(found, key=lambda each: each.share)
+            special_points += residual.special_points(segment, left, right, at_parent)
+    return sorted(special_points, key=lambda special_point: special_point.share)
 
 
 def special_points_of_maps(segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
     """Of a map, by functions of its multipliers that change their sign, for `Residual.special_points`."""
     before, after = segment.point(left), segment.point(right)
-    found: list[Found] = []
+    special_points: list[Found] = []
     for kind, test in TESTS.items():
         if at_parent and kind in (SpecialKind.FOLD, SpecialKind.BRANCH_POINT):
             continue
@@ -122,15 +122,17 @@ def special_points_of_maps(segment: Segment, left: float, right: float, at_paren
         try:
             bracket = segment.root(test, left, right)
         except Lost:
-            found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign"))
+            special_points.append(_unlocated(segment, left, right, f"{kind.value} test changes sign"))
             continue
         if segment.discontinuous(bracket.left, bracket.right):
-            found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump"))
+            special_points.append(
+                _unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump")
+            )
             continue
         special = _located(segment, kind, bracket, (before, after))
-        if special is not None and not any(_same(special, other) for other in found):
-            found.append(special)
-    return found
+        if special is not None and not any(_same(special, other) for other in special_points):
+            special_points.append(special)
+    return special_points
 
 
 def _same(special: Found, other: Found) -> bool:
@@ -309,7 +311,7 @@ class SpecialPoint(Result):
             said.append(f"multipliers jump as over a {self.passed.value}")
         if self.stability != "kept":
             said.append(f"stability {self.stability}")
-        return "; ".join(each for each in said if each)
+        return "; ".join(remark for remark in said if remark)
 
 
 def reversed_way(found: Found) -> Found:

@@ -31,13 +31,13 @@ CHAPTERS = {
 
 def chapters(only: str | None = None) -> dict[str, tuple[Claim, ...]]:
     """The claims by chapter; those of one figure if it is named."""
-    found = {}
+    numbers = {}
     for title, module in CHAPTERS.items():
         own = [c for c in CLAIMS.values() if c.judge.__module__ == module.__name__]
         kept = tuple(c for c in own if only is None or only in c.figures)
         if kept:
-            found[title] = kept
-    return found
+            numbers[title] = kept
+    return numbers
 
 
 def verdicts(

@@ -14,11 +14,11 @@ NONE = Tolerance(0.0, "none: nothing is computed")
 
 def energies(runs: Runs) -> dict[str, dict[str, float]]:
     """Work of the drive and losses per settled period of Figs 5-8, by law."""
-    found = {}
+    numbers = {}
     for short, period in zip(("LM", "EM"), both(runs), strict=True):
         work = energy_balance(period.motion, periods=1)
         contact = -work.contact_sliding - work.bristle_loss
-        found[short] = {
+        numbers[short] = {
             "drive work": work.drive,
             "damper loss": -work.damper,
             "contact loss": contact,
@@ -26,7 +26,7 @@ def energies(runs: Runs) -> dict[str, dict[str, float]]:
             "drive work / distance": work.drive / abs(period.drift),
             "contact loss / distance": contact / abs(period.drift),
         }
-    return found
+    return numbers
 
 
 def _flat(table: dict[str, dict[str, float]]) -> dict[str, float]:
@@ -120,14 +120,14 @@ def lm_desirable(runs: Runs, tolerance: float) -> Finding:
 def periodic_responses(runs: Runs, tolerance: float) -> Finding:
     """Response class modulo X of the settled motions of Figs 5-8, and the largest return residual over Fig. 9."""
     kinds = {name: response_class(runs.steady(name).motion) for name in SHORT}
-    found = {f"{SHORT[name]}: period, Figs 5-8": float(kind.period or 0) for name, kind in kinds.items()}
-    found |= {f"{SHORT[name]}: largest residual, Fig. 9": float(runs.sweep(name).residual.max()) for name in SHORT}
+    numbers = {f"{SHORT[name]}: period, Figs 5-8": float(kind.period or 0) for name, kind in kinds.items()}
+    numbers |= {f"{SHORT[name]}: largest residual, Fig. 9": float(runs.sweep(name).residual.max()) for name in SHORT}
     return Finding(
         decided(
             all(kind.kind == "period-1" for kind in kinds.values())
-            and max(value for key, value in found.items() if "residual" in key) <= tolerance
+            and max(value for key, value in numbers.items() if "residual" in key) <= tolerance
         ),
-        found,
+        numbers,
         "Modulo X every motion settles on the period of the drive, against section 3.1 (quasi-periodic).",
     )
 
@@ -135,15 +135,15 @@ def periodic_responses(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 1, 2.1", "The pendulum drives the capsule in both directions.", RUN_ERROR, "fig05")
 def bidirectional(runs: Runs, tolerance: float) -> Finding:
     """Settled drift per period of Figs 5-8, and that of the mirror twin."""
-    found, sums = {}, []
+    numbers, sums = {}, []
     for name, short in SHORT.items():
         here, there = runs.steady(name).drift, runs.steady(name, twin=True).drift
-        found[f"{short}: drift"], found[f"{short}: drift of the twin"] = here, there
+        numbers[f"{short}: drift"], numbers[f"{short}: drift of the twin"] = here, there
         sums.append(abs(here + there))
-    moves = min(abs(value) for value in found.values()) > tolerance
+    moves = min(abs(value) for value in numbers.values()) > tolerance
     return Finding(
         decided(moves and max(sums) <= tolerance),
-        found,
+        numbers,
         "Each travelling motion has a mirror twin with the opposite drift; the start decides between them.",
     )
 
@@ -151,14 +151,14 @@ def bidirectional(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3, Figs 5-8", "The parameters of Figs 5-8 are given.", DRAWN, "fig05", "fig06", "fig07", "fig08")
 def parameters_of_figures_5_to_8(runs: Runs, tolerance: float) -> Finding:
     """Settled drift per period (LM) for h = 1.6, 1.8 and 2.0 at omega = 1: h and omega are not printed."""
-    found = {}
+    numbers = {}
     for amplitude in (1.6, 1.8, 2.0):
         system = figures_5_to_8("lugre").with_parameters({"drive.amplitude": amplitude})
         motion = runs.motion(system, 200)
-        found[f"h = {amplitude:g}: drift"] = float(motion.sections[-1, 2] - motion.sections[-2, 2])
+        numbers[f"h = {amplitude:g}: drift"] = float(motion.sections[-1, 2] - motion.sections[-2, 2])
     return Finding(
         Outcome.UNDECIDED,
-        found,
+        numbers,
         "Neither h nor omega is printed, and the motion depends on them; h = 1.8 and omega = 1 of Figs 9-11 are used.",
     )
 

@@ -17,20 +17,20 @@ from vibrocap.paper.runs import SWEEP_PERIODS, Runs
 )
 def larger_positive_velocities(runs: Runs, tolerance: float) -> Finding:
     """Forward over backward velocity peak up to the border, settled and in the first period: least over lambda."""
-    found, first = {}, {}
+    numbers, first = {}, {}
     for (name, short), border in zip(SHORT.items(), (4.0, 2.2), strict=True):
         sweep = runs.sweep(name)
         peaks = sweep.velocity_peaks[sweep.mass_ratio <= border]
         ratio = peaks[:, 0] / peaks[:, 1]
-        found[f"{short}: least forward/backward, settled"] = float(ratio.min())
-        found[f"{short}: largest forward/backward, settled"] = float(ratio.max())
+        numbers[f"{short}: least forward/backward, settled"] = float(ratio.min())
+        numbers[f"{short}: largest forward/backward, settled"] = float(ratio.max())
         start = [_first_peaks(runs, name, lam) for lam in DISPLACEMENT_MASS_RATIOS if lam <= border]
         first[name] = min(forward / back for forward, back in start)
-        found[f"{short}: least forward/backward, first period"] = first[name]
-    settled = min(value for key, value in found.items() if "least" in key and "settled" in key) > 1 + tolerance
+        numbers[f"{short}: least forward/backward, first period"] = first[name]
+    settled = min(value for key, value in numbers.items() if "least" in key and "settled" in key) > 1 + tolerance
     return Finding(
         restricted(settled, min(first.values()) > 1 + tolerance),
-        found,
+        numbers,
         "The settled velocity is its own mirror image, so that both peaks are equal.",
         "the first period",
         "In the settled motion both peaks are equal.",
@@ -46,14 +46,14 @@ def _first_peaks(runs: Runs, friction: str, mass_ratio: float) -> tuple[float, f
 @claim("sec. 3.2, Fig. 10", "The magnitude of the velocity declines as lambda increases.", RUN_ERROR, "fig10")
 def velocity_declines_with_mass(runs: Runs, tolerance: float) -> Finding:
     """Peak velocity of the settled period over lambda: largest rise from one mass ratio to the next, and both ends."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
         peaks = runs.sweep(name).velocity_peaks[:, 0]
-        found[f"{short}: largest rise"] = float(np.max(np.diff(peaks)))
-        found[f"{short}: at 0.01"], found[f"{short}: at 8.1"] = float(peaks[0]), float(peaks[-1])
+        numbers[f"{short}: largest rise"] = float(np.max(np.diff(peaks)))
+        numbers[f"{short}: at 0.01"], numbers[f"{short}: at 8.1"] = float(peaks[0]), float(peaks[-1])
     return Finding(
-        decided(max(value for key, value in found.items() if "rise" in key) <= tolerance),
-        found,
+        decided(max(value for key, value in numbers.items() if "rise" in key) <= tolerance),
+        numbers,
         "A heavier capsule answers the same torque with less velocity, in steady motion too.",
     )
 
@@ -61,14 +61,14 @@ def velocity_declines_with_mass(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.2, Figs 9, 10", "As lambda grows the average speeds drop below zero.", RUN_ERROR, "fig09", "fig10")
 def averages_drop_below_zero(runs: Runs, tolerance: float) -> Finding:
     """Average velocity at the largest lambda, 8.1, by window."""
-    found, below = {}, []
+    numbers, below = {}, []
     for name, short in SHORT.items():
         for window, curve in averages(runs, name).items():
-            found[f"{short}, {window}"] = float(curve[-1])
+            numbers[f"{short}, {window}"] = float(curve[-1])
             below.append(curve[-1] < -tolerance)
     return Finding(
         restricted(all(below), any(below)),
-        found,
+        numbers,
         f"Averages from the start over five periods or more are negative there. {STEADY}",
         "transient averages over 5 periods or more",
         ZERO,
@@ -83,16 +83,16 @@ def averages_drop_below_zero(runs: Runs, tolerance: float) -> Finding:
 )
 def control_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     """Steady mean velocity at mass ratios on both sides of the control points: largest size."""
-    found = {}
+    numbers = {}
     for (name, short), point in zip(SHORT.items(), (4.0, 2.2), strict=True):
         sweep = runs.sweep(name)
         near = np.abs(sweep.mass_ratio - point) <= 1.0
-        found[f"{short}: largest |steady velocity| within 1 of {point:g}"] = float(
+        numbers[f"{short}: largest |steady velocity| within 1 of {point:g}"] = float(
             np.max(np.abs(averages(runs, name)[STEADY_WINDOW][near]))
         )
     return Finding(
-        decided(min(found.values()) > tolerance),
-        found,
+        decided(min(numbers.values()) > tolerance),
+        numbers,
         STEADY,
         nearest="A drive, slope or contact without the symmetry, or a softer spring (rho near 0.6), moves the capsule.",
     )
@@ -112,17 +112,17 @@ def _travel(runs: Runs, friction: str) -> dict[float, float]:
 )
 def distance_decreases_with_mass(runs: Runs, tolerance: float) -> Finding:
     """X after 40 periods at lambda 0.8, 2.0 and 4.0."""
-    found, falls, sizes = {}, {}, {}
+    numbers, falls, sizes = {}, {}, {}
     for name, short in SHORT.items():
         travel = _travel(runs, name)
-        found |= {f"{short}: X(40T) at {ratio:g}": x for ratio, x in travel.items()}
+        numbers |= {f"{short}: X(40T) at {ratio:g}": x for ratio, x in travel.items()}
         values = np.array(list(travel.values()))
         falls[short] = bool(np.all(np.diff(values) < 0.0))
         sizes[short] = bool(np.all(np.diff(np.abs(values)) < 0.0))
     good = [short for short, yes in falls.items() if yes]
     return Finding(
         restricted(all(falls.values()), bool(good)),
-        found,
+        numbers,
         "These are the displacements of a transient, all gained within the first periods; then X only swings.",
         f"{' and '.join(good)}, and its signed displacement" if good else "",
         f"The distance |X| falls with lambda for {', '.join(k for k, v in sizes.items() if v) or 'neither'}. {ZERO}",
@@ -132,27 +132,27 @@ def distance_decreases_with_mass(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.2, Fig. 11", "The amplitude of the displacement curves falls as lambda increases.", RUN_ERROR, "fig11")
 def swing_falls_with_mass(runs: Runs, tolerance: float) -> Finding:
     """Peak-to-peak X of the settled period over all mass ratios: largest rise, and the values near those of Fig. 11."""
-    found, rise = {}, []
+    numbers, rise = {}, []
     for name, short in SHORT.items():
         sweep = runs.sweep(name)
         rise.append(float(np.max(np.diff(sweep.swing))))
-        found[f"{short}: largest rise"] = rise[-1]
+        numbers[f"{short}: largest rise"] = rise[-1]
         for ratio in DISPLACEMENT_MASS_RATIOS:
-            found[f"{short}: swing at {ratio:g}"] = float(np.interp(ratio, sweep.mass_ratio, sweep.swing))
-    return Finding(decided(max(rise) <= tolerance), found, "The heavier capsule swings less, over the whole range.")
+            numbers[f"{short}: swing at {ratio:g}"] = float(np.interp(ratio, sweep.mass_ratio, sweep.swing))
+    return Finding(decided(max(rise) <= tolerance), numbers, "The heavier capsule swings less, over the whole range.")
 
 
 @claim("sec. 3.2, Fig. 11", "The travelled distance declines more with EM than with LM.", DRAWN, "fig11")
 def em_declines_more(runs: Runs, tolerance: float) -> Finding:
     """X(40T) at lambda 0.8 less X(40T) at 4.0, absolute and relative to the value at 0.8."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
         travel = list(_travel(runs, name).values())
-        found[f"{short}: decline"] = travel[0] - travel[-1]
-        found[f"{short}: decline / value at 0.8"] = (travel[0] - travel[-1]) / travel[0]
+        numbers[f"{short}: decline"] = travel[0] - travel[-1]
+        numbers[f"{short}: decline / value at 0.8"] = (travel[0] - travel[-1]) / travel[0]
     return Finding(
-        decided(found["EM: decline"] > found["LM: decline"] * (1 + tolerance)),
-        found,
+        decided(numbers["EM: decline"] > numbers["LM: decline"] * (1 + tolerance)),
+        numbers,
         "LM's transient is the longer one: it starts higher and ends lower.",
         nearest="LM declines more.",
     )
@@ -161,15 +161,17 @@ def em_declines_more(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.2, Fig. 11", "The capsule keeps travelling at lambda 0.8, 2.0 and 4.0.", RUN_ERROR, "fig11")
 def travel_goes_on(runs: Runs, tolerance: float) -> Finding:
     """Largest change of X over the last of 150 periods, and over their second half, over all mass ratios."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
         sections = runs.sweep(name).sections
-        found[f"{short}: largest change in the last period"] = float(np.max(np.abs(sections[:, -1] - sections[:, -2])))
+        numbers[f"{short}: largest change in the last period"] = float(
+            np.max(np.abs(sections[:, -1] - sections[:, -2]))
+        )
         gained = np.abs(sections[:, SWEEP_PERIODS // 2] - sections[:, -1])
-        found[f"{short}: largest gain after period {SWEEP_PERIODS // 2}"] = float(gained.max())
+        numbers[f"{short}: largest gain after period {SWEEP_PERIODS // 2}"] = float(gained.max())
     return Finding(
-        decided(max(value for key, value in found.items() if "last" in key) > tolerance),
-        found,
+        decided(max(value for key, value in numbers.items() if "last" in key) > tolerance),
+        numbers,
         STEADY,
         nearest="X comes to swing about a fixed place.",
     )

@@ -22,16 +22,16 @@ def loop(runs: Runs, friction: str = "lugre", **changes: float) -> FrictionLoop:
 @claim("sec. 3.1, Fig. 6", "The bristle deflection xi and the friction force f vary alike.", ALIKE, "fig06")
 def bristle_and_force_alike(runs: Runs, tolerance: float) -> Finding:
     """Correlation of xi with f (LM) over the settled period, at the printed delta1 = 10 and at 1."""
-    found = {}
+    numbers = {}
     for damping in (10.0, LOW):
         period = runs.steady("lugre", bristle_damping=damping)
-        found[f"correlation, delta1 = {damping:g}"] = float(np.corrcoef(period["bristle"], period["friction"])[0, 1])
+        numbers[f"correlation, delta1 = {damping:g}"] = float(np.corrcoef(period["bristle"], period["friction"])[0, 1])
         elastic = period.motion.system.parameter("friction.bristle_stiffness") * period["bristle"]
         rest = np.std(period["friction"] - elastic) / np.std(elastic)
-        found[f"rms of delta1 xi' / rms of delta0 xi, delta1 = {damping:g}"] = float(rest)
+        numbers[f"rms of delta1 xi' / rms of delta0 xi, delta1 = {damping:g}"] = float(rest)
     return Finding(
-        decided(found["correlation, delta1 = 10"] >= tolerance),
-        found,
+        decided(numbers["correlation, delta1 = 10"] >= tolerance),
+        numbers,
         "f = delta0 xi + delta1 xi', and the second term is the smaller one.",
     )
 
@@ -40,7 +40,7 @@ def _strokes(period: Period) -> list[tuple[int, float, float]]:
     """Side, largest speed and largest side * xi of each slide that begins within one settled period."""
     motion = period.motion
     begin = motion.end - 2 * motion.period
-    found = []
+    numbers = []
     for phase in motion.phases:
         if (
             phase.start >= begin
@@ -49,8 +49,8 @@ def _strokes(period: Period) -> list[tuple[int, float, float]]:
         ):
             t = np.linspace(phase.start, phase.end, 2001)
             bristle, velocity = phase.side * motion.at(t, "bristle"), phase.side * motion.at(t, "velocity")
-            found.append((phase.side, float(velocity.max()), float(bristle.max())))
-    return found
+            numbers.append((phase.side, float(velocity.max()), float(bristle.max())))
+    return numbers
 
 
 @claim(
@@ -143,19 +143,19 @@ def friction_rises_while_sticking(runs: Runs, tolerance: float) -> Finding:
     force = motion.at(np.linspace(stick.start + 1e-9, stick.end - 1e-12, 2001), "friction")
     direction = np.sign(force[-1] - force[0])
     fall = float(max(0.0, np.max(-direction * np.diff(force))))
-    found = {
+    numbers = {
         "EM: force at the onset": float(force[0]),
         "EM: force at the end": float(force[-1]),
         "EM: largest fall": fall,
     }
     made = loop(runs)
     for way, side in (("forward", made.forward), ("back", made.back)):
-        found[f"LM: force at M1, {way}"] = side.escape.friction if side and side.escape else math.nan
+        numbers[f"LM: force at M1, {way}"] = side.escape.friction if side and side.escape else math.nan
     static = fall <= tolerance and abs(abs(force[-1]) - LIMIT) <= tolerance
-    lm = [abs(value) for what, value in found.items() if what.startswith("LM")]
+    lm = [abs(value) for what, value in numbers.items() if what.startswith("LM")]
     return Finding(
         restricted(static and all(abs(force - LIMIT) <= tolerance for force in lm), static),
-        found,
+        numbers,
         "EM's force follows the pendulum, through zero, up to N eta_s; LM's bristles yield at another force each time.",
         "EM",
         f"LM's force rises to M1 as well, but to {min(lm):.3f} one way and {max(lm):.3f} the other.",
@@ -182,19 +182,19 @@ def em_without_hysteresis(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 8", "EM performs oscillations of a relatively higher frequency than LM.", DRAWN, "fig08")
 def higher_frequency_with_em(runs: Runs, tolerance: float) -> Finding:
     """Settled period: reversals, mean frequency rms(X'')/rms(X') and share of the harmonics from the fifth on."""
-    found = {}
+    numbers = {}
     for short, period in zip(("LM", "EM"), both(runs), strict=True):
         v = period["velocity"][:-1]
         amplitude = np.abs(np.fft.rfft(v - v.mean()))[:400] ** 2
         order = np.arange(amplitude.size)
-        found[f"{short}: mean frequency / omega"] = float(np.sqrt(np.sum(order**2 * amplitude) / np.sum(amplitude)))
-        found[f"{short}: share of harmonics >= 5"] = float(np.sum(amplitude[5:]) / np.sum(amplitude))
+        numbers[f"{short}: mean frequency / omega"] = float(np.sqrt(np.sum(order**2 * amplitude) / np.sum(amplitude)))
+        numbers[f"{short}: share of harmonics >= 5"] = float(np.sum(amplitude[5:]) / np.sum(amplitude))
         side = np.sign(v[np.abs(v) > 1e-9])
-        found[f"{short}: changes of direction per period"] = int(np.sum(side != np.roll(side, 1)))
-    ratio = found["EM: mean frequency / omega"] / found["LM: mean frequency / omega"]
+        numbers[f"{short}: changes of direction per period"] = int(np.sum(side != np.roll(side, 1)))
+    ratio = numbers["EM: mean frequency / omega"] / numbers["LM: mean frequency / omega"]
     return Finding(
         decided(ratio > 1.0 + tolerance),
-        {**found, "EM / LM": ratio},
+        {**numbers, "EM / LM": ratio},
         "Both move with the frequency of the drive; LM turns more often and has the higher mean frequency.",
         nearest="The same frequency, that of the drive.",
     )
@@ -203,15 +203,15 @@ def higher_frequency_with_em(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 8", "The largest friction force is lower with LM than with EM.", DRAWN, "fig08")
 def lower_peak_with_lm(runs: Runs, tolerance: float) -> Finding:
     """Largest |R| of the settled period, against EM's and against N eta_s; the same at delta1 = 1."""
-    found = {
+    numbers = {
         "LM": loop(runs).peak_force,
         "LM, delta1 = 1": loop(runs, bristle_damping=LOW).peak_force,
         "EM": loop(runs, "exponential").peak_force,
         "N eta_s": LIMIT,
     }
     return Finding(
-        decided(found["LM"] < found["EM"] * (1 - tolerance)),
-        found,
+        decided(numbers["LM"] < numbers["EM"] * (1 - tolerance)),
+        numbers,
         "delta1 xi' adds to the force of the bristles while they load up, and carries it beyond N eta_s.",
         nearest="It is lower at delta1 = 1.",
     )

@@ -16,9 +16,9 @@ FIRST_ORDER = Tolerance(0.01, "1 %: the paper offers the formula as an approxima
 
 
 def _offset(**changes: float) -> OffsetPoints:
-    found = frictional_limits(LuGre(**changes)).offset
-    assert found is not None  # the LuGre law has the formulas
-    return found
+    numbers = frictional_limits(LuGre(**changes)).offset
+    assert numbers is not None  # the LuGre law has the formulas
+    return numbers
 
 
 def _real(number: float | None) -> float:
@@ -160,15 +160,15 @@ def lower_offset(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 2.3.3, (15)", "The recursion (15) gives the upper offset velocity.", ROUNDING)
 def upper_offset(runs: Runs, tolerance: float) -> Finding:
     """The limit of (15) as printed against the root of (12), for alpha = 2 and alpha = 3 (delta2 = 0.4)."""
-    found = {}
+    numbers = {}
     for power in (2.0, 3.0):
         points = _offset(viscous_damping=VISCOUS, stribeck_exponent=power)
-        found[f"slope (12) at the limit of (15), alpha = {power:g}"] = _slope(power, points.printed_upper.value)
-        found[f"slope (12) at the corrected limit, alpha = {power:g}"] = _slope(power, points.corrected_upper.value)
-    gaussian, _, cubic, _ = (abs(value) <= 1e3 * tolerance for value in found.values())
+        numbers[f"slope (12) at the limit of (15), alpha = {power:g}"] = _slope(power, points.printed_upper.value)
+        numbers[f"slope (12) at the corrected limit, alpha = {power:g}"] = _slope(power, points.corrected_upper.value)
+    gaussian, _, cubic, _ = (abs(value) <= 1e3 * tolerance for value in numbers.values())
     return Finding(
         restricted(gaussian and cubic, gaussian),
-        found,
+        numbers,
         "The printed exponents 1/(alpha - 1) inside and 1/2 outside belong to alpha = 2 alone.",
         "alpha = 2",
         "x_(n+1) = {ln[C x_n^(alpha-1)]}^(1/alpha) with C = alpha N (eta_s - eta_c)/(delta2 v_s).",

@@ -21,14 +21,14 @@ def _difference(runs: Runs, way: str, regime: str, damping: float) -> float:
 
 def _direction(runs: Runs, tolerance: float, way: str, regime: str, sign: float, why: str, nearest: str) -> Finding:
     """The direction of one branch pair at the printed delta1 and at 1, against what the paper says."""
-    found = {
+    numbers = {
         f"mean |R|(AS) - |R|(DS), {way}, delta1 = {damping:g}": _difference(runs, way, regime, damping)
         for damping in (10.0, LOW)
     }
-    found["v*"] = boundary_velocity(law("lugre")) or float("nan")
+    numbers["v*"] = boundary_velocity(law("lugre")) or float("nan")
     margin = tolerance * 0.3  # of the range of the force, eta_s - eta_c
-    at_printed, at_low = (sign * value > margin for value in list(found.values())[:2])
-    return Finding(restricted(at_printed, at_low), found, why, "delta1 of about 1 or less (10 is printed)", nearest)
+    at_printed, at_low = (sign * value > margin for value in list(numbers.values())[:2])
+    return Finding(restricted(at_printed, at_low), numbers, why, "delta1 of about 1 or less (10 is printed)", nearest)
 
 
 _WHY_SLIDING = (
@@ -72,19 +72,19 @@ def backward_loop_in_presliding(runs: Runs, tolerance: float) -> Finding:
 )
 def order_reverses_at_m1(runs: Runs, tolerance: float) -> Finding:
     """Speeds at which the forward branches cross, beside the speed of M1, at the printed delta1 and at 1."""
-    found, single = {}, {}
+    numbers, single = {}, {}
     for damping in (10.0, LOW):
         side = loop(runs, bristle_damping=damping).forward
         assert side is not None
         escape = side.escape.velocity if side.escape else float("nan")
-        found[f"delta1 = {damping:g}: X' at M1"] = escape
+        numbers[f"delta1 = {damping:g}: X' at M1"] = escape
         for i, speed in enumerate(side.crossings, 1):
-            found[f"delta1 = {damping:g}: crossing {i}"] = speed
+            numbers[f"delta1 = {damping:g}: crossing {i}"] = speed
         above = [_difference(runs, "forward", regime, damping) for regime in ("presliding", "pure_sliding")]
         single[damping] = above[0] < 0.0 < above[1]
     return Finding(
         restricted(single[10.0], single[LOW]),
-        found,
+        numbers,
         "At delta1 = 10 the branches cross again close to M1, and from there on the order is the other one.",
         "delta1 of about 1 or less (10 is printed)",
         "At delta1 = 1 the branches cross below M1 and keep the printed order up to v*; beyond, they all but coincide.",
@@ -94,19 +94,19 @@ def order_reverses_at_m1(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 8", "Around M1 the friction of EM and of LM almost coincide.", ALMOST, "fig08")
 def laws_coincide_at_m1(runs: Runs, tolerance: float) -> Finding:
     """|R(LM) - R(EM)| over N eta_s at M1, forward and back, against the mean of that difference over all speeds."""
-    made, found = loop(runs), {}
+    made, numbers = loop(runs), {}
     for way, side in (("forward", made.forward), ("back", made.back)):
         if side is not None and side.escape is not None:
             point = side.escape
             static = law("exponential").steady_force(abs(point.velocity), 1.0)
-            found[f"{way}: X' at M1"] = point.velocity
-            found[f"{way}: |R| of LM at M1"] = abs(point.friction)
-            found[f"{way}: difference / N eta_s"] = abs(abs(point.friction) - static) / LIMIT
-    found["forward: X' where LM's rising branch meets EM's curve"] = _meeting(runs)
-    gaps = [value for what, value in found.items() if "difference" in what]
+            numbers[f"{way}: X' at M1"] = point.velocity
+            numbers[f"{way}: |R| of LM at M1"] = abs(point.friction)
+            numbers[f"{way}: difference / N eta_s"] = abs(abs(point.friction) - static) / LIMIT
+    numbers["forward: X' where LM's rising branch meets EM's curve"] = _meeting(runs)
+    gaps = [value for what, value in numbers.items() if "difference" in what]
     return Finding(
         restricted(max(gaps) <= tolerance, min(gaps) <= tolerance),
-        found,
+        numbers,
         "At M1 the bristles carry more than EM's curve: forward the force of LM is above even N eta_s.",
         "one direction",
         "LM's rising branch crosses EM's curve at a somewhat lower speed than that of M1.",
@@ -132,18 +132,18 @@ def _meeting(runs: Runs) -> float:
 )
 def decline_beyond_m1(runs: Runs, tolerance: float) -> Finding:
     """Accelerating branches beyond M1: largest rise of |R| with speed, over N eta_s, at the printed delta1 and at 1."""
-    found, monotone, within = {}, {}, {}
+    numbers, monotone, within = {}, {}, {}
     for damping in (10.0, LOW):
         made = loop(runs, bristle_damping=damping)
         motion = runs.steady("lugre", bristle_damping=damping).motion
         rise = max(_largest_rise(motion, side) for side in (made.forward, made.back) if side is not None) / LIMIT
-        found[f"delta1 = {damping:g}: largest rise / N eta_s"] = rise
-        found[f"delta1 = {damping:g}: largest |R|"] = made.peak_force
+        numbers[f"delta1 = {damping:g}: largest rise / N eta_s"] = rise
+        numbers[f"delta1 = {damping:g}: largest |R|"] = made.peak_force
         monotone[damping], within[damping] = rise <= tolerance, made.peak_force <= LIMIT
     right = {damping: monotone[damping] and within[damping] for damping in monotone}
     return Finding(
         restricted(right[10.0], right[LOW]),
-        found,
+        numbers,
         "At delta1 = 10 the force peaks above N eta_s, then undershoots the Coulomb level and comes back up to it.",
         "delta1 of about 1 or less (10 is printed)",
     )
@@ -170,15 +170,15 @@ def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
     """|R - R_steady| over N eta_s at the largest forward and backward velocity (LM)."""
     period = runs.steady("lugre")
     v, force = period["velocity"], period["friction"]
-    found = {
+    numbers = {
         f"{way}: |R - R_steady| / N eta_s": float(
             abs(abs(force[i]) - law("lugre").steady_force(abs(float(v[i])), 1.0)) / LIMIT
         )
         for way, i in (("forward", int(np.argmax(v))), ("back", int(np.argmin(v))))
     }
     return Finding(
-        decided(max(found.values()) <= tolerance),
-        found,
+        decided(max(numbers.values()) <= tolerance),
+        numbers,
         "At these speeds xi settles within a displacement of 0.0015, long before the turning point.",
     )
 

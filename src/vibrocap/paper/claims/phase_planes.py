@@ -24,18 +24,18 @@ def _cycle(period: Period, x: np.ndarray, y: np.ndarray) -> dict[str, float]:
 
 
 def _compared_cycles(lm: dict[str, float], em: dict[str, float]) -> tuple[dict[str, float], list[float]]:
-    found = {f"{short} {what}": size[what] for what in lm for short, size in (("LM", lm), ("EM", em))}
-    return found, [larger(em[what], lm[what]) for what in lm]
+    numbers = {f"{short} {what}": size[what] for what in lm for short, size in (("LM", lm), ("EM", em))}
+    return numbers, [larger(em[what], lm[what]) for what in lm]
 
 
 @claim("sec. 3.1, Fig. 7(a)", "The limit cycle of the pendulum is larger with EM.", DRAWN, "fig07")
 def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled theta-theta' cycle."""
     lm, em = (_cycle(p, p["angle"], p["angle_rate"]) for p in both(runs))
-    found, excess = _compared_cycles(lm, em)
+    numbers, excess = _compared_cycles(lm, em)
     return Finding(
         decided(max(excess) > tolerance),
-        found,
+        numbers,
         f"The cycles agree to {max(map(abs, excess)):.2%}, less than a drawing shows, and LM's has the larger area.",
         nearest="Equal in every drawing.",
     )
@@ -45,10 +45,10 @@ def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
 def larger_cycle_of_capsule(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled X-X' cycle, X less its drift; largest forward velocity."""
     lm, em = (_cycle(p, p.wave, p["velocity"]) | {"forward peak": float(p["velocity"].max())} for p in both(runs))
-    found, excess = _compared_cycles(lm, em)
+    numbers, excess = _compared_cycles(lm, em)
     return Finding(
         restricted(min(excess) > tolerance, max(excess) > tolerance),
-        found,
+        numbers,
         f"With EM width, height and area grow by {max(excess[:3]):.1%} at most; only the forward peak stands out.",
         "the largest forward velocity",
     )
@@ -83,15 +83,15 @@ def steps_at_zero_velocity(runs: Runs, tolerance: float) -> Finding:
 )
 def not_strictly_periodic(runs: Runs, tolerance: float) -> Finding:
     """Change over the last of 200 periods, of X and of all other states."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
         motion = runs.steady(name).motion
-        found[f"{short}: gap in X"] = drift(motion)
-        found[f"{short}: largest change of the other states"] = return_residual(motion)
-    rest = max(value for what, value in found.items() if "other" in what)
+        numbers[f"{short}: gap in X"] = drift(motion)
+        numbers[f"{short}: largest change of the other states"] = return_residual(motion)
+    rest = max(value for what, value in numbers.items() if "other" in what)
     return Finding(
-        restricted(rest > tolerance, min(abs(found["LM: gap in X"]), abs(found["EM: gap in X"])) > tolerance),
-        found,
+        restricted(rest > tolerance, min(abs(numbers["LM: gap in X"]), abs(numbers["EM: gap in X"])) > tolerance),
+        numbers,
         "Nothing depends on X; in all other states the motion returns exactly, and the gap in X is the drift.",
         "X, whose gap is the travel of one period",
         "Periodic modulo X, with the period of the drive.",
@@ -138,16 +138,16 @@ def gap_from_hysteresis(runs: Runs, tolerance: float) -> Finding:
 def bounded(runs: Runs, tolerance: float) -> Finding:
     """Largest |theta|, |theta'|, |X'| and |X| over the first 40 and over all 200 periods (LM)."""
     long = runs.steady("lugre").motion
-    found, growth = {}, {}
+    numbers, growth = {}, {}
     for name, symbol in (("angle", "theta"), ("angle_rate", "theta'"), ("velocity", "X'"), ("position", "X")):
         values = np.abs(long.at(long.time, name))
         early = float(values[long.time <= 40 * long.period].max())
-        found[f"|{symbol}| to 40T"], found[f"|{symbol}| to 200T"] = early, float(values.max())
+        numbers[f"|{symbol}| to 40T"], numbers[f"|{symbol}| to 200T"] = early, float(values.max())
         growth[name] = values.max() / early - 1.0
     rest = all(growth[name] <= tolerance for name in growth if name != "position")
     return Finding(
         restricted(rest and growth["position"] <= tolerance, rest),
-        found,
+        numbers,
         "X grows by the drift in every period; it is cyclic, so that no force bounds it.",
         "theta, theta' and X' (and xi)",
     )

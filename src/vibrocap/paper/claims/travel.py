@@ -20,11 +20,11 @@ ZERO = "The steady mean velocity is zero at every mass ratio, for both laws."
 @claim("sec. 3.2, Fig. 9", "The responses are periodic for all lambda considered.", RUN_ERROR, "fig09")
 def periodic_for_every_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     """Largest change of the state modulo X over the last of 150 periods, over the mass ratios of Fig. 9."""
-    found = {f"{short}: largest residual": float(runs.sweep(name).residual.max()) for name, short in SHORT.items()}
-    found |= {"mass ratios": runs.sweep("lugre").mass_ratio.size}
+    numbers = {f"{short}: largest residual": float(runs.sweep(name).residual.max()) for name, short in SHORT.items()}
+    numbers |= {"mass ratios": runs.sweep("lugre").mass_ratio.size}
     return Finding(
-        decided(max(value for key, value in found.items() if "residual" in key) <= tolerance),
-        found,
+        decided(max(value for key, value in numbers.items() if "residual" in key) <= tolerance),
+        numbers,
         "All have period 1, and return in X as well.",
     )
 
@@ -38,15 +38,15 @@ def periodic_for_every_mass_ratio(runs: Runs, tolerance: float) -> Finding:
 def steady_progress(runs: Runs, tolerance: float) -> Finding:
     """Largest |mean velocity| over the last 10 of 150 periods, over all mass ratios, from the paper's start and from
     random ones; that of the first period, for scale."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
         curves = averages(runs, name)
-        found[f"{short}: steady"] = float(np.max(np.abs(curves[STEADY_WINDOW])))
-        found[f"{short}: steady, from random starts"] = float(np.max(np.abs(runs.random_starts(name))))
-        found[f"{short}: first period"] = float(np.max(np.abs(curves[window_name(1)])))
+        numbers[f"{short}: steady"] = float(np.max(np.abs(curves[STEADY_WINDOW])))
+        numbers[f"{short}: steady, from random starts"] = float(np.max(np.abs(runs.random_starts(name))))
+        numbers[f"{short}: first period"] = float(np.max(np.abs(curves[window_name(1)])))
     return Finding(
-        decided(max(value for key, value in found.items() if "steady" in key) > tolerance),
-        found,
+        decided(max(value for key, value in numbers.items() if "steady" in key) > tolerance),
+        numbers,
         STEADY,
         nearest="Every velocity of Fig. 9 is the average of a transient and depends on the window it is taken over.",
     )
@@ -55,16 +55,16 @@ def steady_progress(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.2", "The direction of travel is set by lambda.", RUN_ERROR, "fig09")
 def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     """X after 150 periods plus X of the mirror twin (started mirrored, half a period later): largest sum."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
         here = runs.sweep(name, points=TWINS).sections[:, -1]
         there = runs.sweep(name, points=TWINS, twin=True).sections[:, -1]
-        found[f"{short}: largest |X + X of the twin|"] = float(np.max(np.abs(here + there)))
-        found[f"{short}: largest |X|"] = float(np.max(np.abs(here)))
-    twins = max(value for key, value in found.items() if "+" in key) <= tolerance
+        numbers[f"{short}: largest |X + X of the twin|"] = float(np.max(np.abs(here + there)))
+        numbers[f"{short}: largest |X|"] = float(np.max(np.abs(here)))
+    twins = max(value for key, value in numbers.items() if "+" in key) <= tolerance
     return Finding(
         decided(not twins),
-        found,
+        numbers,
         "Each motion has a mirror twin, which starts mirrored half a period later and travels exactly the other way.",
         nearest="The start chooses the direction.",
     )
@@ -114,14 +114,14 @@ def em_falls_more_steeply(runs: Runs, tolerance: float) -> Finding:
     """Mean slope of the average velocity over [0.01, 8.1], by window."""
     lm, em = averages(runs, "lugre"), averages(runs, "exponential")
     width = float(np.ptp(runs.sweep("lugre").mass_ratio))
-    found, steeper = {}, []
+    numbers, steeper = {}, []
     for window in lm:
         slopes = [float((curve[window][-1] - curve[window][0]) / width) for curve in (lm, em)]
-        found |= {f"LM, {window}": slopes[0], f"EM, {window}": slopes[1]}
+        numbers |= {f"LM, {window}": slopes[0], f"EM, {window}": slopes[1]}
         steeper.append(slopes[1] < slopes[0] - 1e-9)
     return Finding(
         restricted(all(steeper), any(steeper)),
-        found,
+        numbers,
         "LM's transient carries a light capsule further, so that its curve falls more steeply in every window.",
         nearest=f"The slope of LM is the larger one. {ZERO}",
     )
@@ -141,7 +141,7 @@ def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: floa
     hits = [window for window, value in windows.items() if abs(value - PRINTED[point]) <= tolerance]
     steady = printed_range_in_numbers(runs, KEYS[point])
     soft = steady_points(runs, SOFT)
-    found = windows | steady | {f"rho = {SOFT:g}, steady: {point}": soft.at[point], "its error": soft.error[point]}
+    numbers = windows | steady | {f"rho = {SOFT:g}, steady: {point}": soft.at[point], "its error": soft.error[point]}
     law = "drifts of LM and EM are the same" if KEYS[point] == BOTH else f"drift of {SHORT[KEYS[point]]} is nothing"
     low, high = steady["steady: it is nothing from lambda"], steady["steady: it is nothing to lambda"]
     none = f"In the steady state there is no such point: the {law} from lambda = {low:g} to {high:g}."
@@ -149,7 +149,7 @@ def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: floa
         none = "In the steady state it is not nothing throughout."
     some = f"With a softer spring, rho = {SOFT:g}, there is one, at lambda = {soft.at[point]:.10f}."
     outcome = restricted(len(hits) == len(windows), bool(hits))
-    return Finding(outcome, found, STEADY, in_words(hits), f"{nearest} {none} {some}")
+    return Finding(outcome, numbers, STEADY, in_words(hits), f"{nearest} {none} {some}")
 
 
 @claim(
@@ -158,8 +158,8 @@ def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: floa
 def control_point_o1(runs: Runs, tolerance: float) -> Finding:
     """First zero of LM's average velocity over lambda, for each averaging window (none: not a number). In the steady
     state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
-    found = zeros(runs, "lugre")
-    return _crossing(runs, found, "O1", tolerance, f"Transient averages of LM vanish {_places(found)}.")
+    numbers = zeros(runs, "lugre")
+    return _crossing(runs, numbers, "O1", tolerance, f"Transient averages of LM vanish {_places(numbers)}.")
 
 
 @claim(
@@ -168,8 +168,8 @@ def control_point_o1(runs: Runs, tolerance: float) -> Finding:
 def control_point_o2(runs: Runs, tolerance: float) -> Finding:
     """First zero of EM's average velocity over lambda, for each averaging window (none: not a number). In the steady
     state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
-    found = zeros(runs, "exponential")
-    return _crossing(runs, found, "O2", tolerance, f"Transient averages of EM vanish {_places(found)}.")
+    numbers = zeros(runs, "exponential")
+    return _crossing(runs, numbers, "O2", tolerance, f"Transient averages of EM vanish {_places(numbers)}.")
 
 
 @claim(
@@ -178,9 +178,9 @@ def control_point_o2(runs: Runs, tolerance: float) -> Finding:
 def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
     """Where EM's curve falls below LM's, for each averaging window (none: not a number). In the steady state: sign
     changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
-    found = {window: first for window, (first, _) in meetings(runs).items()}
+    numbers = {window: first for window, (first, _) in meetings(runs).items()}
     nearest = "In no window does EM fall below LM: LM is above from the start."
-    return _crossing(runs, found, "P1", tolerance, nearest)
+    return _crossing(runs, numbers, "P1", tolerance, nearest)
 
 
 @claim(
@@ -192,9 +192,9 @@ def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
 def boundary_point_p2(runs: Runs, tolerance: float) -> Finding:
     """Where EM's curve rises above LM's again, for each averaging window (none: not a number). In the steady state:
     sign changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
-    found = {window: second for window, (_, second) in meetings(runs).items()}
-    nearest = f"Transient averages of EM rise above those of LM {_places(found)}."
-    return _crossing(runs, found, "P2", tolerance, nearest)
+    numbers = {window: second for window, (_, second) in meetings(runs).items()}
+    nearest = f"Transient averages of EM rise above those of LM {_places(numbers)}."
+    return _crossing(runs, numbers, "P2", tolerance, nearest)
 
 
 def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
@@ -202,15 +202,15 @@ def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
     lm, em = averages(runs, "lugre"), averages(runs, "exponential")
     ratios = runs.sweep("lugre").mass_ratio
     inside = (ratios > low) & (ratios < high)
-    found, transient = {}, []
+    numbers, transient = {}, []
     for window in lm:
         gap = (em[window] - lm[window])[inside]
         gap = np.where(np.abs(gap) > 1e-9, gap, 0.0)
-        found[f"share where EM is higher, {window}"] = float(np.mean(gap > 0))
+        numbers[f"share where EM is higher, {window}"] = float(np.mean(gap > 0))
         transient += [window] if np.all(gap > 0 if em_higher else gap < 0) else []
     return Finding(
         restricted(len(transient) == len(lm), bool(transient)),
-        found,
+        numbers,
         STEADY,
         in_words(transient),
         f"In the steady state they are equal. {ZERO}",
@@ -239,16 +239,16 @@ def em_overtakes_after_p2(runs: Runs, tolerance: float) -> Finding:
 
 
 def _signs(runs: Runs, friction: str, border: float) -> Finding:
-    ratios, found, exact = runs.sweep(friction).mass_ratio, {}, []
+    ratios, numbers, exact = runs.sweep(friction).mass_ratio, {}, []
     for window, curve in averages(runs, friction).items():
         curve = np.where(np.abs(curve) > 1e-9, curve, 0.0)
         expected = np.where(ratios < border, 1.0, -1.0)
-        found[f"share with the printed sign, {window}"] = float(np.mean(np.sign(curve) == expected))
+        numbers[f"share with the printed sign, {window}"] = float(np.mean(np.sign(curve) == expected))
         exact += [window] if np.all(np.sign(curve) == expected) else []
     first_zero = zeros(runs, friction)[window_name(5)]
     return Finding(
-        restricted(len(exact) == len(found), bool(exact)),
-        found,
+        restricted(len(exact) == len(numbers), bool(exact)),
+        numbers,
         STEADY,
         in_words(exact),
         f"Averages over the first 5 periods or more change sign at lambda = {first_zero:.2f}. {ZERO}",

@@ -30,7 +30,7 @@ def larger(ours: float, theirs: float) -> float:
 def similar_patterns(runs: Runs, tolerance: float) -> Finding:
     """Correlation of LM with EM over the settled period, X less its drift."""
     lm, em = both(runs)
-    found = {
+    numbers = {
         name: float(np.corrcoef(a, b)[0, 1])
         for name, a, b in (
             ("theta", lm["angle"], em["angle"]),
@@ -40,8 +40,8 @@ def similar_patterns(runs: Runs, tolerance: float) -> Finding:
         )
     }
     return Finding(
-        decided(min(found.values()) >= tolerance),
-        found,
+        decided(min(numbers.values()) >= tolerance),
+        numbers,
         "The pendulum, which the drive moves, is all but the same; the laws differ where the capsule turns round.",
     )
 
@@ -85,14 +85,14 @@ def sticking_stronger_with_em(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 5(c)", "The displacement is larger with EM than with LM.", DRAWN, "fig05")
 def larger_displacement_with_em(runs: Runs, tolerance: float) -> Finding:
     """X after 40 periods from the printed start and of its mirror twin, and the drift of the settled period."""
-    found = {}
+    numbers = {}
     for name, short in SHORT.items():
-        found[f"{short}: X(40T)"] = runs.first_set(name).state["position"]
-        found[f"{short}: X(40T) of the mirror twin"] = runs.first_set(name, twin=True).state["position"]
-        found[f"{short}: settled drift per period"] = drift(runs.steady(name).motion)
+        numbers[f"{short}: X(40T)"] = runs.first_set(name).state["position"]
+        numbers[f"{short}: X(40T) of the mirror twin"] = runs.first_set(name, twin=True).state["position"]
+        numbers[f"{short}: settled drift per period"] = drift(runs.steady(name).motion)
     return Finding(
-        decided(larger(found["EM: X(40T)"], found["LM: X(40T)"]) > tolerance),
-        found,
+        decided(larger(numbers["EM: X(40T)"], numbers["LM: X(40T)"]) > tolerance),
+        numbers,
         "Both settle on a motion without the half-period symmetry, and EM's drifts further.",
         nearest="In size; the direction belongs to the start: the mirror twin travels exactly as far the other way.",
     )
@@ -102,17 +102,17 @@ def larger_displacement_with_em(runs: Runs, tolerance: float) -> Finding:
 def higher_velocity_with_em(runs: Runs, tolerance: float) -> Finding:
     """Mean velocity over the last 10 of 200 periods, and the peaks of the settled period, forward and back."""
     lm, em = both(runs)
-    found, ratio = {}, {}
+    numbers, ratio = {}, {}
     for what, value in (
         ("mean velocity", lambda p: mean_velocity(p.motion, periods=10).value),
         ("forward peak", lambda p: float(p["velocity"].max())),
         ("backward peak", lambda p: float(-p["velocity"].min())),
     ):
-        found[f"LM {what}"], found[f"EM {what}"] = value(lm), value(em)
+        numbers[f"LM {what}"], numbers[f"EM {what}"] = value(lm), value(em)
         ratio[what] = larger(value(em), value(lm))
     return Finding(
         restricted(min(ratio.values()) > tolerance, ratio["mean velocity"] > tolerance),
-        found,
+        numbers,
         "EM slides faster on the stroke in the direction of travel and slower on the way back.",
         "the mean velocity and the stroke in the direction of travel",
         "Backwards LM is the faster one.",
@@ -122,15 +122,15 @@ def higher_velocity_with_em(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1", "EM travels further because it avoids the energy loss in the hysteretic loop.", DRAWN, "fig05")
 def em_avoids_hysteretic_loss(runs: Runs, tolerance: float) -> Finding:
     """Energy lost in the contact per settled period: sliding and bristles."""
-    found = {}
+    numbers = {}
     for short, period in zip(("LM", "EM"), both(runs), strict=True):
         work = energy_balance(period.motion, periods=1)
-        found[f"{short}: contact sliding"] = -work.contact_sliding
-        found[f"{short}: bristle loss"] = -work.bristle_loss
-    loss = {short: found[f"{short}: contact sliding"] + found[f"{short}: bristle loss"] for short in ("LM", "EM")}
+        numbers[f"{short}: contact sliding"] = -work.contact_sliding
+        numbers[f"{short}: bristle loss"] = -work.bristle_loss
+    loss = {short: numbers[f"{short}: contact sliding"] + numbers[f"{short}: bristle loss"] for short in ("LM", "EM")}
     return Finding(
         decided(larger(loss["LM"], loss["EM"]) > tolerance),
-        {**found, "loss of LM / loss of EM": loss["LM"] / loss["EM"]},
+        {**numbers, "loss of LM / loss of EM": loss["LM"] / loss["EM"]},
         "EM loses more energy in the contact than LM, bristles included; what EM lacks is not a loss.",
         nearest="Per distance travelled EM loses less, because it travels further per period.",
     )
@@ -158,11 +158,11 @@ def _growth(friction: Law, speed: float, inertia: float) -> float:
 def negative_slope_stabilises(runs: Runs, tolerance: float) -> Finding:
     """Growth rate of a small change of velocity of the capsule (mass lambda + 1) that slides steadily at X' = 0.1."""
     inertia = runs.steady("lugre").motion.system.machine.mass_ratio + 1.0
-    found = {f"{short}: growth rate": _growth(law(name), 0.1, inertia) for name, short in SHORT.items()}
-    stable = all(rate < -tolerance for rate in found.values())
+    numbers = {f"{short}: growth rate": _growth(law(name), 0.1, inertia) for name, short in SHORT.items()}
+    stable = all(rate < -tolerance for rate in numbers.values())
     return Finding(
         Outcome.HOLDS if stable else Outcome.FAILS,
-        {**found, "EM: time to double": math.log(2.0) / found["EM: growth rate"]},
+        {**numbers, "EM: time to double": math.log(2.0) / numbers["EM: growth rate"]},
         "A force that falls as the capsule speeds up feeds the disturbance: it is the source of stick-slip.",
         nearest="A positive slope, such as viscous damping, stabilises; here the damper of the pendulum does.",
     )

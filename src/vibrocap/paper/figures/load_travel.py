@@ -119,11 +119,11 @@ def _strong(runs: Runs, average: Callable[[LoadedRun], float], light: bool = Fal
 
 def _endings(runs: Runs, light: bool = False) -> tuple[Ending, ...]:
     """The runs that did not go to their end, by law and status."""
-    found = []
+    endings = []
     for name, short in SHORT.items():
         ended = [run for run in runs.loaded_sweep(name, light) if not run.status.ok]
         for status in sorted({run.status.value for run in ended}):
             listed = [run for run in ended if run.status.value == status]
             place, time = np.array([run.mass_ratio for run in listed]), np.array([run.end for run in listed])
-            found.append(Ending(f"{short}: {status}", short, place, time))
-    return tuple(found)
+            endings.append(Ending(f"{short}: {status}", short, place, time))
+    return tuple(endings)

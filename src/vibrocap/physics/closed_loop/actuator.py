@@ -94,14 +94,14 @@ class ActuatedMachine(WrappedMachine):
 
     def _guards(self, y, drive) -> tuple:
         """Guards of the limits: one is reached in front, left, reached behind."""
-        found, own = [], self._of_actuator(y)
+        guards, own = [], self._of_actuator(y)
         command = self.commanded(y, drive)
         limits = self.actuator_part.limit, self.actuator_part.command_limit
         values, asked_for = (self.output(y), drive), (command, drive)
         for name, limit, value, asked in zip((SATURATED, CLIPPED), limits, values, asked_for, strict=True):
             if limit is not None:
-                found += limit_guards(own[name], value, asked, limit)
-        return tuple(found)
+                guards += limit_guards(own[name], value, asked, limit)
+        return tuple(guards)
 
     def switches(self, t, y, drive, frictions) -> tuple:
         """Guards of the machine, then those of the limits."""

@@ -65,18 +65,18 @@ class ControlledMachine(WrappedMachine):
 
     def _measured(self, t, mechanical) -> tuple:
         still = (0.0,) * len(self.machine.contact_states)
-        found, rates = [], None
+        measurements, rates = [], None
         for name in self.controller_part.measures(self.machine):
             if name == SIDE:
-                found.append(self.sides[0])
+                measurements.append(self.sides[0])
             elif name == CURVATURE:
-                found.append(self.reference_part.curvature(t))
+                measurements.append(self.reference_part.curvature(t))
             elif name in self.machine.states:
-                found.append(mechanical[self.machine.states.index(name)])
+                measurements.append(mechanical[self.machine.states.index(name)])
             else:
                 rates = self.machine.rates(t, mechanical, 0.0, still) if rates is None else rates
-                found.append(rates[self.machine.states.index(name.removesuffix("_rate"))])
-        return tuple(found)
+                measurements.append(rates[self.machine.states.index(name.removesuffix("_rate"))])
+        return tuple(measurements)
 
     def _given(self, t, y, reference) -> tuple:
         """What the functions of the controller are given."""
@@ -94,7 +94,7 @@ class ControlledMachine(WrappedMachine):
         held = dict(zip(part.states, own, strict=True)).get(SATURATED)
         if held is None:
             return mechanical, raw, raw
-        free, *slopes = (each * (1.0 - held * held) for each in raw)
+        free, *slopes = (term * (1.0 - held * held) for term in raw)
         return mechanical, raw, (free + held * part.limit, *slopes)
 
     @property
@@ -177,9 +177,9 @@ class ControlledMachine(WrappedMachine):
         mechanical, _ = self._parted(y)
         state = self.machine.states.index(self.measured_states[0])
         size = self.machine.scales(self.reference_part.period)[state]
-        wanted, found = self.reference_part.value(t) / size, mechanical[state] / (FAR * size)
+        wanted, bounds = self.reference_part.value(t) / size, mechanical[state] / (FAR * size)
         own = self.controller_part.bounds(self._measured(t, mechanical))
-        return 1.0 + wanted * wanted - found * found, *own, *self.machine.bounds(t, mechanical)
+        return 1.0 + wanted * wanted - bounds * bounds, *own, *self.machine.bounds(t, mechanical)
 
     def outer_force_under(self, t, y, drive, frictions):
         """Of the machine, under u."""

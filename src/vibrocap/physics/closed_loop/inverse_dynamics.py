@@ -29,10 +29,10 @@ def put_in(value: Sequence[Any], effort: Sequence[Any]) -> tuple:
 
 def contacts_under(machine: Any, t: Any, y: Sequence[Any], effort: Sequence[Any]) -> tuple[Contact, ...]:
     """The contacts of a machine whose effort depends on the forces at them: accelerations, responses and reactions."""
-    found, (rates, loads) = [], machine.evaluated("effects", t, y)
-    for each, state, load in zip(machine.contacts(t, y, 0.0), machine.contact_states, loads, strict=True):
+    contacts, (rates, loads) = [], machine.evaluated("effects", t, y)
+    for contact, state, load in zip(machine.contacts(t, y, 0.0), machine.contact_states, loads, strict=True):
         acceleration, *slopes = put_in(rates[machine.states.index(state)], effort)
         response = tuple(-slope for slope in slopes)
         reaction = None if load is None else put_in(load, effort)
-        found.append(Contact(each.velocity, None, acceleration, response, reaction, each.factor))
-    return tuple(found)
+        contacts.append(Contact(contact.velocity, None, acceleration, response, reaction, contact.factor))
+    return tuple(contacts)

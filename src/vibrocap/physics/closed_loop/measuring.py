@@ -48,11 +48,11 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
     for name in names:
         state = name.removesuffix("_rate")
         if name not in own and state not in own:
-            useful = [each for each in own if units[each] in (wanted, "1")]
+            useful = [name for name in own if units[name] in (wanted, "1")]
             what = f"the {machine.name} has no state {state!r} to be measured"
             raise ArgumentError("controller.measured", f"{what}; {suggestion(state, useful, cutoff=0.0)}")
     if getattr(controller, "measured", None) is not None and units[names[0]] not in (wanted, "1"):
-        useful = [each for each in own if units[each] == wanted]
+        useful = [name for name in own if units[name] == wanted]
         what = f"should be a state in {wanted} with {_named(controller)}, got {names[0]!r} in {units[names[0]]}"
         raise ArgumentError("controller.measured", f"{what}; there is {listed(useful, ' or ')}" if useful else what)
     still, at = (0.0,) * len(machine.contact_states), (0.0, (SAMPLE,) * len(behind.states))
@@ -91,7 +91,7 @@ def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
         raise ArgumentError("controller.measured", f"the command does not accelerate {state.removesuffix('_rate')!r}")
     given = placed.contacts(0.0, (*y, *(0.0 for _ in controller.states)), 0.0)
     rests = (law.kind == "set-valued" for law in laws_of(parts))
-    own = [abs(each.response[i]) for i, each in enumerate(given)]
+    own = [abs(value.response[i]) for i, value in enumerate(given)]
     if any(rest and response <= CANCELLED for rest, response in zip(rests, own, strict=True)):
         what = "the command would cancel the friction on its own body, at rest as well"
         raise ArgumentError("controller.measured", f"should not be the place of a body that comes to rest: {what}")

@@ -32,7 +32,7 @@ def carried_names(old: type, new: type) -> Mapping[str, str]:
     found: dict[str, str] = {}
     for info in parameter_table(new):
         same = before.get(info.name)
-        stems = [each.get(info.name, info.name) for each in names]
+        stems = [name.get(info.name, info.name) for name in names]
         if same is not None and _alike(same, info) and stems[0] == stems[1]:
             found[info.name] = info.name
     shares = [info.name for info in parameter_table(new) if info.role == "share"]
@@ -56,12 +56,12 @@ def lacking(kind: type, effort: str, known: Container[str]) -> list[Complaint]:
     """
     name = kind.name  # type: ignore[attr-defined]
     keys = parameter_keys(kind, effort)
-    found = [Complaint(each, UNDECLARED) for each in undeclared(kind)]
+    complaints = [Complaint(name, UNDECLARED) for name in undeclared(kind)]
     for info in needed(kind):
         key = one_way(keys, info.name)
         if info.name not in known and key is not None:
-            found.append(Complaint(key.key, f"is missing; {name!r} needs it, and in SI it has no default"))
-    return found
+            complaints.append(Complaint(key.key, f"is missing; {name!r} needs it, and in SI it has no default"))
+    return complaints
 
 
 def needed(kind: type) -> Iterator[ParameterInfo]:

@@ -45,11 +45,11 @@ def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bar
     In SI only a zero, a word and a number without a unit have defaults: any other is that of a certain size of machine.
     """
     keys = parameter_keys(part, units.effort)
-    found = _without_units({info.name for info in parameter_table(part)}, keys, given, units, bare)
+    without_units = _without_units({info.name for info in parameter_table(part)}, keys, given, units, bare)
     for info in parameter_table(part):
-        if info.name not in {*found.keys, *given} and not _has_default(info, keys):
-            found.complaints.add(*_missing(part, info, keys))
-    return found
+        if info.name not in {*without_units.keys, *given} and not _has_default(info, keys):
+            without_units.complaints.add(*_missing(part, info, keys))
+    return without_units
 
 
 def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
@@ -76,22 +76,22 @@ def with_coefficients(values: Mapping[str, Any], law: type, load: float | None) 
 
     Forces come from records whose load is not known; under a load that follows the motion they are no coefficients.
     """
-    found = WithoutUnits({}, {}, Complaints())
+    without_units = WithoutUnits({}, {}, Complaints())
     for key, value in values.items():
         info = force_keys(law).get(key)
         if info is None:
-            found.values[key] = value
+            without_units.values[key] = value
             continue
-        found.values[info.name], found.keys[info.name] = value, key
+        without_units.values[info.name], without_units.keys[info.name] = value, key
         if info.name in values:
-            found.complaints.add(key, f"is {info.name} once more; give one of them")
+            without_units.complaints.add(key, f"is {info.name} once more; give one of them")
         elif load is None or not is_positive(load):
             words = f"is a force, which is no coefficient under a load that follows the motion; give {info.name}"
-            found.complaints.add(key, f"{words}, as of a record with its normal force, or a constant load")
+            without_units.complaints.add(key, f"{words}, as of a record with its normal force, or a constant load")
         elif is_number(value):
             assert info.dimension is not None
-            found.values[info.name] = value / load**info.dimension.coefficient
-    return found
+            without_units.values[info.name] = value / load**info.dimension.coefficient
+    return without_units
 
 
 INITIAL = "initial."
@@ -116,12 +116,12 @@ def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
 
 def paths_in_si(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """Every path of these parts and their initial states that carries its unit."""
-    found: list[str] = []
+    paths: list[str] = []
     for section, part in parts.items():
         keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
-        found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
+        paths += [f"{section}.{key}" for key, key_in_si in keys.items() if key_in_si.has_unit]
     states = state_keys(state_units(parts))
-    return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
+    return (*paths, *(INITIAL + key for key, state in states.items() if state.has_unit))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -169,8 +169,8 @@ class Along(Declared):
 
     def _shown(self, context: Context) -> Quantity:
         paths = [path for path in context.known("over") if isinstance(path, str)]
-        found = (quantity(path, context.system) for path in paths)
-        in_si = next((each for each in found if each.path != each.plain), None)
+        quantities = (quantity(path, context.system) for path in paths)
+        in_si = next((quantity for quantity in quantities if quantity.path != quantity.plain), None)
         return quantity_in_si(paths[0], context.system) if in_si is None else in_si
 
     def unit(self, context: Context) -> str:
@@ -217,7 +217,7 @@ class ByPath(AtPath):
     """Values by the paths of parameters, which say their units: {"drive.frequency_Hz": 1.0}."""
 
     def seen(self, value: Any, context: Context) -> Any:
-        return value if value is None else {path: self.at(each, path, context) for path, each in value.items()}
+        return value if value is None else {path: self.at(number, path, context) for path, number in value.items()}
 
 
 NumberAtPath = Annotated[float, AtPath()]
@@ -230,46 +230,46 @@ def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts
     parts: of the system by name
     Raises ArgumentError for a quantity that is given in two ways.
     """
-    found: dict[str, Any] = {}
+    units: dict[str, Any] = {}
     for path, value in values.items():
         place = path_in_si(path, parts) if scales is not None else None
         plain = plain_path(path, parts["machine"]) if place is None else place[0]
-        if plain in found:
+        if plain in units:
             raise ArgumentError(path, "is given in two ways; give one of them")
         if place is None or scales is None or isinstance(value, str):
-            found[plain] = value
+            units[plain] = value
         else:
-            found[plain] = value / place[1].scale(scales, effort_of(split_path(plain)[0], parts))
-    return found
+            units[plain] = value / place[1].scale(scales, effort_of(split_path(plain)[0], parts))
+    return units
 
 
 def _without_units(
     names: Iterable[str], keys: Mapping[str, Key], given: Mapping[str, Any], units: Units, bare: bool
 ) -> WithoutUnits:
-    found = WithoutUnits({}, {}, Complaints())
+    without_units = WithoutUnits({}, {}, Complaints())
     for key, value in given.items():
         known = keys.get(key) or _named(key, value, names, keys, bare)
         if isinstance(known, str):
-            found.complaints.add(key, known)
-        elif known.name in found.keys:
-            found.complaints.add(key, f"is {found.keys[known.name]} once more; give one of them")
+            without_units.complaints.add(key, known)
+        elif known.name in without_units.keys:
+            without_units.complaints.add(key, f"is {without_units.keys[known.name]} once more; give one of them")
         else:
-            found.keys[known.name] = key
+            without_units.keys[known.name] = key
             has_unit = known.has_unit or known.key != key
-            found.values[known.name] = _divided(value, units.per_key(known)) if has_unit else value
-    return found
+            without_units.values[known.name] = _divided(value, units.per_key(known)) if has_unit else value
+    return without_units
 
 
 def _divided(value: Any, scale: float) -> Any:
     """A number, or each number of a list, over a scale; what is neither as it is."""
     if isinstance(value, (list, tuple)):
-        return [_divided(each, scale) for each in value]
+        return [_divided(number, scale) for number in value]
     return value / scale if is_number(value) else value
 
 
 def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], bare: bool) -> Key | str:
     """What a key without a unit stands for, or what is wrong with it."""
-    stems = {each.stem: each.name for each in keys.values()}
+    stems = {key.stem: key.name for key in keys.values()}
     name = key if key in names else stems.get(key)
     first = one_way(keys, name) if name else None
     if first is None:
@@ -278,7 +278,7 @@ def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], 
         return f"no such key in SI; {suggestion(key, keys)}"
     if isinstance(value, str):
         return first
-    ways = [each.key for each in keys.values() if each.name == name and each.has_unit]
+    ways = [key.key for key in keys.values() if key.name == name and key.has_unit]
     if bare and len(ways) == 1 and key in stems:
         return first
     return f"has no unit in a case in SI; give {listed(ways, ' or ')}"
@@ -289,7 +289,7 @@ def _has_default(info: ParameterInfo, keys: Mapping[str, Key]) -> bool:
 
 
 def _missing(part: Any, info: ParameterInfo, keys: Mapping[str, Key]) -> tuple[str, str]:
-    ways = [each.key for each in keys.values() if each.name == info.name and each.has_unit]
+    ways = [key.key for key in keys.values() if key.name == info.name and key.has_unit]
     text = "is missing; it has no default in SI"
     if info.name == "normal_load" and part.si_load:
         text = f"is missing; give the load on the contact in {keys[ways[0]].unit}, or {part.si_load}"
@@ -325,11 +325,11 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> di
 
     machine: its class, or itself where it is not among them
     """
-    found: dict[str, Any] = {}
+    parts: dict[str, Any] = {}
     kinds = {name: part.part if isinstance(part, PartInSI) else type(part) for name, part in given.items()}
     kinds["machine"] = machine if isinstance(machine, type) else type(machine)
     complaints: list[Complaint] = []
-    for name in sorted(given, key=lambda each: each not in ("machine", "environment")):
+    for name in sorted(given, key=lambda section: section not in ("machine", "environment")):
         part, kind, effort = given[name], kinds[name], effort_of(name, kinds)
         said = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
         complaints += [Complaint(f"{name}.{each}", UNDECLARED) for each in undeclared(kind) if each not in said]
@@ -340,28 +340,29 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> di
             if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
                 way = f"{kind.__name__}.in_si(...)"
                 raise ArgumentError(name, f"should be in SI like the machine, {way}, got {part!r}")
-            found[name] = part
+            parts[name] = part
             continue
         values, asked = part.values, {}
         if name == "environment":
             values = with_gravity(values, kinds["machine"])
         if contact := number_in(name, "friction"):
-            load = 1.0 if complaints else constant_load({"machine": machine, **found}, contact, scales)
+            load = 1.0 if complaints else constant_load({"machine": machine, **parts}, contact, scales)
             known = with_coefficients(values, kind, load)
             values, asked = known.values, known.keys
-            complaints += [each.about(f"{name}.{each.field}") for each in known.complaints]  # type: ignore[attr-defined]
+            complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in known.complaints]  # type: ignore[attr-defined]
         plain = part_without_units(part.part, values, Units(scales, effort, {}))
-        complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
+        complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in plain.complaints]  # type: ignore[attr-defined]
         try:
-            found[name] = part.part(**plain.values)
+            parts[name] = part.part(**plain.values)
         except ParameterError as error:
             keys = {own: asked.get(key, key) for own, key in plain.keys.items()}
             complaints += [
-                _as_given(each, name, {**values, **part.values}, plain.values, keys) for each in error.complaints
+                _as_given(complaint, name, {**values, **part.values}, plain.values, keys)
+                for complaint in error.complaints
             ]
     if complaints:
         raise ParameterError("the system", complaints)
-    return {name: found[name] for name in given}
+    return {name: parts[name] for name in given}
 
 
 def _as_given(

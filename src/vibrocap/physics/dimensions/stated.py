@@ -19,8 +19,8 @@ class Stated(NamedTuple):
 
 def stated(values: Mapping[str, Any], keys: Mapping[str, Key]) -> list[Stated]:
     """Values by key; of words, which have no key, the unit is "1"."""
-    found = ((key, x, keys.get(key) or Key(key, key, "1", 1.0, NUMBER)) for key, x in values.items())
-    return [Stated(key, each.name, each.stem, x, each.unit) for key, x, each in found]
+    entries = ((key, x, keys.get(key) or Key(key, key, "1", 1.0, NUMBER)) for key, x in values.items())
+    return [Stated(key, key_in_si.name, key_in_si.stem, x, key_in_si.unit) for key, x, key_in_si in entries]
 
 
 def parameters_stated(part: str, system: Any) -> list[Stated]:

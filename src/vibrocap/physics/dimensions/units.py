@@ -135,7 +135,7 @@ def unit_name(dimension: Dimension, effort: str = "force") -> str:
 
 def turned(unit: str) -> str:
     """The unit where a contact turns: N s/m is N m s/rad there."""
-    return unit if "N m" in unit else re.sub(r"kg|N|m", lambda found: TURNED[found[0]], unit)
+    return unit if "N m" in unit else re.sub(r"kg|N|m", lambda match: TURNED[match[0]], unit)
 
 
 def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:
@@ -151,7 +151,7 @@ def parameter_keys(part: type, effort: str) -> Mapping[str, Key]:
     Numbers without a unit and words stand under their own name; a parameter that declares no dimension is left out.
     effort: what the drive exerts on the machine, "force" or "torque"
     """
-    found = {}
+    by_parameter = {}
     names: Mapping[str, str] = getattr(part, "si_names", {})
     for info in parameter_table(part):
         if info.dimension is not None:
@@ -161,8 +161,8 @@ def parameter_keys(part: type, effort: str) -> Mapping[str, Key]:
             keys = iter([Key(info.name, info.name, "1", 1.0, NUMBER)])
         else:
             continue
-        found |= {each.key: each for each in keys}
-    return found
+        by_parameter |= {key.key: key for key in keys}
+    return by_parameter
 
 
 def force_keys(part: type) -> Mapping[str, ParameterInfo]:
@@ -174,11 +174,11 @@ def force_keys(part: type) -> Mapping[str, ParameterInfo]:
 
 def state_keys(units: Mapping[str, str]) -> dict[str, Key]:
     """Every key under which a state may be given in SI; units: of the states by name, "1" where they have none."""
-    found = {}
+    keys = {}
     for name, unit in units.items():
         ways = {unit: 1.0} | OTHER_UNITS.get(unit, {})
-        found |= {each.key: each for each in _keys(name, name, ways, dimension_of_unit(unit))}
-    return found
+        keys |= {key.key: key for key in _keys(name, name, ways, dimension_of_unit(unit))}
+    return keys
 
 
 def _keys(name: str, stem: str, units: Mapping[str, float], dimension: Dimension) -> Iterator[Key]:
@@ -191,7 +191,7 @@ def _keys(name: str, stem: str, units: Mapping[str, float], dimension: Dimension
 
 def one_way(keys: Mapping[str, Key], name: str) -> Key | None:
     """The first key of a parameter or state."""
-    return next((each for each in keys.values() if each.name == name), None)
+    return next((key for key in keys.values() if key.name == name), None)
 
 
 def same_without_units(keys: Mapping[str, Key], name: str) -> bool:
@@ -247,17 +247,17 @@ class Units:
     def states_of(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Values by state, numbers or (low, high), those under keys with a unit ("angle_deg") without units."""
         keys = {name: key for name, key in state_keys(self.states).items() if key.has_unit and name not in self.states}
-        found: dict[str, Any] = {}
+        states: dict[str, Any] = {}
         for name, value in values.items():
             key = keys.get(name)
-            if key is not None and key.name in {*values, *found}:
+            if key is not None and key.name in {*values, *states}:
                 raise ArgumentError(name, "is given in two ways; give one of them")
-            found[name if key is None else key.name] = value if key is None else self._over(value, key)
-        return found
+            states[name if key is None else key.name] = value if key is None else self._over(value, key)
+        return states
 
     def _over(self, value: Any, key: Key) -> Any:
         if isinstance(value, (tuple, list)):
-            return type(value)(self._over(each, key) for each in value)
+            return type(value)(self._over(number, key) for number in value)
         return value / self.per_key(key) if is_number(value) or isinstance(value, np.ndarray) else value
 
     def of_part(self, section: str) -> "Units":
@@ -336,24 +336,24 @@ def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
 
 def quantity_unit(name: str, own: Mapping[str, str] = {}) -> str | None:
     """SI unit of a quantity of a motion; one of a further contact, "velocity_2", has that of the first."""
-    found = own.get(name) or QUANTITIES.get(name)
+    unit = own.get(name) or QUANTITIES.get(name)
     stem, _, number = name.rpartition("_")
-    return quantity_unit(stem, own) if found is None and number.isdecimal() else found
+    return quantity_unit(stem, own) if unit is None and number.isdecimal() else unit
 
 
 def shortest(value: float, factor: float) -> float | None:
     """The number with the fewest digits that divided by the factor is exactly this value; None if there is none."""
     product = value * factor
     for digits in range(1, 18):
-        found = float(f"{product:.{digits}g}")
-        if found / factor == value:
-            return found
+        rounded = float(f"{product:.{digits}g}")
+        if rounded / factor == value:
+            return rounded
     for direction in (math.inf, -math.inf):
-        found = product
+        rounded = product
         for _ in range(4):
-            found = math.nextafter(found, direction)
-            if found / factor == value:
-                return found
+            rounded = math.nextafter(rounded, direction)
+            if rounded / factor == value:
+                return rounded
     return None
 
 
@@ -370,28 +370,30 @@ def written(
     values: Mapping[str, Any], keys: Mapping[str, Key], units: Units, exactly: bool = True
 ) -> dict[str, Any] | None:
     """Values by name as values by keys in SI, see `written_in_si`."""
-    found: dict[str, Any] = {}
+    written_numbers: dict[str, Any] = {}
     for name, value in values.items():
-        ways = [each for each in keys.values() if each.name == name]
+        ways = [key for key in keys.values() if key.name == name]
         if not ways and not isinstance(value, str):
             raise ValueError(f"{name}: {UNDECLARED}")
         if isinstance(value, str) or not ways[0].has_unit:
-            found[name if isinstance(value, str) else ways[0].key] = value
+            written_numbers[name if isinstance(value, str) else ways[0].key] = value
             continue
         if isinstance(value, tuple):
-            listed = [shortest(each, units.per_key(ways[0])) for each in value]
+            listed = [shortest(number, units.per_key(ways[0])) for number in value]
             if exactly and None in listed:
                 return None
             pairs = zip(listed, value, strict=True)
-            found[ways[0].key] = [each * units.per_key(ways[0]) if one is None else one for one, each in pairs]
+            written_numbers[ways[0].key] = [
+                number * units.per_key(ways[0]) if one is None else one for one, number in pairs
+            ]
             continue
-        numbers = {each.key: shortest(float(value), units.per_key(each)) for each in ways}
+        numbers = {digits.key: shortest(float(value), units.per_key(digits)) for digits in ways}
         exact = {key: number for key, number in numbers.items() if number is not None}
         if exact:
-            key = min(exact, key=lambda each: len(repr(exact[each])))
-            found[key] = exact[key]
+            key = min(exact, key=lambda number: len(repr(exact[number])))
+            written_numbers[key] = exact[key]
         elif exactly:
             return None
         else:
-            found[ways[0].key] = float(value) * units.per_key(ways[0])
-    return found
+            written_numbers[ways[0].key] = float(value) * units.per_key(ways[0])
+    return written_numbers

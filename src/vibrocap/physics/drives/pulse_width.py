@@ -39,7 +39,7 @@ class PulseWidth(PiecewiseWave):
 
     def segments(self) -> tuple[Segment, ...]:
         """Pulses, and what is left between them."""
-        found, gap = [], 0.0
+        segments, gap = [], 0.0
         for i in range(self.pulses):
             sine = math.sin(2.0 * math.pi * (i + 0.5) / self.pulses)
             if abs(sine) < 1e-12:
@@ -47,6 +47,6 @@ class PulseWidth(PiecewiseWave):
                 continue
             width = self.modulation * (abs(sine) / self.pulses)
             rest = 0.5 * (1.0 / self.pulses - width)
-            found += [Segment(gap + rest, (0.0,)), Segment(width, (math.copysign(1.0, sine),))]
+            segments += [Segment(gap + rest, (0.0,)), Segment(width, (math.copysign(1.0, sine),))]
             gap = rest
-        return (*found, Segment(gap, (0.0,)))
+        return (*segments, Segment(gap, (0.0,)))

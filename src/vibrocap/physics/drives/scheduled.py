@@ -54,7 +54,7 @@ class _Schedule(Piecewise):
         last = [0.0 if isinstance(wave, Piecewise) else count * wave.period for count, _ in self.phases]
         phases = zip(self.phases, last, strict=True)
         ends = [(f * wave.value(0.0), f * wave.value(end)) for (count, f), end in phases if count > 0.0]
-        bound = ROUNDING * max(abs(each) for pair in ends for each in pair)
+        bound = ROUNDING * max(abs(phase) for pair in ends for phase in pair)
         joined = all(abs(last - ends[i][0]) <= bound for i, (_, last) in enumerate(ends, 1 - len(ends)))
         return wave.continuous and joined
 
@@ -65,14 +65,16 @@ class _OfCorners(_Schedule):
     def segments(self) -> tuple[Segment, ...]:
         """Those of the drive, once for each of its periods."""
         whole = sum(count for count, _ in self.phases)
-        found = []
+        segments = []
         for count, factor in self.phases:
             scaled = [
-                Segment(each.length / whole, tuple(factor * c * whole**k for k, c in enumerate(each.coefficients)))
-                for each in (self.wave.segments() if count else ())
+                Segment(
+                    segment.length / whole, tuple(factor * c * whole**k for k, c in enumerate(segment.coefficients))
+                )
+                for segment in (self.wave.segments() if count else ())
             ]
-            found += scaled * int(count)
-        return tuple(found)
+            segments += scaled * int(count)
+        return tuple(segments)
 
     @property
     def degree(self) -> int:
@@ -205,9 +207,9 @@ def scheduled(drive: type[Drive]) -> Any:
                     if count != math.floor(count):
                         why = f"as the {drive.name} drive has corners of its own"
                         raise ValueError(f"periods_{k} should be a whole number, {why}, got {count:g}")
-                each = len(self.wave.segments())
-                if sum(phases) * each > MOST_SEGMENTS:
-                    most = f"at most {MOST_SEGMENTS // each} periods in all"
+                count_of_segments = len(self.wave.segments())
+                if sum(phases) * count_of_segments > MOST_SEGMENTS:
+                    most = f"at most {MOST_SEGMENTS // count_of_segments} periods in all"
                     raise ValueError(f"periods_1 should leave the schedule {most}, got {sum(phases):g}")
             return self
 

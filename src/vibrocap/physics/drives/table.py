@@ -22,7 +22,7 @@ FEWEST = {"linear": 2, "cubic": 3}  # points, besides the last one
 def _numbers(given: Any) -> Any:
     if isinstance(given, (str, bytes)) or not hasattr(given, "__iter__"):
         raise ValueError("should be a list of numbers")
-    found = []
+    numbers = []
     for i, value in enumerate(given, start=1):
         try:
             number = float("nan") if isinstance(value, (bool, str)) else float(value)
@@ -30,8 +30,8 @@ def _numbers(given: Any) -> Any:
             number = float("nan")
         if not abs(number) < 1e300:
             raise ValueError(f"should be finite numbers; number {i} is {value!r}")
-        found.append(number)
-    return tuple(found)
+        numbers.append(number)
+    return tuple(numbers)
 
 
 Numbers = Annotated[Any, BeforeValidator(_numbers)]
@@ -90,13 +90,13 @@ class DriveTable(Piecewise):
             (secants[i - 1] * lengths[i] + secants[i] * lengths[i - 1]) / (lengths[i - 1] + lengths[i])
             for i in range(len(lengths))
         ]
-        found = []
+        segments = []
         for i, (length, secant) in enumerate(zip(lengths, secants, strict=True)):
             before, after = slopes[i], slopes[(i + 1) % len(slopes)]
             square = (3.0 * secant - 2.0 * before - after) / length
             cube = (before + after - 2.0 * secant) / (length * length)
-            found.append(Segment(length, (values[i], before, square, cube)))
-        return tuple(found)
+            segments.append(Segment(length, (values[i], before, square, cube)))
+        return tuple(segments)
 
     def size(self):
         """a."""

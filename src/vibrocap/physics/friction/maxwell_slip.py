@@ -94,13 +94,13 @@ class MaxwellSlip(Law):
         """(rate while sticking, rate) of each element's force."""
         attraction = load * self.attraction_rate
         rate_of_following = attraction / stribeck_level(self, side * velocity, load)
-        found = []
+        rates = []
         states = zip(self._elements(), internal[:ELEMENTS], internal[ELEMENTS:], strict=True)
         for (stiffness, share), force, slipping in states:
             sticking = stiffness * velocity
             following = side * (attraction * share) - rate_of_following * force
-            found.append((sticking, sticking + slipping * (following - sticking)))
-        return found
+            rates.append((sticking, sticking + slipping * (following - sticking)))
+        return rates
 
     def force(self, velocity, internal, side, load):
         """Friction force R and rates of the elements' forces while sliding to `side`.

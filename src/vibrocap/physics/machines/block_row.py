@@ -69,16 +69,16 @@ class BlockRow(Row):
     def parts(self, q):
         """Blocks on the belt, on springs and dampers to the wall and to each other."""
         belt = Support("belt", x=self.belt_speed * q.time)
-        found, blocks, gaps = [belt], [], [b - a for a, b in itertools.pairwise(q.position)]
+        parts, blocks, gaps = [belt], [], [b - a for a, b in itertools.pairwise(q.position)]
         own = (self._all(name, self.bodies) for name in ("mass", "stiffness", "damping", "actuation", "normal_load"))
         for i, (x, mass, stiffness, damping, share, load) in enumerate(zip(q.position, *own, strict=True), start=1):
             blocks.append(Mass(f"body {i}", mass, x=x))
-            found += [blocks[-1], Spring(stiffness, x), Damper(damping, x), Drive(x, share)]
-            found += [Contact(blocks[-1], on=belt, load=load)]
+            parts += [blocks[-1], Spring(stiffness, x), Damper(damping, x), Drive(x, share)]
+            parts += [Contact(blocks[-1], on=belt, load=load)]
         between = (self._all(name, len(gaps)) for name in ("coupling_stiffness", "coupling_damping"))
         for gap, stiffness, damping in zip(gaps, *between, strict=True):
-            found += [Spring(stiffness, gap), Damper(damping, gap)]
-        return found
+            parts += [Spring(stiffness, gap), Damper(damping, gap)]
+        return parts
 
     def scales(self, time=1.0):
         """Way and speed that a force of the size of all loads gives to all bodies together."""

@@ -44,16 +44,16 @@ class Crawler(Row):
 
     def parts(self, q):
         """Bodies in a row, each gap with its spring, damper and drive."""
-        places, found = [q.position], []
+        places, parts = [q.position], []
         own = (self._all(name, self.bodies - 1) for name in ("stiffness", "damping", "actuation"))
         for i, (stiffness, damping, share) in enumerate(zip(*own, strict=True), start=1):
             gap = getattr(q, numbered("displacement", i))
             places.append(places[-1] + gap)
-            found += [Spring(stiffness, gap), Damper(damping, gap), Drive(gap, share)]
+            parts += [Spring(stiffness, gap), Damper(damping, gap), Drive(gap, share)]
         for i, (x, mass, load) in enumerate(zip(places, *self._of_bodies(), strict=True), start=1):
             body = Mass(f"body {i}", mass, x=x)
-            found += [body, Contact(body, load=load, speed=numbered("velocity", i))]
-        return found
+            parts += [body, Contact(body, load=load, speed=numbered("velocity", i))]
+        return parts
 
     def _of_bodies(self) -> tuple:
         """(masses, loads)."""

@@ -93,7 +93,7 @@ def result(name: str, doc: str) -> Any:
 
 def _units(kind: Kind, owner: type["Machine"]) -> dict[str, str]:
     """Of coordinates and their rates."""
-    pairs = ((name, kind.rates[name], each.unit) for name, each in owner.all_coordinates.items())
+    pairs = ((name, kind.rates[name], coordinate.unit) for name, coordinate in owner.all_coordinates.items())
     return {state: unit for name, rate, own in pairs for state, unit in ((name, own), (rate, f"{own}/s"))}
 
 
@@ -162,7 +162,9 @@ class Machine(Part):
     place: ClassVar[Any] = Derived()
     cyclic: ClassVar[Any] = Derived(_cyclic)
     turns: ClassVar[Any] = Derived(
-        lambda kind, owner: {name: each.repeats for name, each in owner.all_coordinates.items() if each.repeats}
+        lambda kind, owner: {
+            name: coordinate.repeats for name, coordinate in owner.all_coordinates.items() if coordinate.repeats
+        }
     )
     state_units: ClassVar[Any] = Derived(_units)
 
@@ -176,12 +178,12 @@ class Machine(Part):
         cls.declared = {**cls.declared, **own}
         for name in own:
             delattr(cls, name)
-        every = [(name, each) for name, each in cls.declared.items() if isinstance(each, Coordinate)]
-        cls.signals = {name: each for name, each in cls.declared.items() if isinstance(each, Signal)}
-        cls.counts = {name: each.count for name, each in every if each.count}
-        several = [(name, each, i + 1) for name, each in every for i in range(each.count or 1)]
-        cls.all_coordinates = {numbered(name, i): each for name, each, i in several}
-        cls.coordinates = {numbered(name, i): numbered(each.rate_of(name), i) for name, each, i in several}
+        every = [(name, coordinate) for name, coordinate in cls.declared.items() if isinstance(coordinate, Coordinate)]
+        cls.signals = {name: coordinate for name, coordinate in cls.declared.items() if isinstance(coordinate, Signal)}
+        cls.counts = {name: coordinate.count for name, coordinate in every if coordinate.count}
+        several = [(name, coordinate, i + 1) for name, coordinate in every for i in range(coordinate.count or 1)]
+        cls.all_coordinates = {numbered(name, i): coordinate for name, coordinate, i in several}
+        cls.coordinates = {numbered(name, i): numbered(coordinate.rate_of(name), i) for name, coordinate, i in several}
 
     def parts(self, q: Any) -> Iterable:
         """What the machine is made of, at coordinates q."""
@@ -230,7 +232,7 @@ class Machine(Part):
         inputs = [t, drive, *(self.gravity or (0.0, 0.0)), *numbers]
         inputs.extend((0.0,) * len(form.states) if y is None else y)
         inputs.extend((0.0,) * contacts if frictions is None else frictions)
-        own = [each.default for each in self.signals.values()] if self.waves is None else self.waves
+        own = [signal.default for signal in self.signals.values()] if self.waves is None else self.waves
         for waveform in [self.imposed, *own] if self.imposes_motion else own:  # asked for no more than is needed
             for quantity in ("value", "slope", "curvature"):
                 needed = waveform is not None and len(inputs) in program.inputs
@@ -259,8 +261,8 @@ class Machine(Part):
     def repeats_after(self, period: float) -> bool:
         """Whether what depends on time in its parts is the same a period later, as far as some instants tell."""
         form, names = self._form()[0], ("rates", "contacts")
-        own = (each for name, values in form.inputs.signals.items() if name != "drive" for each in values)
-        timed = {each.operands[0] for each in (form.inputs.t, *own)}
+        own = (value for name, values in form.inputs.signals.items() if name != "drive" for value in values)
+        timed = {input_value.operands[0] for input_value in (form.inputs.t, *own)}
         if all(timed.isdisjoint(form.program(name).inputs) for name in names):
             return True
         y = [0.01 * (1 + i) for i in range(len(self.states))]
@@ -292,7 +294,7 @@ class Machine(Part):
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """A box for each body that rubs, a disc for each other one, and what joins them."""
-        return tuple(Shape(*each) for each in self.evaluated("scene", t, y))
+        return tuple(Shape(*shape) for shape in self.evaluated("scene", t, y))
 
     # --- what follows ------------------------------------------------------------------------------------------------
 
@@ -361,7 +363,7 @@ class Machine(Part):
 
     def contacts(self, t, y, drive) -> tuple[Contact, ...]:
         """Its contacts."""
-        return tuple(Contact(*each) for each in self.evaluated("contacts", t, y, drive))
+        return tuple(Contact(*contact) for contact in self.evaluated("contacts", t, y, drive))
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
         """All states after guard number `which` of `switches` has fallen to zero."""
@@ -373,18 +375,18 @@ class Machine(Part):
 
     def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
-        if not self.imposes_motion or not (found := self.evaluated("actuator", t, y, 0.0, frictions)):
+        if not self.imposes_motion or not (actuator := self.evaluated("actuator", t, y, 0.0, frictions)):
             return {}
         name = "actuator_torque" if self.effort == "number" else "actuator_force"
-        named = {numbered(name, i): force for i, force in enumerate(found[:-1], start=1)}
-        return {**named, "actuator_power": found[-1]}
+        named = {numbered(name, i): force for i, force in enumerate(actuator[:-1], start=1)}
+        return {**named, "actuator_power": actuator[-1]}
 
     def mechanism(self, t, y) -> Mechanism | None:
         """Its bodies, joints and links, at a state; None where programs of rigid bodies have no parts for it."""
-        if (found := self.evaluated("mechanism", t, y)) is None:
+        if (mechanism := self.evaluated("mechanism", t, y)) is None:
             return None
-        bodies, links = found
-        return Mechanism(tuple(Body(*each) for each in bodies), tuple(Link(*each) for each in links))
+        bodies, links = mechanism
+        return Mechanism(tuple(Body(*body) for body in bodies), tuple(Link(*link) for link in links))
 
 
 SWITCHED = {"switched", "switch_events", "strikes_ground", "switches", "after_switch"}

@@ -66,11 +66,14 @@ def row_of(kind: type[Row], bodies: int) -> Any:
     fields: dict[str, Any] = {}
     types: dict[str, Any] = {}
     counts = {"body": bodies, "gap": bodies - 1, "row": 1}
-    for each in kind.row_parameters:
-        for i in range(1, counts[each.of] + 1):
-            name, symbol = numbered(each.name, i), each.symbol if each.of == "row" else f"{each.symbol}_{i}"
-            fields[name] = parameter(each.default, symbol, each.meaning.format(i), each.role)
-            types[name] = each.first if i == 1 else each.others
+    for row_parameter in kind.row_parameters:
+        for i in range(1, counts[row_parameter.of] + 1):
+            name, symbol = (
+                numbered(row_parameter.name, i),
+                row_parameter.symbol if row_parameter.of == "row" else f"{row_parameter.symbol}_{i}",
+            )
+            fields[name] = parameter(row_parameter.default, symbol, row_parameter.meaning.format(i), row_parameter.role)
+            types[name] = row_parameter.first if i == 1 else row_parameter.others
     words = (NUMBERS[bodies], *kind.called)
     class_name = "".join(word.title() for word in words)
     space = {

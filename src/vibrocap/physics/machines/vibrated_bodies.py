@@ -91,14 +91,14 @@ class BristleRobot(Machine):
         middle = q.position + self.lean + 0.5 + q.shift
         body = Mass("body", self.mass, x=middle, z=1.0 - q.sag, inertia=self.inertia, angle=q.pitch)
         motor = Point("motor", on=body, x=self.arm)
-        found, length = [*feet, body, motor, Drive(motor.height)], sqrt(1.0 + self.lean * self.lean)
+        parts, length = [*feet, body, motor, Drive(motor.height)], sqrt(1.0 + self.lean * self.lean)
         for foot, side, speed in zip(feet, (-0.5, 0.5), ("velocity", "velocity_2"), strict=True):
             hip = Point(f"hip of {foot.name}", on=body, x=side)
             ahead, up = hip.along - foot.along, hip.height - foot.height
             along, across = (self.lean * ahead + up) / length, (ahead - self.lean * up) / length
-            found += [hip, Spring(self.stiffness, along, rest=length), Spring(self.bending_stiffness, across)]
-            found += [Damper(self.damping, along), Damper(self.damping, across), Contact(foot, speed=speed)]
-        return found
+            parts += [hip, Spring(self.stiffness, along, rest=length), Spring(self.bending_stiffness, across)]
+            parts += [Damper(self.damping, along), Damper(self.damping, across), Contact(foot, speed=speed)]
+        return parts
 
     def scene(self, t, y):
         """The body between its hips, the motor on it, two legs."""

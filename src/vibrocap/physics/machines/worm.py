@@ -43,14 +43,14 @@ class Worm(Row):
 
     def parts(self, q):
         """Bodies in a row, from rear to front."""
-        x, found = q.position, []
+        x, parts = q.position, []
         shares = (0.0, *self._all("actuation", self.bodies - 1))
         own = zip(shares, self._all("mass", self.bodies), self._all("normal_load", self.bodies), strict=True)
         for i, (share, mass, load) in enumerate(own, start=1):
             x = x if i == 1 else x + q.imposed(share * q.drive)
             body = Mass(f"body {i}", mass, x=x)
-            found += [body, Contact(body, load=load)]
-        return found
+            parts += [body, Contact(body, load=load)]
+        return parts
 
     def scales(self, time=1.0):
         """Distance and speed that all loads give to all bodies in the time of a radian of the drive."""

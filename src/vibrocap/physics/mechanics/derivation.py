@@ -31,12 +31,12 @@ class Derivation(Motion):
 
     def inertia(self, i: Direction, j: Direction) -> Sum:
         """M_ij."""
-        found = []
+        inertia = []
         for m in self.masses:
             for along, size in m.moved:
                 if i in along.slopes and j in along.slopes:
-                    found.append(as_sum(size) * (along.slope(i) * along.slope(j)))
-        return total(found)
+                    inertia.append(as_sum(size) * (along.slope(i) * along.slope(j)))
+        return total(inertia)
 
     def applied(self, i: Direction) -> Sum:
         """Force of drive, springs, dampers and elastic stops along a direction."""
@@ -77,16 +77,16 @@ class Derivation(Motion):
 
     def numbers(self) -> tuple:
         """(what, number, most) of what may not be negative, nor more than that."""
-        found = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
-        found += [(f"the inertia of {m.name!r}", as_sum(m.inertia), math.inf) for m in self.masses]
-        for each in self.dampers:
-            names = ("drag", "speed") if isinstance(each, Drag) else ("damping",)
-            kind = type(each).__name__
-            found += [(f"the {name} of a {kind}", as_sum(getattr(each, name)), math.inf) for name in names]
-        factors = {each.body.name: Quantity.of(each.factor) for each in self.contacts}
-        found += [(f"the factor on {name!r}", by.value, math.inf) for name, by in factors.items() if not by.moves]
-        found += [("the restitution of a Stop", as_sum(each.restitution), 1.0) for each in self.stops if each.rigid]
-        return tuple((what, written(number), most) for what, number, most in found)
+        numbers = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
+        numbers += [(f"the inertia of {m.name!r}", as_sum(m.inertia), math.inf) for m in self.masses]
+        for damper in self.dampers:
+            names = ("drag", "speed") if isinstance(damper, Drag) else ("damping",)
+            kind = type(damper).__name__
+            numbers += [(f"the {name} of a {kind}", as_sum(getattr(damper, name)), math.inf) for name in names]
+        factors = {contact.body.name: Quantity.of(contact.factor) for contact in self.contacts}
+        numbers += [(f"the factor on {name!r}", by.value, math.inf) for name, by in factors.items() if not by.moves]
+        numbers += [("the restitution of a Stop", as_sum(stop.restitution), 1.0) for stop in self.stops if stop.rigid]
+        return tuple((what, written(number), most) for what, number, most in numbers)
 
     # --- accelerations -----------------------------------------------------------------------------------------------
 
@@ -141,7 +141,7 @@ class Derivation(Motion):
                 force = sub(force, mul(free, friction)) if speed == self.rates[name] else force
             return [Sum.of(force)]
 
-        return {name: found[0] for name, found in self._accelerated(right).items()}
+        return {name: acceleration[0] for name, acceleration in self._accelerated(right).items()}
 
     @functools.cached_property
     def responses(self) -> dict[str, list[Any]]:
@@ -163,18 +163,20 @@ class Derivation(Motion):
         """
         if self.imposes:
             return None
-        told = [self._borne(each) and not (each.scaled or self._given_load(each)) for each in self.contacts]
-        lifts = (self._told(each.body.lift) if own else None for each, own in zip(self.contacts, told, strict=True))
+        told = [self._borne(contact) and not (contact.scaled or self._given_load(contact)) for contact in self.contacts]
+        lifts = (
+            self._told(contact.body.lift) if own else None for contact, own in zip(self.contacts, told, strict=True)
+        )
         return tuple(map(self._told, self.order)), tuple(lifts)
 
     def _told(self, i: Direction) -> tuple:
         """A row by velocities of places, whose rates take fewer products than M u' and h, or by a momentum."""
         free, moved = self._free(i), dict[Any, Sum]()
         for m in self.masses:
-            for each, size in m.moved:
-                slope, size = each.slope(i), as_sum(size)
+            for direction, size in m.moved:
+                slope, size = direction.slope(i), as_sum(size)
                 factor, size = (1.0, size * slope) if self._constant([slope]) else (written(slope), size)
-                moved[factor] = moved.get(factor, Sum()) + size * each.rate
+                moved[factor] = moved.get(factor, Sum()) + size * direction.rate
         pairs = tuple((written(free * Sum.of(factor)), written(rate)) for factor, rate in moved.items() if rate)
         return written(free * (self.applied(i) + self.weight(i))), pairs, written(1.0 - free)
 
@@ -204,7 +206,7 @@ class Derivation(Motion):
 
     def loads(self) -> tuple:
         """Constant loads, or those at rest."""
-        return tuple(written(self.load_at_rest(each)) for each in self.contacts)
+        return tuple(written(self.load_at_rest(contact)) for contact in self.contacts)
 
     def load_at_rest(self, contact: Contact) -> Sum:
         """A load that is constant or given, or the dynamic one at rest."""
@@ -221,7 +223,7 @@ class Derivation(Motion):
         own = [row[len(self.order) - k :] for row in self.reduced[-k:]]
         alone = len(self.contacts) == k and (k == 1 or not self.moving_loads)
         alone = alone and not any(own[i][j] for i in range(k) for j in range(k) if i != j)
-        found = []
+        results = []
         for c, (path, speed) in enumerate(zip(self.paths, self.speeds, strict=True)):
             name = next(name for name in self.rubbing if self.rates[name] == speed)
             at = self.rubbing.index(name)
@@ -235,8 +237,8 @@ class Derivation(Motion):
                 answer = None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken)
             factor = written(Quantity.of(self.contacts[c].factor).value)
             reaction = self._reaction(c)
-            found.append((velocity, *answer, reaction and tuple(mul(x, factor) for x in reaction), factor))
-        return tuple(found)
+            results.append((velocity, *answer, reaction and tuple(mul(x, factor) for x in reaction), factor))
+        return tuple(results)
 
     def _given_load(self, contact: Contact) -> tuple | None:
         """The reaction of a load that is a function of place or time, among loads that follow the motion."""
@@ -253,18 +255,18 @@ class Derivation(Motion):
         contact = self.contacts[c]
         if (given := self._given_load(contact)) is not None or not self._borne(contact):
             return given
-        found = [written(-self.push(contact.body.lift)), *(0.0 for _ in self.contacts)]
+        row = [written(-self.push(contact.body.lift)), *(0.0 for _ in self.contacts)]
         for name, a in self.responses.items():
             by = written(self.inertia(contact.body.lift, name))
-            found = [add(x, mul(by, z)) for x, z in zip(found, a, strict=True)]
-        return tuple(found)
+            row = [add(x, mul(by, z)) for x, z in zip(row, a, strict=True)]
+        return tuple(row)
 
     # --- balances ----------------------------------------------------------------------------------------------------
 
     def rate_results(self) -> dict[str, Any]:
         """The rates of coordinates and speeds, by name."""
-        found = {name: written(each.rate) for name, each in self.along.items()}
-        return found | {self.rates[name]: a for name, a in self.accelerations.items()}
+        results = {name: written(place.rate) for name, place in self.along.items()}
+        return results | {self.rates[name]: a for name, a in self.accelerations.items()}
 
     def wall_force(self) -> Any:
         """Of a rigid stop on the ground that is touched: as much as the other forces need."""
@@ -285,7 +287,7 @@ class Derivation(Motion):
         if self.imposes:  # of the common centre: that of all relative motion is the drive's
             (name,) = self.names
             return written(0.5 * self.inertia(name, name) * (self.speed[name] * Sum.of(self.speed[name])))
-        found = total(
+        energy = total(
             0.5 * as_sum(m.mass) * (m.along.rate * m.along.rate + m.height.rate * m.height.rate)
             + 0.5 * as_sum(m.inertia) * (m.turn.rate * m.turn.rate)
             + as_sum(m.mass) * (self.normal * m.height.value)
@@ -293,11 +295,11 @@ class Derivation(Motion):
         )
         for spring in self.springs:
             stretch = self.stretches[id(spring)].value
-            found = found + 0.5 * as_sum(spring.stiffness) * (stretch * stretch)
+            energy = energy + 0.5 * as_sum(spring.stiffness) * (stretch * stretch)
         for _, stop, touching in self.switching:
             if stop.elastic:
-                found = found + total(0.5 * k * (pressed * pressed) for _, pressed, k, _ in springs(stop, touching))
-        return written(found + total(Quantity.of(p.energy).value for p in self.potentials))
+                energy = energy + total(0.5 * k * (pressed * pressed) for _, pressed, k, _ in springs(stop, touching))
+        return written(energy + total(Quantity.of(p.energy).value for p in self.potentials))
 
     def momentum(self, i: Direction) -> Sum:
         """Momentum along a direction."""
@@ -317,8 +319,8 @@ class Derivation(Motion):
     @functools.cached_property
     def straight(self) -> bool:
         """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
-        places = (each for m in self.masses for each in (m.along, m.height, m.turn))
-        return self._constant([total(map(each.slope, self.rubbing)) for each in places])
+        places = (direction for m in self.masses for direction in (m.along, m.height, m.turn))
+        return self._constant([total(map(place.slope, self.rubbing)) for place in places])
 
     def line_momentum(self) -> Any:
         """Momentum of all masses along the line, over the ground at rest."""
@@ -338,12 +340,12 @@ class Derivation(Motion):
 
     def ground_speeds(self) -> tuple:
         """Speed at which the ground moves under each contact of a body that slides on it; None of any other contact."""
-        found = []
+        speeds = []
         for contact, path in zip(self.contacts, self.paths, strict=True):
             slides = isinstance(contact.body, Mass) and isinstance(contact.on, (Support, type(None)))
             slides = slides and contact.path is None and not isinstance(contact.body.on, Support)
-            found.append(written(-path.slope(TIME)) if slides else None)
-        return tuple(found)
+            speeds.append(written(-path.slope(TIME)) if slides else None)
+        return tuple(speeds)
 
     def powers(self) -> tuple:
         """(of the drive, of dampers, of supports)."""
@@ -362,12 +364,12 @@ class Derivation(Motion):
 
     def _along(self, direction: Direction) -> Any:
         """The force that a direction takes along which the motion is imposed."""
-        found = written(-self.push(direction))
+        force = written(-self.push(direction))
         for name, acceleration in self.accelerations.items():
-            found = add(found, mul(written(self.inertia(direction, name)), acceleration))
+            force = add(force, mul(written(self.inertia(direction, name)), acceleration))
         for path, friction in zip(self.paths, self.inputs.frictions, strict=True):
-            found = add(found, mul(written(path.slope(direction)), friction))
-        return found
+            force = add(force, mul(written(path.slope(direction)), friction))
+        return force
 
     def actuators(self) -> tuple:
         """(force along each motion that is imposed, power of all)."""

@@ -23,7 +23,7 @@ NUMBER = object()  # stands for a parameter that is a number
 def whole_pattern(kind: type) -> tuple:
     """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
     values = (info.default for info in parameter_table(kind))
-    return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
+    return tuple(value if isinstance(value, (str, bool, tuple)) else NUMBER for value in values)
 
 
 def own_states(kind: Any) -> tuple[str, ...]:
@@ -77,8 +77,8 @@ class Form:
     # --- results by name ---------------------------------------------------------------------------------------------
 
     def rates(self) -> tuple:
-        found = self.derived.rate_results()
-        return tuple(found.get(name, 0.0) for name in self.states)
+        rates = self.derived.rate_results()
+        return tuple(rates.get(name, 0.0) for name in self.states)
 
     def powers(self) -> tuple:
         drive, damper, support = self.derived.powers()
@@ -92,15 +92,15 @@ class Form:
         effort, frictions = self.inputs.drive, self.inputs.frictions
         rates = tuple(affine(rate, (effort, *frictions)) for rate in self.rates())
         reactions = (reaction for *_, reaction, _ in self.derived.contact_results())
-        loads = (each and (*affine(each[0], (effort,)), *each[1:]) for each in reactions)
+        loads = (reaction and (*affine(reaction[0], (effort,)), *reaction[1:]) for reaction in reactions)
         return rates, tuple(loads)
 
     def outcomes(self) -> tuple:
         """All states after each guard."""
         number, found = dict(self.kind.stops), []
-        for each in outcomes(self.derived):
+        for outcome in outcomes(self.derived):
             after = {
-                name: each.get(number.get(name, name), old)
+                name: outcome.get(number.get(name, name), old)
                 for name, old in zip(self.states, self.inputs.states, strict=True)
             }
             found.append(tuple(after.values()))
@@ -135,7 +135,7 @@ class Kind:
         whole = self.whole = Form(kind, pattern, ()).derived
         stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
         self.contact_states = tuple(whole.speeds)
-        rubs = [each.body.name for each in whole.contacts]
+        rubs = [contact.body.name for contact in whole.contacts]
         self.contact_names = tuple(numbered(name, 1 + rubs[:i].count(name)) for i, name in enumerate(rubs))
         self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
         self.switched = (*self.stops, *own_states(kind))
@@ -149,6 +149,6 @@ class Kind:
         self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
         self.place = whole.place
         self.rates = dict(whole.rates)
-        dynamic = any(is_word(each.load) and each.load == "dynamic" for each in whole.contacts)
+        dynamic = any(is_word(contact.load) and contact.load == "dynamic" for contact in whole.contacts)
         rises = any(i in whole.names or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
         self.gravity = (1.0, 0.0) if rises or dynamic else None

@@ -129,7 +129,7 @@ def affine(x: Any, among: Sequence[Formula]) -> tuple:
 
     def parts(x: Any) -> tuple:
         if x not in known:
-            own = [parts(each) for each in x.operands] if isinstance(x, Formula) and x.op != "input" else []
+            own = [parts(operand) for operand in x.operands] if isinstance(x, Formula) and x.op != "input" else []
             free = [any(slopes) for _, *slopes in own]
             if not any(free):
                 known[x] = x, *(0.0 for _ in among)
@@ -155,21 +155,25 @@ class Program:
         self.reached: dict[Formula, int] = {}  # place of the value of each formula
         constants: list[float] = []
         code: list[tuple[Callable, int, int]] = []
-        formulas = sorted(_reached(results), key=lambda each: each.index)
+        formulas = sorted(_reached(results), key=lambda formula: formula.index)
         numbers = dict.fromkeys(
-            float(x) for each in formulas if each.op != "input" for x in each.operands if not isinstance(x, Formula)
+            float(x)
+            for formula in formulas
+            if formula.op != "input"
+            for x in formula.operands
+            if not isinstance(x, Formula)
         )
         constants = list(numbers)
         places = {number: inputs + i for i, number in enumerate(constants)}
         start = inputs + len(constants)
-        for each in formulas:
-            if each.op == "input":
-                self.reached[each] = each.operands[0]
+        for formula in formulas:
+            if formula.op == "input":
+                self.reached[formula] = formula.operands[0]
                 continue
-            at = [self.reached[x] if isinstance(x, Formula) else places[float(x)] for x in each.operands]
-            self.reached[each] = start + len(code)
-            code.append((OPERATIONS[each.op], at[0], at[1] if len(at) > 1 else -1))
-        self.inputs = frozenset(each.operands[0] for each in formulas if each.op == "input")
+            at = [self.reached[x] if isinstance(x, Formula) else places[float(x)] for x in formula.operands]
+            self.reached[formula] = start + len(code)
+            code.append((OPERATIONS[formula.op], at[0], at[1] if len(at) > 1 else -1))
+        self.inputs = frozenset(formula.operands[0] for formula in formulas if formula.op == "input")
         self._constants, self._code, self.results = constants, code, results
 
     def __len__(self) -> int:
@@ -184,28 +188,28 @@ class Program:
 
     def _put_in(self, results: Any, values: list) -> Any:
         if isinstance(results, tuple):
-            return tuple(self._put_in(each, values) for each in results)
+            return tuple(self._put_in(result, values) for result in results)
         return values[self.reached[results]] if isinstance(results, Formula) else results
 
 
 def _reached(results: Any) -> set[Formula]:
     """All formulas that the results need."""
-    found: set[Formula] = set()
+    formulas: set[Formula] = set()
     waiting = [results]
     while waiting:
-        each = waiting.pop()
-        if isinstance(each, tuple):
-            waiting += each
-        elif isinstance(each, Formula) and each not in found:
-            found.add(each)
-            waiting += each.operands
-    return found
+        formula = waiting.pop()
+        if isinstance(formula, tuple):
+            waiting += formula
+        elif isinstance(formula, Formula) and formula not in formulas:
+            formulas.add(formula)
+            waiting += formula.operands
+    return formulas
 
 
 def numbers_in(nested: Any) -> Iterator[float]:
     """All numbers in tuples of tuples."""
     if isinstance(nested, (tuple, list)):
-        for each in nested:
-            yield from numbers_in(each)
+        for element in nested:
+            yield from numbers_in(element)
     elif nested is not None:
         yield float(nested)

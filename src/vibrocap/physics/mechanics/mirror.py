@@ -21,13 +21,13 @@ def conditions(motion: Any) -> tuple:
     """What must be zero, of parameters: none where all mirror images are motions, (1.0,) where none is."""
     own = [motion.states[name] for name in motion.own]
     turned = {motion.inputs.drive.operands[0], *(x.operands[0] for x in motion.inputs.states if x not in own)}
-    turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
-    parities, found = Parities(turned, motion.inputs.changing), []
+    turned |= {quantity.operands[0] for quantity in motion.inputs.signals.get("drive", ())}
+    parities, needed = Parities(turned, motion.inputs.changing), []
     for quantity, parity in _quantities(motion.at(motion.states, touching={})):
-        found += parities.factors(Sum.of(quantity), lambda product, own=parity: parities.parity(product) != own)
-    for each in motion.stops:
-        found += _stop_conditions(each)
-    return _zero(found)
+        needed += parities.factors(Sum.of(quantity), lambda product, own=parity: parities.parity(product) != own)
+    for stop in motion.stops:
+        needed += _stop_conditions(stop)
+    return _zero(needed)
 
 
 def free_conditions(motion: Any) -> tuple:
@@ -38,34 +38,36 @@ def free_conditions(motion: Any) -> tuple:
     def depends(product: Product) -> bool:
         return any(place.operands[0] in Program((atom,), 0).inputs for atom, _ in product)
 
-    quantities = [Sum.of(each) for each, _ in _quantities(motion)]
-    return _zero([each for quantity in quantities for each in parities.factors(quantity, depends)])
+    quantities = [Sum.of(quantity) for quantity, _ in _quantities(motion)]
+    return _zero([factor for quantity in quantities for factor in parities.factors(quantity, depends)])
 
 
 def _zero(found: list[Sum]) -> tuple:
     """Conditions, written, without those that follow from others."""
-    found = sorted((each for each in found if each), key=lambda each: sum(map(len, each.terms)))
-    if any(each.number is not None for each in found):
+    found = sorted(
+        (sum_found for sum_found in found if sum_found), key=lambda sum_found: sum(map(len, sum_found.terms))
+    )
+    if any(sum_found.number is not None for sum_found in found):
         return (1.0,)
     zero: set[Formula] = set()
     rest = []
-    for each in found:
-        if not all(zero & {atom for atom, _ in product} for product in each.terms):
-            rest.append(written(each))
-            zero |= {rest[-1]} if len(each.terms) == 1 and isinstance(rest[-1], Formula) else set()
+    for sum_found in found:
+        if not all(zero & {atom for atom, _ in product} for product in sum_found.terms):
+            rest.append(written(sum_found))
+            zero |= {rest[-1]} if len(sum_found.terms) == 1 and isinstance(rest[-1], Formula) else set()
     return tuple(rest)
 
 
 def _quantities(motion: Any) -> Iterator[tuple[Any, int]]:
     """What follows for a motion, each with its parity."""
-    yield from ((each.rate, ODD) for each in motion.along.values())
+    yield from ((quantity.rate, ODD) for quantity in motion.along.values())
     for i in motion.names:
         yield motion.push(i), ODD
         yield from ((motion.inertia(i, j), EVEN) for j in motion.names)
     for path in motion.paths:
         yield from ((path.rate, ODD), (path.curvature, ODD))
         yield from ((slope, EVEN) for i, slope in path.slopes.items() if i in motion.names)
-    yield from ((each.way.value, ODD) for each in motion.stops)
+    yield from ((stop.way.value, ODD) for stop in motion.stops)
     for contact in motion.contacts:
         yield Quantity.of(contact.factor).value, EVEN
         if motion.moving_loads:
@@ -98,13 +100,13 @@ class Parities:
 
     def factors(self, whole: Sum, wrong: Callable[[Product], bool]) -> list[Sum]:
         """The factors, of parameters alone, of terms that are wrong in a sum."""
-        found: dict[Product, Sum] = {}
+        factors: dict[Product, Sum] = {}
         for product, c in whole.terms.items():
             if wrong(product):
                 moving = tuple(pair for pair in product if self.of(pair[0])[1])
                 fixed = tuple(pair for pair in product if not self.of(pair[0])[1])
-                found[moving] = found.get(moving, Sum()) + Sum({fixed: c})
-        return list(found.values())
+                factors[moving] = factors.get(moving, Sum()) + Sum({fixed: c})
+        return list(factors.values())
 
     def of(self, x: Any) -> tuple[float, bool]:
         """(parity, whether it changes during a motion) of a formula."""
@@ -119,7 +121,7 @@ class Parities:
             (number,) = x.operands
             moves = number in self.changing
             return ODD if number in self.turned else NEITHER if moves else EVEN, moves
-        own = [self.of(each) for each in x.operands]
+        own = [self.of(operand) for operand in x.operands]
         moves, (first, *others) = any(each for _, each in own), (parity for parity, _ in own)
         if x.op in ("mul", "div"):
             return first * others[0], moves

@@ -221,7 +221,7 @@ class Stop:
     @property
     def on_ground(self) -> bool:
         """Whether it stands on the ground or on a support."""
-        return self.between is not None and any(isinstance(each, (Support, type(None))) for each in self.between)
+        return self.between is not None and any(isinstance(body, (Support, type(None))) for body in self.between)
 
     @property
     def elastic(self) -> bool:

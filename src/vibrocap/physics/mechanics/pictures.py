@@ -21,24 +21,24 @@ CORNER, STOP, TOUCHING = 0.6, (0.8, 1.2), math.asin(0.15)
 
 def mechanism_of(motion: Any) -> tuple | None:
     """Fields of bodies and links, on slides and on hinges of the length 1; None where a part has no place there."""
-    if motion.imposes or motion.stops or motion.own or any(isinstance(each, Point) for each in motion.bodies):
+    if motion.imposes or motion.stops or motion.own or any(isinstance(body, Point) for body in motion.bodies):
         return None
     used: set[int] = set()
-    dampers = [each for each in motion.dampers if isinstance(each, Damper)]
+    dampers = [damper for damper in motion.dampers if isinstance(damper, Damper)]
 
     def sum_of(parts: list, path: Callable[[Any], Quantity], size: str, *wanted: Quantity) -> Any:
-        found = [each for each in parts for own in wanted if _same(path(each), own)]
-        used.update(map(id, found))
-        return written(total(as_sum(getattr(each, size)) for each in found))
+        of_path = [part for part in parts for own in wanted if _same(path(part), own)]
+        used.update(map(id, of_path))
+        return written(total(as_sum(getattr(each, size)) for each in of_path))
 
     def own_parts(joint: Quantity, *carried: Quantity) -> tuple:
         return (
-            sum_of(motion.springs, lambda each: motion.stretches[id(each)], "stiffness", joint),
-            sum_of(dampers, lambda each: Quantity.of(each.stretch), "damping", joint),
-            sum_of(motion.drives, lambda each: Quantity.of(each.path), "share", joint, *carried),
+            sum_of(motion.springs, lambda part: motion.stretches[id(part)], "stiffness", joint),
+            sum_of(dampers, lambda part: Quantity.of(part.stretch), "damping", joint),
+            sum_of(motion.drives, lambda part: Quantity.of(part.path), "share", joint, *carried),
         )
 
-    if any(isinstance(each.on, Mass) for each in motion.contacts):
+    if any(isinstance(contact.on, Mass) for contact in motion.contacts):
         return None
     bodies, links, joints = [], [], {}
     for m in motion.masses:
@@ -49,7 +49,7 @@ def mechanism_of(motion: Any) -> tuple | None:
         joints[m] = kind, path
         through = [b.along for b in motion.masses if b is not m and b.stands_on(m)] if kind == "slide" else []
         through += [m.along] if m.on is not None and kind == "slide" else []
-        contact = next((c for c, each in enumerate(motion.contacts) if each.body is m), None)
+        contact = next((c for c, contact in enumerate(motion.contacts) if contact.body is m), None)
         size = written(as_sum(m.mass)), written(path.value), written(path.rate)
         own, carrier = own_parts(path, *through), m.on.name if m.on else ""
         bodies.append(Body(m.name, size[0], kind, size[1], size[2], carrier, *own, contact=contact))
@@ -58,8 +58,8 @@ def mechanism_of(motion: Any) -> tuple | None:
             between = () if a.on or b.on else own_parts(b.along - a.along)
             links += [Link(a.name, b.name, *between)] if any(each != 0.0 for each in between) else []
     parts = (*motion.springs, *motion.dampers, *motion.drives, *motion.potentials)
-    found = tuple(map(fields_of, bodies)), tuple(map(fields_of, links))
-    return found if all(id(each) in used for each in parts) else None
+    mechanism = tuple(map(fields_of, bodies)), tuple(map(fields_of, links))
+    return mechanism if all(id(part) in used for part in parts) else None
 
 
 def _joint(motion: Any, m: Any) -> tuple[Any, Quantity] | None:
@@ -82,7 +82,7 @@ def _same(a: Quantity, b: Quantity) -> bool:
 
 def fields_of(record: Any) -> tuple:
     """The values of a record's fields."""
-    return tuple(getattr(record, each.name) for each in dataclasses.fields(record))
+    return tuple(getattr(record, field.name) for field in dataclasses.fields(record))
 
 
 def scene_of(motion: Any) -> tuple[Shape, ...]:
@@ -97,8 +97,8 @@ def scene_of(motion: Any) -> tuple[Shape, ...]:
 
 def _row(motion: Any) -> dict[Any, float]:
     """Bodies that rub on the ground or on a support, each with how far ahead of its place it is drawn."""
-    rubs = (each.body for each in motion.contacts if not isinstance(each.on, Mass))
-    bodies = [*dict.fromkeys(each for each in rubs if isinstance(each, Mass) and not isinstance(each.on, Mass))]
+    rubs = (contact.body for contact in motion.contacts if not isinstance(contact.on, Mass))
+    bodies = [*dict.fromkeys(rub for rub in rubs if isinstance(rub, Mass) and not isinstance(rub.on, Mass))]
     places = (body.along.value.terms.items() for body in bodies)
     still = [[term for term in terms if motion._constant([Sum(dict([term]))])] for terms in places]
     return {body: APART * still[:i].count(still[i]) for i, body in enumerate(bodies)}
@@ -106,7 +106,7 @@ def _row(motion: Any) -> dict[Any, float]:
 
 def _between(motion: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """What joins bodies of a row: springs, and rods as long as the drive makes them."""
-    links: list[tuple[Any, Quantity]] = [("spring", each) for each in motion.stretches.values()]
+    links: list[tuple[Any, Quantity]] = [("spring", stretch) for stretch in motion.stretches.values()]
     links += [("rod", each) for each in motion.imposed]
     for (a, behind), (b, ahead) in itertools.combinations(row.items(), 2):
         for kind in dict.fromkeys(kind for kind, path in links if not (path - (b.along - a.along)).moves):
@@ -124,8 +124,8 @@ def _place(m: Any, row: dict[Any, float]) -> tuple[Sum, Sum]:
 
 def _body(motion: Any, m: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """A box with its contact, large enough for what is in it or on it; a disc for what does not rub."""
-    (x, z), rubs = _place(m, row), [each.body for each in motion.contacts]
-    carried = [each for each in motion.masses if each.on is m]
+    (x, z), rubs = _place(m, row), [contact.body for contact in motion.contacts]
+    carried = [mass for mass in motion.masses if mass.on is m]
     if m not in rubs:
         inside = m.on.name if _slides(m) else ""
         yield Shape("disc", m.name, (_at(x, z + (0.4 if inside else 0.5)),), (0.3, 0.3), inside)
@@ -151,7 +151,7 @@ def _joint_shapes(motion: Any, m: Any, row: dict[Any, float]) -> Iterator[Shape]
     foot, half, height = (
         (Sum.of(-2.5), 0.5, 0.25) if m.on is None else (x - m.along.value + m.on.along.value - 0.9, 0.15, 0.4)
     )
-    if any(_same(each, Quantity.of(m.x)) for each in motion.stretches.values()):
+    if any(_same(stretch, Quantity.of(m.x)) for stretch in motion.stretches.values()):
         ends = _at(foot, z + height), _at(x - half, z + height)
         if any(row.values()) and m in row:
             ends = _at(row[m], WALL), _at(x, z + 2.0 * height)

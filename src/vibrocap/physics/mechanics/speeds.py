@@ -58,7 +58,7 @@ class Inputs:
         self.parameters, self.states, self.frictions = block(parameters), block(states), block(contacts)
         self.signals = {name: block(3) for name in signals}
         moving = self.t, self.drive, *self.states, *itertools.chain(*self.signals.values())
-        self.changing = {each.operands[0] for each in moving}
+        self.changing = {name.operands[0] for name in moving}
         self.count = 4 + states + contacts + parameters + 3 * len(signals)
 
 
@@ -113,7 +113,7 @@ class Motion:
     @property
     def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
         """Stops that are touched and left: number, stop and state: 1 in front, -1 behind, 0 where it is not touched."""
-        return ((i, self.stops[i], each) for i, each in self.touching.items() if self.stops[i].switches)
+        return ((i, self.stops[i], stop) for i, stop in self.touching.items() if self.stops[i].switches)
 
     def _space(self, places, slopes, rates, curvatures) -> Space:
         """What `parts` is given."""
@@ -122,12 +122,12 @@ class Motion:
         q.drive = Quantity(self.inputs.drive, {DRIVE: Sum.of(1.0)})  # for loads; no motion, unless it is imposed
         for name, (value, slope, bend) in self.inputs.signals.items():
             setattr(q, name, Quantity(value, {TIME: Sum.of(slope)}, slope, bend))
-        found = {name: Quantity(places[name], slopes[name], rates[name], curvatures[name]) for name in self.names}
-        self.along = found
-        for name, each in found.items():
-            setattr(q, name, each)
+        quantities = {name: Quantity(places[name], slopes[name], rates[name], curvatures[name]) for name in self.names}
+        self.along = quantities
+        for name, quantity in quantities.items():
+            setattr(q, name, quantity)
         for name, count in self.counts.items():
-            setattr(q, name, tuple(found[numbered(name, i + 1)] for i in range(count)))
+            setattr(q, name, tuple(quantities[numbered(name, i + 1)] for i in range(count)))
         for name in self.own:
             setattr(q, name, Quantity(places[name]))
         q.imposed = self._imposed
@@ -144,27 +144,27 @@ class Motion:
     def _take(self, q: Any) -> None:
         """The parts at these coordinates, by kind."""
         self.parts = tuple(_flat(self.describe(q)))
-        if strange := [each for each in self.parts if not isinstance(each, PARTS)]:
+        if strange := [part for part in self.parts if not isinstance(part, PARTS)]:
             raise MechanicsError(f"should be parts, masses, springs and so on, got {strange[0]!r}")
         self.masses = self._of(Mass, Inertia)
         self.contacts, self.stops = self._of(Contact), self._of(Stop)
         self.springs, self.drives, self.potentials = map(self._of, (Spring, Drive, Potential))
         self.dampers = self._of(Damper, Drag)
         self.bodies = self._of(Placed)
-        self.paths = [_path(each) for each in self.contacts]
-        self.stretches = {id(each): Quantity.of(each.stretch) - each.rest for each in self.springs}
+        self.paths = [_path(contact) for contact in self.contacts]
+        self.stretches = {id(spring): Quantity.of(spring.stretch) - spring.rest for spring in self.springs}
 
     def everything(self) -> Iterator[tuple[Any, Quantity]]:
         """Each part with its places, its stretch, its path or its energy."""
-        yield from ((each, x) for each in self.bodies for x in (each.along, each.height, each.turn))
-        yield from ((each, each.way) for each in self.stops)
+        yield from ((body, x) for body in self.bodies for x in (body.along, body.height, body.turn))
+        yield from ((stop, stop.way) for stop in self.stops)
         yield from zip(self.contacts, self.paths, strict=True)
-        for each in self._of(Spring, Damper, Drag, Drive, Potential):
-            for name in {"stretch", "rest", "path", "energy"} & vars(each).keys():
-                yield each, Quantity.of(getattr(each, name))
+        for part in self._of(Spring, Damper, Drag, Drive, Potential):
+            for name in {"stretch", "rest", "path", "energy"} & vars(part).keys():
+                yield part, Quantity.of(getattr(part, name))
 
     def _of(self, *kinds: type) -> list[Any]:
-        return [each for each in self.parts if isinstance(each, kinds)]
+        return [part for part in self.parts if isinstance(part, kinds)]
 
     def _find_speeds(self) -> None:
         """Which coordinate gives its rate to the sliding velocity of which contact."""
@@ -208,44 +208,47 @@ class Motion:
 
     def _judge(self) -> None:
         """MechanicsError for what the parts cannot mean."""
-        known, rules, words = {id(each) for each in self.bodies}, [], " or ".join(WORDS)
-        for each in self.bodies:
-            again = sum(other.name == each.name for other in self.bodies) > 1
-            rules.append((again, f"two bodies have the name {each.name!r}"))
-            missing = each.on is not None and id(each.on) not in known
+        known, rules, words = {id(body) for body in self.bodies}, [], " or ".join(WORDS)
+        for body in self.bodies:
+            again = sum(other.name == body.name for other in self.bodies) > 1
+            rules.append((again, f"two bodies have the name {body.name!r}"))
+            missing = body.on is not None and id(body.on) not in known
             rules.append(
-                (missing, f"{each.name!r} stands on {getattr(each.on, 'name', '')!r}, which is not among the parts")
+                (missing, f"{body.name!r} stands on {getattr(body.on, 'name', '')!r}, which is not among the parts")
             )
-        for each in self.contacts:
-            name, word = each.body.name, is_word(each.load)
-            strange = [end.name for end in (each.body, each.on) if end is not None and id(end) not in known]
+        for contact in self.contacts:
+            name, word = contact.body.name, is_word(contact.load)
+            strange = [end.name for end in (contact.body, contact.on) if end is not None and id(end) not in known]
             rules += [
                 (strange, f"the contact of {name!r} is with {strange}, not among the parts"),
-                (word and each.load not in WORDS, f"the load on {name!r} should be {words}, or a quantity"),
-                (word and isinstance(each.body, Inertia), f"the load on {name!r}, which turns, is a torque: give it"),
+                (word and contact.load not in WORDS, f"the load on {name!r} should be {words}, or a quantity"),
+                (
+                    word and isinstance(contact.body, Inertia),
+                    f"the load on {name!r}, which turns, is a torque: give it",
+                ),
             ]
         what = "give what it moves a mass, or write it as a function of the others"
         for name in self.names:
             still = not any(as_sum(size) and x.slope(name) for m in self.masses for x, size in m.moved)
             rules.append((still, f"the coordinate {name!r} moves no mass: {what}"))
         for m in self.masses:
-            slopes = [each.along.slope(self.place).number for each in (m.on, m) if each is not None]
+            slopes = [mass.along.slope(self.place).number for mass in (m.on, m) if mass is not None]
             twice = slopes == [1.0, 2.0]
             where = (
                 f"its x counts from {getattr(m.on, 'name', '')!r}, on which it stands: leave {self.place!r} out there"
             )
             rules.append((twice, f"{m.name!r} moves twice as far as {self.place!r}; {where}"))
-            carried = any(m.stands_on(each.body) for each in self.contacts)
+            carried = any(m.stands_on(contact.body) for contact in self.contacts)
             borne = carried or not as_sum(m.mass) or any(map(m.height.slope, self.names))
-            dynamic = any(is_word(each.load) and each.load == "dynamic" for each in self.contacts)
+            dynamic = any(is_word(contact.load) and contact.load == "dynamic" for contact in self.contacts)
             rules.append((dynamic and not borne, f"nothing carries {m.name!r}: say on which body it stands, on=..."))
-        placed = [x for each in self.bodies for x in (each.along, each.height, each.turn)]
+        placed = [x for body in self.bodies for x in (body.along, body.height, body.turn)]
         moved = any(x.slope(DRIVE) for x in (*placed, *self.stretches.values()))
         rules.append((moved, "a place follows q.drive, a force here: let the effort be a motion, or write a signal"))
-        for each in (*self.springs, *self.dampers, *self.drives):
-            path = Quantity.of(getattr(each, "stretch", None) or getattr(each, "path", 0.0))
-            rules.append((not path.moves, f"a {type(each).__name__} acts along what never moves"))
-        for stop in (each for each in self.stops if not each.elastic):
+        for part in (*self.springs, *self.dampers, *self.drives):
+            path = Quantity.of(getattr(part, "stretch", None) or getattr(part, "path", 0.0))
+            rules.append((not path.moves, f"a {type(part).__name__} acts along what never moves"))
+        for stop in (stop for stop in self.stops if not stop.elastic):
             one = any(not (stop.way - self.along[name]).moves for name in self.names)
             rules.append((not one, "a stop should bound one coordinate, which grows one to one with its stretch"))
         held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
@@ -257,7 +260,7 @@ class Motion:
 
     def _move(self, states: Mapping[str, Formula]) -> None:
         """Let the coordinates move at their generalised speeds."""
-        self.states = {name: Sum.of(each) for name, each in states.items()}
+        self.states = {name: Sum.of(state) for name, state in states.items()}
         places = self.states
         self.speed = {name: self.states[self.rates[name]] for name in self.names}
         nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
@@ -290,7 +293,7 @@ class Motion:
         for name, k in self.pivots.items():
             slope, body = self.paths[k].slope(name), self.contacts[k].body
             if slope.number is None:
-                ways = (each.slope(name) for each in (body.along, body.height, body.turn))
+                ways = (direction.slope(name) for direction in (body.along, body.height, body.turn))
                 yield slope * slope - FOLDED**2 * total(way * way for way in ways)
 
     def _kinematics(self) -> tuple[dict, dict]:
@@ -298,24 +301,24 @@ class Motion:
         n, rows = len(self.names), []
         for i, name in enumerate(self.names):
             path = self.paths[self.pivots[name]] if name in self.pivots else None
-            own = [Sum.of(float(j == i)) if path is None else path.slope(each) for j, each in enumerate(self.names)]
+            own = [Sum.of(float(j == i)) if path is None else path.slope(name) for j, name in enumerate(self.names)]
             own += [Sum.of(float(j == i)) for j in range(n)]
             rows.append([*own, Sum() if path is None else path.rate])
-        found = solved(rows, n)
+        kinematics = solved(rows, n)
         slopes = {
-            name: {each: Sum.of(b) for each, b in zip(self.names, row, strict=False)}
-            for name, row in zip(self.names, found, strict=True)
+            name: {name: Sum.of(b) for name, b in zip(self.names, row, strict=False)}
+            for name, row in zip(self.names, kinematics, strict=True)
         }
-        return slopes, {name: -Sum.of(row[n]) for name, row in zip(self.names, found, strict=True)}
+        return slopes, {name: -Sum.of(row[n]) for name, row in zip(self.names, kinematics, strict=True)}
 
 
 def _flat(parts: Iterable) -> Iterator:
     """Parts, out of the lists and tuples in which they may stand."""
-    for each in parts:
-        if isinstance(each, (list, tuple)):
-            yield from _flat(each)
+    for part in parts:
+        if isinstance(part, (list, tuple)):
+            yield from _flat(part)
         else:
-            yield each
+            yield part
 
 
 def _path(contact: Contact) -> Quantity:

@@ -74,45 +74,45 @@ def stopped(motion: Any, stop: Stop) -> str:
 
 def ends(motion: Any) -> tuple:
     """What is positive until a run ends at a stop, or where a path is singular."""
-    found = []
+    rows = []
     for stop in motion.stops:
         if not stop.switches:
             way, (size, back_size) = stop.way.value, sizes(stop)
-            found.append(written((as_sum(stop.gap) - way) / size))
+            rows.append(written((as_sum(stop.gap) - way) / size))
             if stop.back_gap is not None:
-                found.append(written((as_sum(stop.back_gap) + way) / back_size))
-    return (*found, *map(written, motion.folds))
+                rows.append(written((as_sum(stop.back_gap) + way) / back_size))
+    return (*rows, *map(written, motion.folds))
 
 
 def rooms(motion: Any) -> tuple:
     """(coordinate, least, most) of those that stops bound which no motion passes."""
-    found = []
+    rows = []
     for stop in motion.stops:
         if not stop.elastic:
             name = stopped(motion, stop)
             at = stop.way.value - motion.states[name]
             low = -math.inf if stop.back_gap is None else written(-as_sum(stop.back_gap) - at)
-            found.append((name, low, written(as_sum(stop.gap) - at)))
-    return tuple(found)
+            rows.append((name, low, written(as_sum(stop.gap) - at)))
+    return tuple(rows)
 
 
 def guards(motion: Any) -> tuple:
     """Positive while it lasts, of each stop: it is reached in front, left, and reached behind where it is there too."""
-    found = []
+    rows = []
     for _, stop, touching in motion.switching:
         way, (size, back_size), gap = stop.way, sizes(stop), as_sum(stop.gap)
         if stop.elastic:
             front, back = (touching, 0.0) if stop.back_gap is None else which_stop(touching)
             open_, ahead = 1.0 - front - back, (way.value - gap) / size
             behind = Sum() if stop.back_gap is None else (way.value + as_sum(stop.back_gap)) / back_size
-            found += [written(front + back - open_ * ahead), written(open_ + front * ahead - back * behind)]
-            found += [] if stop.back_gap is None else [written(front + back + open_ * behind)]
+            rows += [written(front + back - open_ * ahead), written(open_ + front * ahead - back * behind)]
+            rows += [] if stop.back_gap is None else [written(front + back + open_ * behind)]
             continue
         free = 1.0 - touching * touching
-        found += [written(1.0 - free + free * ((gap - way.value) / size)), _pressed(motion, stop, touching)]
+        rows += [written(1.0 - free + free * ((gap - way.value) / size)), _pressed(motion, stop, touching)]
         if stop.back_gap is not None:
-            found.append(written(1.0 - free + free * ((way.value + as_sum(stop.back_gap)) / back_size)))
-    return tuple(found)
+            rows.append(written(1.0 - free + free * ((way.value + as_sum(stop.back_gap)) / back_size)))
+    return tuple(rows)
 
 
 def _pressed(motion: Any, stop: Stop, touching: Sum) -> Any:
@@ -145,13 +145,13 @@ def _moved(motion: Any, stop: Stop, way: Any, rate: Any) -> dict[str, Any]:
     name, speeds = stopped(motion, stop), motion.rates
     after = {name: Sum.of(way) + (motion.states[name] - stop.way.value)}
     after[speeds[name]] = motion.speed[name] + (rate - stop.way.rate)
-    found = {**motion.states, **after}
+    states = {**motion.states, **after}
     if not stop.on_ground:
-        still, others = motion.at(found), [each for each in motion.names if each != name]
+        still, others = motion.at(states), [each for each in motion.names if each != name]
         rows = [[*(still.inertia(i, j) for j in others), motion.momentum(i) - still.momentum(i)] for i in others]
-        for each, (change,) in zip(others, solved(rows, len(others)), strict=True):
-            found[speeds[each]] = Sum.of(add(written(found[speeds[each]]), change))
-    return found
+        for rate_name, (change,) in zip(others, solved(rows, len(others)), strict=True):
+            states[speeds[rate_name]] = Sum.of(add(written(states[speeds[rate_name]]), change))
+    return states
 
 
 def outcomes(motion: Any) -> tuple[dict[str, Any], ...]:

@@ -50,12 +50,12 @@ class Sum:
     def __add__(self, other):
         if not isinstance(other, (Sum, Formula, int, float)):
             return NotImplemented
-        found = dict(self.terms)
+        terms = dict(self.terms)
         for product, c in Sum.of(other).terms.items():
-            found[product] = found.get(product, 0.0) + c
-            if found[product] == 0.0:
-                del found[product]
-        return Sum(found)
+            terms[product] = terms.get(product, 0.0) + c
+            if terms[product] == 0.0:
+                del terms[product]
+        return Sum(terms)
 
     def __neg__(self):
         return Sum({product: -c for product, c in self.terms.items()})
@@ -69,7 +69,7 @@ class Sum:
     def __mul__(self, other):
         if not isinstance(other, (Sum, Formula, int, float)):
             return NotImplemented
-        found: dict[Product, float] = {}
+        terms: dict[Product, float] = {}
         others = Sum.of(other).terms
         if not self.terms or not others:
             return Sum()
@@ -80,8 +80,8 @@ class Sum:
         for a, x in self.terms.items():
             for b, y in others.items():
                 product = _times(a, b)
-                found[product] = found.get(product, 0.0) + x * y
-        return _reduced(found)
+                terms[product] = terms.get(product, 0.0) + x * y
+        return _reduced(terms)
 
     __radd__, __rmul__ = __add__, __mul__
 
@@ -99,10 +99,10 @@ class Sum:
             return elementary.sqrt(self)
         if exponent != int(exponent) or exponent < 0:
             raise TypeError(f"should be a whole number >= 0, or 0.5, got the exponent {exponent!r}")
-        found = Sum.of(1.0)
+        power = Sum.of(1.0)
         for _ in range(int(exponent)):
-            found = found * self
-        return found
+            power = power * self
+        return power
 
 
 def _function(name: str) -> Any:
@@ -133,11 +133,11 @@ def named(x: Any) -> Sum:
 
 def total(items: Iterable[Any]) -> Sum:
     """The sum of all."""
-    found: dict[Product, float] = {}
-    for each in items:
-        for product, c in Sum.of(each).terms.items():
-            found[product] = found.get(product, 0.0) + c
-    return Sum({product: c for product, c in found.items() if c != 0.0})
+    terms: dict[Product, float] = {}
+    for item in items:
+        for product, c in Sum.of(item).terms.items():
+            terms[product] = terms.get(product, 0.0) + c
+    return Sum({product: c for product, c in terms.items() if c != 0.0})
 
 
 def _times(a: Product, b: Product) -> Product:
@@ -151,12 +151,12 @@ def _times(a: Product, b: Product) -> Product:
 
 def _reduced(terms: dict[Product, float]) -> Sum:
     """With 1 - cos^2 in place of every sin^2."""
-    found: dict[Product, float] = {}
+    merged: dict[Product, float] = {}
     again = False
     for product, c in terms.items():
         square = next((atom for atom, n in product if n >= 2 and atom.op == "sin"), None)
         if square is None:
-            found[product] = found.get(product, 0.0) + c
+            merged[product] = merged.get(product, 0.0) + c
             continue
         again, powers = True, dict(product)
         powers[square] -= 2
@@ -164,9 +164,9 @@ def _reduced(terms: dict[Product, float]) -> Sum:
         cosine = square.tape.formula("cos", *square.operands)
         for more, sign in (((), 1.0), (((cosine, 2),), -1.0)):
             product = _times(rest, more)
-            found[product] = found.get(product, 0.0) + sign * c
-    found = {product: c for product, c in found.items() if c != 0.0}
-    return _reduced(found) if again else Sum(found)
+            merged[product] = merged.get(product, 0.0) + sign * c
+    merged = {product: c for product, c in merged.items() if c != 0.0}
+    return _reduced(merged) if again else Sum(merged)
 
 
 def _divided(terms: dict[Product, float], atom: Formula) -> tuple[dict[Product, float], dict[Product, float]]:
@@ -208,18 +208,18 @@ def written(x: Any) -> Any:
                 factors[((other, 1),)] = own[next(iter(inside))] / next(iter(inside.values()))
                 rest = left
         return add(written(Sum(rest)), mul(written(Sum(inside)), written(Sum(factors))))
-    found: Any = None
+    expression: Any = None
     for product, c in sorted(terms.items(), key=lambda item: (item[1] < 0, [(a.index, n) for a, n in item[0]])):
         made: Any = None
         for atom, n in product:
             for _ in range(n):
                 made = atom if made is None else mul(made, atom)
         size = abs(c) if made is None else mul(abs(c), made)
-        if found is None:
-            found = -size if c < 0 else size
+        if expression is None:
+            expression = -size if c < 0 else size
         else:
-            found = found - size if c < 0 else add(found, size)
-    return found
+            expression = expression - size if c < 0 else add(expression, size)
+    return expression
 
 
 # --- linear equations ------------------------------------------------------------------------------------------------
@@ -248,13 +248,13 @@ def back_substituted(rows: list[list], n: int, eliminated: int) -> list[list]:
     last = [list(row[eliminated:]) for row in rows[eliminated:]]
     eliminate(last, n - eliminated)
     rows = [*rows[:eliminated], *([None] * eliminated + row for row in last)]
-    found: list[list] = [[]] * n
+    lists: list[list] = [[]] * n
     for i in reversed(range(n)):
-        right = [written(each) for each in rows[i][n:]]
+        right = [written(row) for row in rows[i][n:]]
         for j in range(i + 1, n):
-            right = [sub(r, mul(written(rows[i][j]), x)) for r, x in zip(right, found[j], strict=True)]
-        found[i] = [div(r, written(rows[i][i])) for r in right]
-    return found
+            right = [sub(r, mul(written(rows[i][j]), x)) for r, x in zip(right, lists[j], strict=True)]
+        lists[i] = [div(r, written(rows[i][i])) for r in right]
+    return lists
 
 
 def solved(rows: list[list], n: int) -> list[list]:

@@ -37,10 +37,10 @@ EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 
 def symbol_text(symbol: str) -> str:
     """A symbol for a picture: "eta_c" and "delta0" with Greek letters and subscripts, as mathematics."""
-    found = re.fullmatch(r"([A-Za-z]+)_?([A-Za-z0-9]*)('*)", symbol)
-    if found is None:
+    text = re.fullmatch(r"([A-Za-z]+)_?([A-Za-z0-9]*)('*)", symbol)
+    if text is None:
         return printed(symbol)
-    name, below, primes = found.groups()
+    name, below, primes = text.groups()
     letter = rf"\{name}" if name in GREEK else name if len(name) == 1 else rf"\mathrm{{{name}}}"
     upright = below if len(below) < 2 or below.isdigit() else rf"\mathrm{{{below}}}"
     return f"${letter}{f'_{{{upright}}}' if below else ''}{primes}$"
@@ -58,7 +58,7 @@ def value_text(value: Any, digits: int = 4) -> str:
 
 def letters_seen(text: str) -> int:
     """How many letters of a text are seen: mathematics without its commands."""
-    return len(re.sub(r"\$([^$]*)\$", lambda found: re.sub(r"\\[A-Za-z]+|[_{}]", "", found[1]) + "x", text))
+    return len(re.sub(r"\$([^$]*)\$", lambda match: re.sub(r"\\[A-Za-z]+|[_{}]", "", match[1]) + "x", text))
 
 
 def filled(text: str, letters: int, indent: str = "") -> str:
@@ -109,7 +109,7 @@ def percent(share: float) -> str:
 def law_words(name: str) -> str:
     """The name of a part in words, as a title begins: "Maxwell slip", "LuGre"."""
     words = re.sub(r"\blugre\b", "LuGre", name.replace("-", " "))
-    words = re.sub(r"\bpid?\b", lambda found: found[0].upper(), words)
+    words = re.sub(r"\bpid?\b", lambda match: match[0].upper(), words)
     return words[0].upper() + words[1:]
 
 
@@ -213,7 +213,7 @@ def case_words(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     if si:
         states = state_keys(system.si.states)
         starts = stated(written(case.initial, states, system.si, exactly=False) or {}, states)
-        numbers += [whole(f"initial {each}") for each in _worded("initial", starts, varied, fixed)]
+        numbers += [whole(f"initial {text}") for text in _worded("initial", starts, varied, fixed)]
     else:
         values = {name: value_text(fixed.get(f"initial.{name}", start)) for name, start in case.initial.items()}
         moved = {x: value for x, value in values.items() if value != "0" and f"initial.{x}" not in varied}
@@ -224,23 +224,23 @@ def case_words(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
 
 def _by_symbol(name: str, part: Any, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
     """The parameters of a part, symbol and value; of the environment those that are not as usual."""
-    found = []
+    lines = []
     for info in parameter_table(part):
         path = f"{name}.{info.name}"
         value = fixed.get(path, getattr(part, info.name))
         if value is not None and path not in varied and not (name == "environment" and value == info.default):
             chosen = isinstance(getattr(part, info.name), str)  # a word says nothing beside a symbol
             name_in_print = info.name.replace("_", " ") if chosen else symbol_text(info.symbol or info.name)
-            found.append(f"{name_in_print}{EQUALS}{value_text(value)}")
-    return found
+            lines.append(f"{name_in_print}{EQUALS}{value_text(value)}")
+    return lines
 
 
 def _worded(name: str, given: Iterable[Stated], varied: set[str], fixed: Mapping[str, str]) -> list[str]:
     """Values of a part that are not zero, in words, with their units; no line is broken within one."""
-    found = []
+    lines = []
     for each in given:
         if each.value and not {f"{name}.{each.key}", f"{name}.{each.name}"} & varied:
             number = fixed.get(f"{name}.{each.key}", value_text(each.value))
             words = f"{each.stem.replace('_', ' ')}{EQUALS}{number} {each.unit.removeprefix('1')}"
-            found.append(whole(words.strip()))
-    return found
+            lines.append(whole(words.strip()))
+    return lines

@@ -56,8 +56,8 @@ def own_lines(drawn: Axes | Figure) -> None:
         line.set_linewidth(wider * line.get_linewidth())
         line.set_markersize(larger * line.get_markersize())
         for name in COLOURED if colours else ():
-            found = getattr(line, f"get_{name}")()
-            own = next((new for old, new in colours.items() if same_color(found, old)), None)
+            lines = getattr(line, f"get_{name}")()
+            own = next((new for old, new in colours.items() if same_color(lines, old)), None)
             if own is not None:
                 getattr(line, f"set_{name}")(own)
 

@@ -56,10 +56,10 @@ def on_page(width: str | float | None = None, header: bool = True) -> Iterator[N
 def inches(width: str | float) -> float:
     """A width in inches; ArgumentError for what is none."""
     try:
-        found = WIDTHS[width] if isinstance(width, str) and width in WIDTHS else float(width)
+        width_in_inches = WIDTHS[width] if isinstance(width, str) and width in WIDTHS else float(width)
     except (TypeError, ValueError):
-        found = math.nan
-    if not LEAST <= found <= MOST:
+        width_in_inches = math.nan
+    if not LEAST <= width_in_inches <= MOST:
         wanted = f'"column", "page" or a number of inches from {LEAST:g} to {MOST:g}'
         raise ArgumentError("width", f"should be {wanted}, got {shown(width)}")
-    return found
+    return width_in_inches

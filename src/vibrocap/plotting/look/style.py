@@ -110,8 +110,8 @@ def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
 
 def _untouched(name: Any, asked: Mapping[Any, Any]) -> bool:
     """Whether a setting is Matplotlib's own, or one of the package's, as it is within `style`."""
-    ours = [each[name] for each in (STYLE, PAGE_STYLE, asked) if name in each]
-    return matplotlib.rcParams[name] in (matplotlib.rcParamsDefault[name], *ours, *([each] for each in ours))
+    ours = [sheet[name] for sheet in (STYLE, PAGE_STYLE, asked) if name in sheet]
+    return matplotlib.rcParams[name] in (matplotlib.rcParamsDefault[name], *ours, *([our] for our in ours))
 
 
 @contextlib.contextmanager
@@ -131,10 +131,10 @@ class ShownFigure(Figure):
 
     def _repr_png_(self) -> bytes:
         """The picture, as it is written to a file but for its fineness."""
-        found = io.BytesIO()
+        buffer = io.BytesIO()
         with style():
-            self.savefig(found, format="png", dpi=self.dpi)
-        return found.getvalue()
+            self.savefig(buffer, format="png", dpi=self.dpi)
+        return buffer.getvalue()
 
 
 def given_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
@@ -249,4 +249,4 @@ def decimated(x: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.n
 def unit_of(values: np.ndarray) -> tuple[float, str]:
     """The unit in which the largest of the values is between 1 and 1000, as a factor and a prefix."""
     largest = float(np.max(np.abs(values)))
-    return next((each for each in PREFIXES if largest >= each[0]), PREFIXES[-1])
+    return next((prefix for prefix in PREFIXES if largest >= prefix[0]), PREFIXES[-1])

@@ -79,7 +79,9 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
                 panels[0].set_title("direction of travel")
                 panels[1].set_title("attractor")
             named = basins.attractors[: len(ATTRACTORS)]
-            legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each, basins)) for k, each in enumerate(named)]
+            legend += [
+                Patch(facecolor=ATTRACTORS[k], label=_attractor(attractor, basins)) for k, attractor in enumerate(named)
+            ]
             if others := basins.attractors[len(ATTRACTORS) :]:
                 count = sum(each.starts for each in others)
                 legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
@@ -106,7 +108,7 @@ def draw_basins(
         words = {code: _direction_label(basins, code) for code in colours}
     else:
         codes, colours = basins.label, _attractor_colours(basins)
-        words = {k: _attractor(each, basins) for k, each in enumerate(basins.attractors)}
+        words = {k: _attractor(attractor, basins) for k, attractor in enumerate(basins.attractors)}
     with style():
         shown_codes = _draw(ax, basins, codes, colours)
         _frame(ax, basins, along, first=True)
@@ -128,28 +130,30 @@ def _along(basins: Basins, keys: Sequence[str] | None) -> list[Quantity]:
     if not keys:
         return [quantity_in_si(name, basins.system) for name in names]
     asked = [key if key == PHASE else INITIAL + key for key in ((keys,) if isinstance(keys, str) else keys)]
-    found = [quantity(path, basins.system) for path in asked]
-    found = [each if each.unit != "1" else quantity_in_si(each.plain, basins.system) for each in found]
-    if [each.plain for each in found] != names:
+    quantities = [quantity(path, basins.system) for path in asked]
+    quantities = [
+        quantity if quantity.unit != "1" else quantity_in_si(quantity.plain, basins.system) for quantity in quantities
+    ]
+    if [quantity.plain for quantity in quantities] != names:
         right = " and ".join(basins.axes)
         raise ArgumentError("axes", f"should be {right}, each with a unit such as angle_deg, got {shown(keys)}")
-    return found
+    return quantities
 
 
 def _shown(basins: Basins, along: list[Quantity]) -> Basins:
     """The basins with axes as they are drawn, and drifts in SI, where the system knows its scales."""
-    x, y = (values * each.scale for each, values in zip(along, (basins.x, basins.y), strict=True))
+    x, y = (values * axis.scale for axis, values in zip(along, (basins.x, basins.y), strict=True))
     return dataclasses.replace(basins, x=x, y=y, drift=basins.drift * scale("position", basins.system))
 
 
 def _unvalued(basins: Basins) -> list[Any]:
     """The legend of starts that have no value of their own."""
-    found = []
+    handles = []
     for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
         if count := int(np.sum(basins.label == code)):
             patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
-            found.append(_hatched(patch, hatch, ink))
-    return found
+            handles.append(_hatched(patch, hatch, ink))
+    return handles
 
 
 def _draw(ax: Axes, basins: Basins, codes: np.ndarray, colours: dict[int, str]) -> list[tuple[int, str, np.ndarray]]:
@@ -179,8 +183,8 @@ def _frame(ax: Axes, basins: Basins, along: list[Quantity], first: bool) -> None
     labels = [
         axis_label(PHASE, PHASE_ATTRIBUTES)
         if name == PHASE
-        else f"initial {quantity_label(name, basins.system)}{bracketed(each.unit)}"
-        for name, each in zip(basins.axes, along, strict=True)
+        else f"initial {quantity_label(name, basins.system)}{bracketed(axis.unit)}"
+        for name, axis in zip(basins.axes, along, strict=True)
     ]
     ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0])
     if first:

@@ -90,8 +90,8 @@ def branch_figure(
     """
     given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
     _check(given, quantity)
-    if swept and [(each.over, each.system.law_names) for each in swept] != [
-        (each.over, each.system.law_names) for each in given
+    if swept and [(branch.over, branch.system.law_names) for branch in swept] != [
+        (branch.over, branch.system.law_names) for branch in given
     ]:
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
@@ -102,17 +102,17 @@ def branch_figure(
     used: set[str] = set()
     with style():
         small_setting(fig, setting)
-        for column, each in enumerate(given):
+        for column, branch in enumerate(given):
             ax = axes[0, column]
-            along = _along(each, over)
-            used |= draw_branches(ax, _branches(each), quantity, along)
-            used |= draw_transitions(ax, each, quantity, along)
+            along = _along(branch, over)
+            used |= draw_branches(ax, _branches(branch), quantity, along)
+            used |= draw_transitions(ax, branch, quantity, along)
             if swept:
                 used |= draw_swept(ax, swept[column], quantity, along)
-            ax.set_title(titles[column] if titles else law_title(each), pad=8)
+            ax.set_title(titles[column] if titles else law_title(branch), pad=8)
             if multipliers:
-                draw_multipliers(axes[1, column], _branches(each), along)
-            axes[-1, column].set(xlabel=parameter_label(each, over), xlim=_range(each, along))
+                draw_multipliers(axes[1, column], _branches(branch), along)
+            axes[-1, column].set(xlabel=parameter_label(branch, over), xlim=_range(branch, along))
         axes[0, 0].set_ylabel(with_unit(QUANTITIES[quantity], UNITS[quantity], given[0].system))
         if multipliers:
             axes[1, 0].set_ylabel("largest\n" + r"multiplier $|\mu|$")
@@ -165,8 +165,8 @@ def fixed_parameters(given: Sequence[Any], width: float) -> str:
     """The parameters of the systems of branches, each part once, without the one that varies, for a head so wide."""
     width = width if page().width is None else 1.15 * page().width_or(width)  # in smaller letters
     if given[0].system.units is not None:
-        return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
-    parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]
+        return "\n".join(dict.fromkeys(parts_in_si(branch.system, width * 1.1, branch.over) for branch in given))
+    parts = [part for parts in zip(*(branch.system.parts.values() for branch in given), strict=False) for part in parts]
     different = [part for i, part in enumerate(parts) if part not in parts[:i]]
     return parts_title(different, width * 1.1, without=split_path(given[0].over)[1])
 
@@ -245,22 +245,22 @@ def draw_transitions(ax: Axes, found: Branch | BranchDiagram, quantity: str, alo
     used: set[str] = set()
     if not isinstance(found, BranchDiagram):
         return used
-    for each in found.transitions:
-        branch, x = found.branches[each.branch], each.parameter * along.scale
+    for transition in found.transitions:
+        branch, x = found.branches[transition.branch], transition.parameter * along.scale
         up = scale(UNITS[quantity], branch.system)
-        start = float(getattr(branch, quantity)[each.point]) * up
+        start = float(getattr(branch, quantity)[transition.point]) * up
         end = start
-        if each.reached is not None:
-            other = found.branches[each.reached]
-            away = np.where(other.stable, np.abs(other.parameter - each.parameter), np.inf)
+        if transition.reached is not None:
+            other = found.branches[transition.reached]
+            away = np.where(other.stable, np.abs(other.parameter - transition.parameter), np.inf)
             end = float(getattr(other, quantity)[int(np.argmin(away))]) * up
         for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
-            if each.reached is None:
+            if transition.reached is None:
                 ax.plot(x, sign * start, marker="x", markersize=7.0, color=VERMILION, linestyle="none", zorder=6)
             else:
                 arrow = {"arrowstyle": "->", "color": VERMILION, "linewidth": 1.1, "shrinkA": 3.0, "shrinkB": 1.0}
                 ax.annotate("", (x, sign * end), (x, sign * start), arrowprops=arrow, zorder=6)
-            used.add(ENDS if each.reached is None else LEADS)
+            used.add(ENDS if transition.reached is None else LEADS)
     return used
 
 
@@ -334,14 +334,14 @@ def stretches(branch: Branch, quantity: str) -> list[tuple[np.ndarray, np.ndarra
         value = value_at(branch, special, quantity)
         corners.append((special.arclength, special.parameter, value, before, after))
     corners.sort(key=lambda corner: corner[0])
-    found: list[tuple[list[float], list[float], bool]] = []
+    lines: list[tuple[list[float], list[float], bool]] = []
     for (_, p, v, _, leaving), (_, q, w, arriving, _) in itertools.pairwise(corners):
         stable = leaving or arriving  # the first and the last point may be a birth, whose multiplier is 1
-        if not found or found[-1][2] != stable:
-            found.append(([p], [v], stable))
-        found[-1][0].append(q)
-        found[-1][1].append(w)
-    return [(np.array(x), np.array(y), stable) for x, y, stable in found]
+        if not lines or lines[-1][2] != stable:
+            lines.append(([p], [v], stable))
+        lines[-1][0].append(q)
+        lines[-1][1].append(w)
+    return [(np.array(x), np.array(y), stable) for x, y, stable in lines]
 
 
 def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
@@ -351,9 +351,13 @@ def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
 def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
     """The legend: what was drawn and nothing else."""
     handles = []
-    whose = "mirror twins" if any(each.symmetric is False for one in given for each in _branches(one)) else "motions"
+    whose = (
+        "mirror twins" if any(branch.symmetric is False for one in given for branch in _branches(one)) else "motions"
+    )
     for colour, text in {
-        BLACK: "symmetric: no travel" if any(each.symmetric for one in given for each in _branches(one)) else "cycles",
+        BLACK: "symmetric: no travel"
+        if any(branch.symmetric for one in given for branch in _branches(one))
+        else "cycles",
         BLUE: f"{whose} that travel",
         GREEN: f"{whose.removeprefix('mirror ')} of 2 drive periods",
         PURPLE: "of 4 drive periods",

@@ -88,13 +88,15 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
                 look = LINES["stable" if stable else "unstable"]
                 ax.plot(along * branch.parameter[shown], up * end[shown], color=BLUE, **look)
         used |= {"cycles"} | {"stable" if stable else "unstable" for *_, stable in branch.parts}
-    for each in found.special_points:
-        marker, size = MARKS[each.kind]
+    for special_point in found.special_points:
+        marker, size = MARKS[special_point.kind]
         look: dict[str, Any] = {"linestyle": "none", "zorder": 5, "color": VERMILION, "markeredgecolor": "white"}
-        if each.kind is SpecialKind.UNLOCATED:
+        if special_point.kind is SpecialKind.UNLOCATED:
             look["markeredgecolor"] = VERMILION
-        ax.plot(along * each.parameter, up * each.state[state], marker=marker, markersize=size, **look)
-        used.add(each.kind.value)
+        ax.plot(
+            along * special_point.parameter, up * special_point.state[state], marker=marker, markersize=size, **look
+        )
+        used.add(special_point.kind.value)
     ax.set_ylabel(with_unit(quantity_label(state, found.system), state, found.system))
     return used
 

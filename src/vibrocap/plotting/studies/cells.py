@@ -35,26 +35,26 @@ class Cell(enum.IntEnum):
 
 def cells(view: View, panel: Panel) -> np.ndarray:
     """A `Cell` for every run of a panel."""
-    found = np.full(panel.status.shape, int(Cell.VALUE))
+    kinds = np.full(panel.status.shape, int(Cell.VALUE))
     if view.kind != "discrete":
-        found[np.isinf(panel.values)] = Cell.INFINITE
+        kinds[np.isinf(panel.values)] = Cell.INFINITE
     if view.kind == "signed":
         still = np.abs(panel.values) <= view.dead_band
         if view.points is None and still.ndim == 2:
             still &= ~_changes_sign(panel.values, still)
-        found[still] = Cell.NO_TRAVEL
+        kinds[still] = Cell.NO_TRAVEL
     elif view.measure == "cost_of_transport":  # per rounding errors of a travel there is none
         travel = next((panel.other(name) for name in TRAVEL if name in panel.dataset), None)
         if travel is not None:
-            found[np.abs(travel) <= view.dead_band] = Cell.INFINITE
+            kinds[np.abs(travel) <= view.dead_band] = Cell.INFINITE
     if panel.values.dtype.kind == "f":
-        found[np.isnan(panel.values)] = Cell.NO_VALUE
+        kinds[np.isnan(panel.values)] = Cell.NO_VALUE
         nothing = panel.values == 0.0 if view.measure == "response_period" else np.isnan(panel.values)
-        found[nothing & ~panel.settled] = Cell.NOT_SETTLED
+        kinds[nothing & ~panel.settled] = Cell.NOT_SETTLED
     if view.measure != "status":
-        found[panel.status != FINISHED] = Cell.FAILED
-        found[panel.status == NOT_RUN] = Cell.NOT_RUN
-    return found
+        kinds[panel.status != FINISHED] = Cell.FAILED
+        kinds[panel.status == NOT_RUN] = Cell.NOT_RUN
+    return kinds
 
 
 def _changes_sign(values: np.ndarray, still: np.ndarray) -> np.ndarray:
@@ -68,12 +68,12 @@ def _changes_sign(values: np.ndarray, still: np.ndarray) -> np.ndarray:
     areas = np.empty(still.shape, dtype=int)
     label(still, output=areas)
     few = (np.bincount(areas.ravel()) <= MOST_TOGETHER)[areas]
-    found = np.zeros(values.shape, dtype=bool)
+    changes = np.zeros(values.shape, dtype=bool)
     signs = np.where(still | ~np.isfinite(values), 0.0, np.sign(values))
     for axis in range(values.ndim):
         along = np.moveaxis(signs, axis, 0)
-        np.moveaxis(found, axis, 0)[1:-1] |= along[:-2] * along[2:] < 0.0
-    return found & few
+        np.moveaxis(changes, axis, 0)[1:-1] |= along[:-2] * along[2:] < 0.0
+    return changes & few
 
 
 def unsettled(view: View, panel: Panel) -> np.ndarray:

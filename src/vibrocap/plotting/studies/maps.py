@@ -325,7 +325,11 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     dataset = panel.dataset
     if "computed" not in dataset:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
-    if name == "travel" and name not in dataset and (known := [each for each in WAYS if each in dataset]):
+    if (
+        name == "travel"
+        and name not in dataset
+        and (known := [direction for direction in WAYS if direction in dataset])
+    ):
         way = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
         dataset = dataset.assign(travel=way)
     try:

@@ -79,8 +79,8 @@ class ViewAxis:
         x = np.log(self.values) if self.logarithmic else self.values
         middles = (x[1:] + x[:-1]) / 2
         half = np.array([0.5 * abs(x[0]) or 0.5] * 2) if len(x) == 1 else np.diff(x)[[0, -1]] / 2
-        found = np.concatenate(([x[0] - half[0]], middles, [x[-1] + half[1]]))
-        return np.exp(found) if self.logarithmic else found
+        edges = np.concatenate(([x[0] - half[0]], middles, [x[-1] + half[1]]))
+        return np.exp(edges) if self.logarithmic else edges
 
 
 def _share(scale: Any, low: float, middle: float, high: float) -> float:
@@ -155,8 +155,8 @@ def study_view(
     asked = measure or first_measure(dataset)
     if asked not in names:
         complaints.add("--measure", f"the study has no {asked!r}; {suggestion(asked, names)}")
-    chosen, fixed, found = _fixed(dataset, at or {})
-    complaints += found
+    chosen, fixed, view_axes = _fixed(dataset, at or {})
+    complaints += view_axes
     if complaints:
         raise ViewError(complaints)
 
@@ -273,16 +273,16 @@ def _panel(part: Any, measure: str, axes: Sequence[ViewAxis], title: str) -> Pan
 def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ...]]:
     """The first two quantities that vary from run to run as axes; of a list of cases without numbers, its order."""
     runs = dataset["status"].dims[0]
-    found = [
+    axes = [
         (ViewAxis(str(path), np.sort(values), axis_label(str(path), dataset[path].attrs), scattered=True), values)
         for path in dataset.coords
         if dataset[path].dims == (runs,) and not _has_words(dataset[path])
         if not np.isnan(values := dataset[path].values.astype(float)).any()
     ][:2]
-    if not found or runs == "case":
+    if not axes or runs == "case":
         values = np.arange(dataset.sizes[runs], dtype=float)
-        found = [(ViewAxis(str(runs), values, f"number of the {runs}"), values)]
-    return tuple(axis for axis, _ in found), tuple(values for _, values in found)
+        axes = [(ViewAxis(str(runs), values, f"number of the {runs}"), values)]
+    return tuple(axis for axis, _ in axes), tuple(values for _, values in axes)
 
 
 def _kind(measure: str, arrays: Sequence[np.ndarray]) -> str:
@@ -367,5 +367,5 @@ def value_label(measure: str, value: float | str) -> str:
 
 def missing_label(meaning: str) -> str:
     """Why a run may have no value, as the meaning of its measure says."""
-    found = NOTHING.search(meaning)
-    return f"no value ({found[1]})" if found else "no value"
+    label = NOTHING.search(meaning)
+    return f"no value ({label[1]})" if label else "no value"

@@ -53,8 +53,8 @@ def json_tables(path: Path) -> list[Table]:
 def _with_arrays(value: Any) -> Any:
     """Lists of numbers as arrays, null as NaN, in objects at any depth."""
     if isinstance(value, dict):
-        return {name: _with_arrays(each) for name, each in value.items()}
-    numbers = isinstance(value, list) and all(each is None or type(each) in (int, float) for each in value)
+        return {name: _with_arrays(element) for name, element in value.items()}
+    numbers = isinstance(value, list) and all(element is None or type(element) in (int, float) for element in value)
     return np.array(value, dtype=np.float64) if numbers else value
 
 
@@ -97,7 +97,7 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
         else:
             fields = {}
         if fields:
-            own = {name: each for name, each in fields.items() if each.dtype.kind in "fiu" and each.ndim == 1}
+            own = {name: field for name, field in fields.items() if field.dtype.kind in "fiu" and field.ndim == 1}
             tables += _tables_by_prefix(own, key, path, _scalars(fields))
         elif not isinstance(array, Mapping) and key == NAMES_KEY and array.dtype.kind == "U":
             names = [str(name).strip() for name in array.ravel()]

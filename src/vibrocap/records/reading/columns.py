@@ -103,8 +103,8 @@ def heading(text: str) -> list[tuple[str, Unit | None]]:
 
 def bracketed(text: str) -> tuple[str, str] | None:
     """(name, what stands in brackets behind it) of a heading; None without brackets, or with nothing in them."""
-    found = re.fullmatch(r"(.*?)[\s_,]*[\[({<]([^\])}>]*)[\])}>]\s*", text)
-    return (found[1], found[2]) if found and found[2].strip() else None
+    match = re.fullmatch(r"(.*?)[\s_,]*[\[({<]([^\])}>]*)[\])}>]\s*", text)
+    return (match[1], match[2]) if match and match[2].strip() else None
 
 
 def _plain(text: str) -> str:
@@ -155,11 +155,11 @@ def choices(table: Table, columns: Mapping[str, Any], units: Mapping[str, str], 
              **{quantity: (name, True) for quantity, (_, name) in guesses.items()}}  # fmt: skip
     said = {quantity: _said_unit(name, quantity, table, units, wrong) for quantity, (name, _) in calls.items()}
     turning = any(name in TURNING or (unit is not None and unit.dimension in ROTARY) for name, unit in said.items())
-    found: dict[str, Choice] = {}
+    by_quantity: dict[str, Choice] = {}
     for quantity, (name, guessed) in calls.items():
         unit = said[quantity] or _usual_unit(name, quantity, table, turning)
-        found[base_quantity(quantity)] = Choice(name, unit, guessed, said[quantity] is None)
-    return found
+        by_quantity[base_quantity(quantity)] = Choice(name, unit, guessed, said[quantity] is None)
+    return by_quantity
 
 
 def _one_motion(named: Mapping[str, str], guesses: dict[str, tuple[int, str]]) -> None:
@@ -273,8 +273,8 @@ def setting_complaints(columns: Mapping[str, Any], units: Mapping[str, str]) -> 
         for name in given:
             if name not in known:
                 wrong.append(f"{field}: {name!r} is no quantity of a record; {suggestion(name, known)}")
-    found = (unit_complaint(quantity, text) for quantity, text in units.items() if quantity in called)
-    return wrong + [complaint for complaint in found if complaint]
+    complaints = (unit_complaint(quantity, text) for quantity, text in units.items() if quantity in called)
+    return wrong + [complaint for complaint in complaints if complaint]
 
 
 def values_in_si(

@@ -59,7 +59,7 @@ def mat_files(paths: Sequence[Path]) -> list[dict[str, Any]]:
         said, late = done.stdout, False
     except subprocess.TimeoutExpired as error:
         said, late = error.stdout or b"", True
-    found, at = [], 0
+    files, at = [], 0
     for path in paths:
         kind, size = said[at : at + 1], int.from_bytes(said[at + 1 : at + 9], "little")
         content, at = said[at + 9 : at + 9 + size], at + 9 + size
@@ -68,20 +68,20 @@ def mat_files(paths: Sequence[Path]) -> list[dict[str, Any]]:
         if kind != _CONTENT or len(content) < size:
             reason = f"was not read within {LONGEST:g} s" if late else "ends the program that reads it"
             raise RecordError([f"{reason}, so it is damaged; write it anew by `save` in MATLAB"], str(path))
-        found.append(_unpacked(content))
-    return found
+        files.append(_unpacked(content))
+    return files
 
 
 def _unpacked(content: bytes) -> dict[str, Any]:
     """What the child found in a file."""
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     with np.load(io.BytesIO(content), allow_pickle=False) as stored:
         for number, place in enumerate(json.loads(str(stored["places"]))):
-            group = found
+            group = variables
             for name in place[:-1]:
                 group = group.setdefault(name, {})
             group[place[-1]] = stored.get(str(number))
-    return found
+    return variables
 
 
 # --- in the child -----------------------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ def _variables_7_3(path: Path) -> dict[str, Any]:
 
     def content(group: Any, depth: int) -> dict[str, Any]:
         nonlocal size
-        found: dict[str, Any] = {}
+        members: dict[str, Any] = {}
         for name in group:
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise RecordError([f"{name}: is a link to elsewhere; should be stored in the file itself"], str(path))
@@ -149,14 +149,14 @@ def _variables_7_3(path: Path) -> dict[str, Any]:
             if isinstance(item, h5py.Group) and not name.startswith("#"):
                 if depth == DEEPEST:
                     raise RecordError([f"{name}: should not be nested deeper than {DEEPEST} structures"], str(path))
-                found[name] = content(item, depth + 1)
+                members[name] = content(item, depth + 1)
             elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu":
                 if item.external or item.is_virtual:
                     raise RecordError([f"{name}: should be stored in the file itself, not in another"], str(path))
                 size += item.nbytes
                 arrays.check_size(size, path)
-                found[name] = np.squeeze(np.asarray(item).T)  # MATLAB stores columns first
-        return found
+                members[name] = np.squeeze(np.asarray(item).T)  # MATLAB stores columns first
+        return members
 
     try:
         with h5py.File(path, "r") as file:

@@ -72,14 +72,14 @@ def read_records(
         wrong.append("dt, sampling_rate: give one of them, got both")
     if wrong:
         raise RecordError(wrong, SETTINGS)
-    paths = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
+    paths = [Path(path)] if isinstance(path, str | Path) else [Path(one_path) for one_path in path]
     if not paths:
         raise RecordError(["path: should be a file or a list of files, got an empty list"], SETTINGS)
     record_column = columns.get(RECORD)
-    tables = [table for each in paths for table in tables_in(each, record_column)]
+    tables = [table for path in paths for table in tables_in(path, record_column)]
     if name is not None and len(tables) > 1:
-        found = ", ".join(table.name for table in tables)
-        raise RecordError([f"name: is for one record, but there are {len(tables)}: {found}"], _said(paths))
+        records = ", ".join(table.name for table in tables)
+        raise RecordError([f"name: is for one record, but there are {len(tables)}: {records}"], _said(paths))
     interval = dt if dt is not None else None if sampling_rate is None else 1.0 / sampling_rate
     read = []
     for table, label in zip(tables, [name] if name is not None else _names(tables), strict=True):
@@ -131,28 +131,28 @@ def _pieces(
     wrong: list[str],
 ) -> list[dict[str, Any]]:
     """The fields of each record but its name: one, or one for each stretch that is whole; none with complaints."""
-    found: list[str] = []
-    chosen = choices(table, columns, units, found)
+    parts: list[str] = []
+    chosen = choices(table, columns, units, parts)
     if interval is not None and "time" in columns:
-        found.append("dt, sampling_rate: are for files without a column of time; columns names one")
+        parts.append("dt, sampling_rate: are for files without a column of time; columns names one")
     if interval is not None:
         chosen.pop("time", None)
     if normal_force is not None:
         chosen.pop("normal_force", None)
     for quantity in sorted(called for called in units if base_quantity(called) not in chosen):
-        found.append(f"units: {quantity}: is given, but there is no such column; {_there_is(table)}")
-    rotary = turns(chosen, found)
+        parts.append(f"units: {quantity}: is given, but there is no such column; {_there_is(table)}")
+    rotary = turns(chosen, parts)
     if faults := table.faults_in(choice.column for choice in chosen.values()):
-        raise RecordError(shortened([*found, *faults]), table.source)
-    if found:
-        wrong += found
+        raise RecordError(shortened([*parts, *faults]), table.source)
+    if parts:
+        wrong += parts
         return []
-    values = values_in_si(table, chosen, area, normal_force, found)
+    values = values_in_si(table, chosen, area, normal_force, parts)
     said = list(notes(chosen, values))
     if "time" not in chosen:
         step, how = (interval, "as given") if interval is not None else _interval(table)
         if step is None:
-            found.append(
+            parts.append(
                 f"columns: time: no column has a usual name; name it, or give dt (any, for a law that knows no rate, "
                 f"such as dahl); {_there_is(table)}"
             )
@@ -160,11 +160,11 @@ def _pieces(
             values["time"] = step * np.arange(max(map(len, table.columns.values()), default=0))
             said.append(f"time: {step:.10g} s between samples, {how}")
     if "force" not in chosen:
-        found.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
+        parts.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
     if "velocity" not in chosen and "displacement" not in chosen:
-        found.append(f"columns: velocity, displacement: no column has a usual name; name one; {_there_is(table)}")
+        parts.append(f"columns: velocity, displacement: no column has a usual name; name one; {_there_is(table)}")
     pieces = [slice(None)]
-    if not found:
+    if not parts:
         arrays = {field: np.asarray(values[field]) for field in COLUMNS if np.ndim(values.get(field, 0.0))}
         pieces, cut = whole_stretches(arrays, table.place)
         if cut:
@@ -173,9 +173,9 @@ def _pieces(
         if np.ndim(values.get("normal_force", arrays["time"])) == 0:
             arrays["normal_force"] = np.full(arrays["time"].shape, values["normal_force"])
         whole = {field: column[pieces[0]] for field, column in arrays.items()}
-        found = [f"{_of(table)}{complaint}" for complaint in complaints(whole, table.place)]
-    if found:
-        wrong += found
+        parts = [f"{_of(table)}{complaint}" for complaint in complaints(whole, table.place)]
+    if parts:
+        wrong += parts
         return []
     others = {key: value for key, value in table.scalars.items() if key.lower() not in (*INTERVALS, *RATES)}
     guessed = {quantity: choice.unit.name for quantity, choice in chosen.items() if choice.unit_guessed}

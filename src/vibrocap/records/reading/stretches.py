@@ -34,19 +34,21 @@ def whole_stretches(columns: Mapping[str, Any], place: Callable[[int], str]) -> 
     joined = there[1:] & there[:-1] & ~skips
     starts = np.flatnonzero(there & ~np.concatenate(([False], joined)))
     stops = np.flatnonzero(there & ~np.concatenate((joined, [False]))) + 1
-    found = [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= FEWEST_SAMPLES]
-    found = [each for each in found if not complaints({name: values[each] for name, values in columns.items()})]
-    if not 0 < len(found) <= MOST:
+    stretches = [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= FEWEST_SAMPLES]
+    stretches = [
+        stretch for stretch in stretches if not complaints({name: values[stretch] for name, values in columns.items()})
+    ]
+    if not 0 < len(stretches) <= MOST:
         return everything, ""
     kept = np.zeros(count, bool)
-    for each in found:
-        kept[each] = True
+    for stretch in stretches:
+        kept[stretch] = True
     words = []
     if not kept.all():
         first = place(int(np.argmin(kept)))
         words.append(f"{count - kept.sum():,} of {count:,} samples are left out, the first at {first}")
     if skips.any():
         words.append(f"no sample for {steps[skips].max():.4g} s, first behind {place(int(np.argmax(skips)))}")
-    if len(found) > 1:
-        words.append(f"it goes on as {len(found)} records, each with a start of its own")
-    return found, "; ".join(words)
+    if len(stretches) > 1:
+        words.append(f"it goes on as {len(stretches)} records, each with a start of its own")
+    return stretches, "; ".join(words)

@@ -125,10 +125,10 @@ def _column_of_records(names: list[str], wanted: str | int | None, path: Path) -
     """The column that says which record a row belongs to: the one that is asked for, else one called "record"."""
     if isinstance(wanted, int) and 0 <= wanted < len(names):
         return names[wanted]
-    found = next((name for name in names if name.lower() == str(RECORD if wanted is None else wanted).lower()), None)
-    if found is None and wanted is not None:
+    column = next((name for name in names if name.lower() == str(RECORD if wanted is None else wanted).lower()), None)
+    if column is None and wanted is not None:
         raise RecordError([f"columns: record: no column {wanted!r}; there is {', '.join(map(repr, names))}"], str(path))
-    return found
+    return column
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:

@@ -93,9 +93,9 @@ def _named(name: str) -> Size:
                 return Fraction(1), {_KNOWN[each].split()[0]: 1}
             factor, powers = _size(ast.parse(size[1], mode="eval").body)
             return Fraction(size[0]) * factor, powers
-    for each in candidates:
+    for candidate in candidates:
         for prefix, power in _POWERS.items():
-            if each.startswith(prefix) and each.removeprefix(prefix) in _KNOWN:
-                factor, powers = _named(each.removeprefix(prefix))
+            if candidate.startswith(prefix) and candidate.removeprefix(prefix) in _KNOWN:
+                factor, powers = _named(candidate.removeprefix(prefix))
                 return power * factor, powers
     raise ValueError("no unit")

@@ -122,17 +122,17 @@ def unit_named(text: str) -> Unit | None:
     if small:  # "KN" is kN; "NM" may be nm or N m, and is neither
         tried = [tried[1]] if text != "Nm" and len(small) == 1 else tried[:1] if _spelt(text) != text else []
     for spelling in tried:
-        found = _unit(text, spelling) if spelling else None
-        if found is not None:
-            return found
+        unit = _unit(text, spelling) if spelling else None
+        if unit is not None:
+            return unit
     return None
 
 
 @functools.cache
 def _usual() -> dict[str, str]:
     """The spelling of each usual unit."""
-    found = {name: SPELLINGS.get(name, name.replace(" ", "*")) for names in DIMENSIONS.values() for name in names}
-    return found | {name.replace("*", ""): name for name in found.values() if re.search(r"N\*m+$", name)}
+    spellings = {name: SPELLINGS.get(name, name.replace(" ", "*")) for names in DIMENSIONS.values() for name in names}
+    return spellings | {name.replace("*", ""): name for name in spellings.values() if re.search(r"N\*m+$", name)}
 
 
 def _unit(text: str, spelling: str) -> Unit | None:
@@ -148,8 +148,8 @@ def _unit(text: str, spelling: str) -> Unit | None:
 
 def suffix_unit(text: str) -> Unit | None:
     """The unit that the end of a heading without brackets may mean ("time_s"): a usual one only, for "v_c" is none."""
-    found = unit_named(text)
-    return found if found is not None and found.name in _usual() else None
+    unit = unit_named(text)
+    return unit if unit is not None and unit.name in _usual() else None
 
 
 def column_unit(text: object) -> Unit | None:
@@ -171,14 +171,14 @@ def base_quantity(quantity: str) -> str:
 
 def dimensions_of(quantity: str) -> tuple[str, ...]:
     """The dimensions in which a quantity may be given; those of turning alone for one that is named so."""
-    found = QUANTITIES[base_quantity(quantity)]
-    return tuple(each for each in found if each in ROTARY) if quantity in TURNING else found
+    dimensions = QUANTITIES[base_quantity(quantity)]
+    return tuple(dimension for dimension in dimensions if dimension in ROTARY) if quantity in TURNING else dimensions
 
 
 def si_unit(quantity: str, rotary: bool = False) -> Unit:
     """The SI unit of a quantity: N of a force, N m of a torque."""
-    found = dimensions_of(quantity)
-    dimension = next((each for each in found if each in ROTARY), found[0]) if rotary else found[0]
+    unit = dimensions_of(quantity)
+    dimension = next((each for each in unit if each in ROTARY), unit[0]) if rotary else unit[0]
     return Unit(DIMENSIONS[dimension][0], dimension, 1.0)
 
 

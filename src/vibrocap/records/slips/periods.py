@@ -82,8 +82,8 @@ def stretch_periods(force: np.ndarray, step: float, window: int, period: float) 
     count = min(STRETCHES, int(len(force) * step / (LEAST_PERIODS * period)))
     if count < 2:
         return np.array([period])
-    found = [recurrence(part, step, window).spectral_period for part in np.array_split(force, count)]
-    return np.array([each for each in found if each is not None])
+    periods = [recurrence(part, step, window).spectral_period for part in np.array_split(force, count)]
+    return np.array([period for period in periods if period is not None])
 
 
 def _spectral_period(force: np.ndarray, step: float, window: int) -> float | None:

@@ -200,14 +200,14 @@ def read_pulls(
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file")
     if path.is_dir() or path.name == PUBLISHED:
-        found = [_of(each) for each in paper_stick_slip(path if path.is_dir() else path.parent)]
+        pulled_records = [_of(record) for record in paper_stick_slip(path if path.is_dir() else path.parent)]
     else:
-        found = [each for table in tables_in(path) for each in _pulls(table, columns, units, sampling_rate)]
+        pulled_records = [pull for table in tables_in(path) for pull in _pulls(table, columns, units, sampling_rate)]
     if record is None:
-        return found
-    named = [each for each in found if each.name == record]
+        return pulled_records
+    named = [pulled_record for pulled_record in pulled_records if pulled_record.name == record]
     if not named:
-        names = ", ".join(repr(each.name) for each in found)
+        names = ", ".join(repr(pulled_record.name) for pulled_record in pulled_records)
         raise RecordError([f"record: there is no record {record!r}; there is {names}"], str(path))
     return named
 
@@ -250,7 +250,7 @@ def _pulls(
     silent = [q for q, choice in chosen.items() if q in ("time", "force") and choice.unit_guessed]
     silent += ["force"] if "force" not in chosen and given is None else []
     assumed = [f"{', '.join(sorted(silent))}: the unit is nowhere said, taken as SI"] if silent else []
-    found = []
+    pulled_records = []
     for name, column in forces.items():
         force = np.asarray(table.columns[column], dtype=np.float64) * unit.factor
         if "time" in chosen:
@@ -261,5 +261,5 @@ def _pulls(
         coefficient = unit.dimension == "number"
         said = "a friction coefficient" if coefficient else unit.name
         own, notes = settings | {"coefficient": coefficient}, (how, f"force: column {column!r} in {said}", *assumed)
-        found.append(PulledRecord(name, time, force, own, notes))
-    return found
+        pulled_records.append(PulledRecord(name, time, force, own, notes))
+    return pulled_records

@@ -55,10 +55,10 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
     complaints = []
     for number in range(plan.count):
         case = plan.case(number)
-        found = path_complaints(case, [kinds_chosen(system, case)], system.units)
-        if not found and number < LIMIT:
-            found = list(refusal(system, case))
-        complaints += [Complaint(f"cases[{number}]", complaint) for complaint in found]
+        texts = path_complaints(case, [kinds_chosen(system, case)], system.units)
+        if not texts and number < LIMIT:
+            texts = list(refusal(system, case))
+        complaints += [Complaint(f"cases[{number}]", complaint) for complaint in texts]
         if len(complaints) >= SHOWN:
             return [*complaints[:SHOWN], "and perhaps more"]
     return complaints
@@ -83,8 +83,10 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[C
 def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
     """Values to try: all combinations that matter where they are few, else the corners and what lies along them."""
     if isinstance(plan, Drawn):
-        ends = [(each.low, each.high) for each in plan.ranges if not each.path.startswith(INITIAL)]
-        names = [each.path for each in plan.ranges if not each.path.startswith(INITIAL)]
+        ends = [
+            (plan_range.low, plan_range.high) for plan_range in plan.ranges if not plan_range.path.startswith(INITIAL)
+        ]
+        names = [plan_range.path for plan_range in plan.ranges if not plan_range.path.startswith(INITIAL)]
         for corner in itertools.islice(itertools.product(*ends), LIMIT):
             yield dict(zip(names, corner, strict=True))
         return

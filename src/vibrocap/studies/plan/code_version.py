@@ -30,14 +30,16 @@ def source_fingerprint(package: Path | None = None) -> str:
 
 def deciding_sources(package: Path) -> set[Path]:
     """The sources of a package that can change a digit of a run: where runs come from, and all that they import."""
-    waiting = [package / name for name in RUNS] + [path for each in FOLDERS for path in (package / each).rglob("*.py")]
-    found: set[Path] = set()
+    waiting = [package / name for name in RUNS] + [
+        path for folder in FOLDERS for path in (package / folder).rglob("*.py")
+    ]
+    paths: set[Path] = set()
     while waiting:
         path = waiting.pop()
-        if path not in found and path.is_file():
-            found.add(path)
+        if path not in paths and path.is_file():
+            paths.add(path)
             waiting += imported_files(path, package)
-    return found
+    return paths
 
 
 def imported_files(path: Path, package: Path) -> list[Path]:
@@ -46,7 +48,7 @@ def imported_files(path: Path, package: Path) -> list[Path]:
     for module, imported in IMPORT.findall(path.read_text(encoding="utf-8")):
         names |= {module, *(f"{module}.{name}" for name in NAME.findall(imported))}
     steps = [name.split(".")[1:] for name in names if name.startswith(f"{PACKAGE}.")]
-    return [package.joinpath(*each[:-1], f"{each[-1]}.py") for each in steps]
+    return [package.joinpath(*step[:-1], f"{step[-1]}.py") for step in steps]
 
 
 _version = functools.cache(importlib.metadata.version)
@@ -60,9 +62,9 @@ def code_version(drawn: bool = False) -> dict[str, str]:
     """
     from vibrocap.numerics.api import code_made_for
 
-    found = {"version": _version("vibrocap"), "sources": source_fingerprint(), **code_made_for()}
-    found |= {"system": _system(), "numpy": _version("numpy")}
-    return found | ({"scipy": _version("scipy")} if drawn else {})
+    versions = {"version": _version("vibrocap"), "sources": source_fingerprint(), **code_made_for()}
+    versions |= {"system": _system(), "numpy": _version("numpy")}
+    return versions | ({"scipy": _version("scipy")} if drawn else {})
 
 
 @functools.cache

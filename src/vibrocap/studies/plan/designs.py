@@ -33,14 +33,14 @@ class Design:
 
     def complaints(self) -> list[str]:
         """What is wrong with the design."""
-        found = Complaints()
+        complaints = Complaints()
         if self.kind not in KINDS_OF_DESIGN:
-            found.add("design.kind", f"there is no {shown(self.kind)}; {suggestion(self.kind, KINDS_OF_DESIGN)}")
-        with found.collected():
+            complaints.add("design.kind", f"there is no {shown(self.kind)}; {suggestion(self.kind, KINDS_OF_DESIGN)}")
+        with complaints.collected():
             check_whole("design.runs", self.runs, 1, KINDS_OF_DESIGN.get(str(self.kind), 2**60))
-        with found.collected():
+        with complaints.collected():
             check_whole("design.seed", self.seed, 0, 2**63 - 1)
-        return found
+        return complaints
 
 
 @dataclasses.dataclass(frozen=True)
@@ -87,17 +87,17 @@ class Drawn(Runs):
         """Values of the runs in a block: for each run the same, whatever the block."""
         start, stop, _ = block[0].indices(self.design.runs)
         shares = _shares(self.design, len(self.ranges), start, stop)
-        return {each.path: each.at(shares[:, i]) for i, each in enumerate(self.ranges)}
+        return {drawn_range.path: drawn_range.at(shares[:, i]) for i, drawn_range in enumerate(self.ranges)}
 
     def record(self) -> dict[str, Any]:
         """The design and its ranges."""
-        ranges = [dataclasses.asdict(each) for each in self.ranges]
+        ranges = [dataclasses.asdict(drawn_range) for drawn_range in self.ranges]
         return {"kind": self.kind, "design": dataclasses.asdict(self.design), "ranges": ranges}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> "Drawn":
         """The runs of a record."""
-        return cls(Design(**record["design"]), tuple(Range(**each) for each in record["ranges"]))
+        return cls(Design(**record["design"]), tuple(Range(**drawn_range) for drawn_range in record["ranges"]))
 
 
 def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
@@ -107,13 +107,15 @@ def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
         return nothing, [Complaint(path, "a design spreads numbers; do a study for each kind")]
     if isinstance(given, str):
         ends, complaints = range_of(given, counted=False)
-        found = nothing if ends is None else Range(path, *ends[:3])
-        return found, [Complaint(path, complaint) for complaint in complaints]
+        ranged = nothing if ends is None else Range(path, *ends[:3])
+        return ranged, [Complaint(path, complaint) for complaint in complaints]
     pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
     if len(pair) != 2 or not all(map(is_number, pair)):
         return nothing, [Complaint(path, f"a design needs a range, (low, high) or LOW:HIGH, got {shown(given)}")]
     low, high = float(pair[0]), float(pair[1])
-    return Range(path, low, high), [Complaint(path, each) for each in end_complaints(low, high, False, (low, high))]
+    return Range(path, low, high), [
+        Complaint(path, end_complaint) for end_complaint in end_complaints(low, high, False, (low, high))
+    ]
 
 
 def _shares(design: Design, dimensions: int, start: int, stop: int) -> np.ndarray:

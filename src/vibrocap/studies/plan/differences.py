@@ -12,39 +12,39 @@ Said = dict[str, tuple[str, Any]]  # name: (a short text, what is to be equal)
 def differences(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
     """In what the records of two studies differ, one line each."""
     here, there = _described(stored), _described(asked)
-    found = []
+    differences_by_name = []
     for what in {**here, **there}:
         if here.get(what, ("", None))[1] != there.get(what, ("", None))[1]:
             texts = [side[what][0] if what in side else "none" for side in (here, there)]
             further = ", not the same" if texts[0] == texts[1] else ""
-            found.append(f"{what}: stored {texts[0]}, asked {texts[1]}{further}")
-    return found
+            differences_by_name.append(f"{what}: stored {texts[0]}, asked {texts[1]}{further}")
+    return differences_by_name
 
 
 def _described(record: Mapping[str, Any]) -> Said:
-    found: Said = {}
+    differences_by_name: Said = {}
     for section, entries in tomllib.loads(record["case"]).items():
         for key, value in entries.items() if isinstance(entries, dict) else ():
-            found[key if section == "run" else f"{section}.{key}"] = (str(value), value)
-    found |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
-    found["extrapolate"] = (str(each := record.get("extrapolate", False)), each)
+            differences_by_name[key if section == "run" else f"{section}.{key}"] = (str(value), value)
+    differences_by_name |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
+    differences_by_name["extrapolate"] = (str(extrapolate := record.get("extrapolate", False)), extrapolate)
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
     asked = [measure for measure in record["measures"] if measure != LOAD_WATCH]
-    found["measures"] = (", ".join(name for name in names if name != LOAD_WATCH), sorted(map(str, asked)))
-    found["watch of the load"] = ("on", True) if LOAD_WATCH in names else ("off", False)
-    found |= _plan(record["plan"])
+    differences_by_name["measures"] = (", ".join(name for name in names if name != LOAD_WATCH), sorted(map(str, asked)))
+    differences_by_name["watch of the load"] = ("on", True) if LOAD_WATCH in names else ("off", False)
+    differences_by_name |= _plan(record["plan"])
     for what, digest in record.get("parts", {}).items():
-        found[f"the code of {what}"] = (digest[:12], digest)
-    return found
+        differences_by_name[f"the code of {what}"] = (digest[:12], digest)
+    return differences_by_name
 
 
 def code_differences(stored: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
     """In what two codes, and what they run with, differ, one line each."""
     keys = ("version", "sources")
-    found = []
+    differences_by_name = []
     if any(stored.get(key) != here.get(key) for key in keys):
         texts = [f"vibrocap {code['version']} with sources {code['sources'][:12]}" for code in (stored, here)]
-        found.append(f"code: stored {texts[0]}, here {texts[1]}")
+        differences_by_name.append(f"code: stored {texts[0]}, here {texts[1]}")
     for key in dict.fromkeys((*stored, *here)):
         then, now = stored.get(key, "unknown"), here.get(key, "unknown")
         if key in keys or then == now:
@@ -52,22 +52,22 @@ def code_differences(stored: Mapping[str, str], here: Mapping[str, str]) -> list
         if key == "features":  # only those that one of them lacks
             old, new = {*then.split()}, {*now.split()}
             then, now = " ".join(sorted(old - new)), " ".join(sorted(new - old))
-        found.append(f"{key}: stored {then or 'fewer'}, here {now or 'fewer'}")
-    return found
+        differences_by_name.append(f"{key}: stored {then or 'fewer'}, here {now or 'fewer'}")
+    return differences_by_name
 
 
 def _plan(plan: Mapping[str, Any]) -> Said:
     entries = plan.get("axes") or plan.get("ranges") or plan.get("columns") or []
     names = [entry["path"] for entry in entries]
-    found: Said = {"plan": (f"{plan['kind']} of {', '.join(names)}", (plan["kind"], names))}
+    differences_by_name: Said = {"plan": (f"{plan['kind']} of {', '.join(names)}", (plan["kind"], names))}
     for name, value in plan.get("design", {}).items():
-        found[f"design.{name}"] = (str(value), value)
+        differences_by_name[f"design.{name}"] = (str(value), value)
     for entry in entries:
         if "values" in entry:
             values = entry["values"]
             few = f"{values[0]} ... {values[-1]}" if len(values) > 3 else ", ".join(map(str, values))
-            found[f"values of {entry['path']}"] = (f"{len(values)} ({few})", values)
+            differences_by_name[f"values of {entry['path']}"] = (f"{len(values)} ({few})", values)
         else:
             scale = "log:" if entry["logarithmic"] else ""
-            found[f"range of {entry['path']}"] = (f"{scale}{entry['low']}:{entry['high']}", entry)
-    return found
+            differences_by_name[f"range of {entry['path']}"] = (f"{scale}{entry['low']}:{entry['high']}", entry)
+    return differences_by_name

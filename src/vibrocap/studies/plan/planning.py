@@ -51,8 +51,8 @@ def planned_study(
     fuller = with_varied_parts(system, over if isinstance(over, Mapping) else plan.paths)
     if isinstance(over, Mapping) and (plain := plainly(over, system)) != over:
         plan, of_plan = _plan(over := plain, cases, design)
-    measures, found = _measures(measures, fuller)
-    complaints += found
+    measures, study = _measures(measures, fuller)
+    complaints += study
     with complaints.collected():
         initial_state(system, initial)
     complaints += of_plan
@@ -86,7 +86,7 @@ def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure
     A load that follows the motion hides none: there a run ends.
     """
     machine = system.machine
-    names = {each if isinstance(each, str) else each.name for each in measures}
+    names = {measure if isinstance(measure, str) else measure.name for measure in measures}
     follows = machine.follows_load and "machine.normal_load" not in plan.paths
     reactions = [name for name in equations(system).observables if number_in(name, "reaction")]
     if follows or LOAD_WATCH in names or names >= {f"least_{name}" for name in reactions}:
@@ -96,19 +96,19 @@ def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure
 
 def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
     """What is wrong with the settings of the runs."""
-    found = Complaints()
+    complaints = Complaints()
     for name in RUN_DEFAULTS:
-        with found.collected():
+        with complaints.collected():
             check_run(**(RUN_DEFAULTS | {name: settings[name]}))
             if name == "periods" and settings[name] != int(settings[name]):
-                found.add("periods", f"a study runs whole drive periods, got {settings[name]!r}")
-    if not found and settings["window"] is not None and not is_whole(settings["window"], 1, settings["periods"]):
+                complaints.add("periods", f"a study runs whole drive periods, got {settings[name]!r}")
+    if not complaints and settings["window"] is not None and not is_whole(settings["window"], 1, settings["periods"]):
         limit = f"from 1 to the {settings['periods']} periods of a run"
-        found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
-    with found.collected():
+        complaints.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
+    with complaints.collected():
         check_threshold("settle", settings["settle"] or None)
         check_choice("extrapolate", settings["extrapolate"])
-    return found
+    return complaints
 
 
 def _measures(given: Any, system: System) -> tuple[tuple[str | Measure, ...], list[str]]:
@@ -130,10 +130,10 @@ def _lacking(measures: Sequence[str | Measure], system: System, plan: Runs) -> l
     """Complaints about measures that no kind of parts of a study has; where another kind has one, it is NaN."""
     reasons = []
     for case in _first_runs(plan):
-        found = varied(system, case)
-        reasons.append(unavailable(resolved(measures, found)[1], found))
-    names = [each if isinstance(each, str) else each.name for each in measures]
-    return [Complaint("measures", reasons[0][name]) for name in names if all(name in each for each in reasons)]
+        variations = varied(system, case)
+        reasons.append(unavailable(resolved(measures, variations)[1], variations))
+    names = [measure if isinstance(measure, str) else measure.name for measure in measures]
+    return [Complaint("measures", reasons[0][name]) for name in names if all(name in reason for reason in reasons)]
 
 
 def _first_runs(plan: Runs) -> list[dict[str, Any]]:
@@ -141,7 +141,7 @@ def _first_runs(plan: Runs) -> list[dict[str, Any]]:
     if isinstance(plan, CaseList):
         runs = [plan.case(number) for number in range(plan.count)]
     else:
-        first = {path: found[0] for path, found in plan.values((slice(0, 1),) * len(plan.shape)).items()}
+        first = {path: column[0] for path, column in plan.values((slice(0, 1),) * len(plan.shape)).items()}
         runs = [first | kinds for kinds in kind_choices(plan)]
     return [*{tuple(x for path, x in run.items() if is_kind(path)): run for run in reversed(runs)}.values()]
 
@@ -159,12 +159,12 @@ def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
     if design is None:
         axes = [axis_of(path, values) for path, values in over.items()]
         good = tuple(axis for axis, complaints in axes if not complaints)
-        return Grid(good), [complaint for _, found in axes for complaint in found]
+        return Grid(good), [complaint for _, entry in axes for complaint in entry]
     if not isinstance(design, Design):
         return nothing, [Complaint("design", f"should be a Design, got {shown(design)}")]
     ranges = [range_from(path, given) for path, given in over.items()]
-    complaints = [*design.complaints(), *(complaint for _, found in ranges for complaint in found)]
-    return Drawn(design, tuple(each for each, _ in ranges)), complaints
+    complaints = [*design.complaints(), *(complaint for _, entry in ranges for complaint in entry)]
+    return Drawn(design, tuple(ranged for ranged, _ in ranges)), complaints
 
 
 def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Column:

@@ -26,9 +26,9 @@ class Column:
     def array(self) -> np.ndarray:
         """Floats, NaN for None; with words among them an array of objects."""
         if any(isinstance(value, str) for value in self.values):
-            found = np.empty(len(self.values), dtype=object)
-            found[:] = self.values
-            return found
+            array = np.empty(len(self.values), dtype=object)
+            array[:] = self.values
+            return array
         return np.array([np.nan if value is None else value for value in self.values], dtype=float)
 
     @property
@@ -78,7 +78,7 @@ class Runs:
     @property
     def paths(self) -> tuple[str, ...]:
         """What varies."""
-        return tuple(each.path for each in self.varied)
+        return tuple(variation.path for variation in self.varied)
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -87,7 +87,7 @@ class Runs:
 
     def is_text(self, path: str) -> bool:
         """Whether some value at a path is a word."""
-        return any(each.path == path and each.is_text for each in self.varied)
+        return any(variation.path == path and variation.is_text for variation in self.varied)
 
     @property
     def count(self) -> int:
@@ -107,15 +107,15 @@ class ListedRuns(Runs):
 
     def record(self) -> dict[str, Any]:
         """The columns as lists."""
-        columns = [{"path": each.path, "values": list(each.values)} for each in self.varied]
+        columns = [{"path": variation.path, "values": list(variation.values)} for variation in self.varied]
         return {"kind": self.kind, self.listed: columns}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Self:
         """The plan of a record."""
-        return cls(tuple(Column(each["path"], tuple(each["values"])) for each in record[cls.listed]))  # type: ignore[call-arg]
+        return cls(tuple(Column(variation["path"], tuple(variation["values"])) for variation in record[cls.listed]))  # type: ignore[call-arg]
 
 
 def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:
     """How many tiles there are along each dimension."""
-    return tuple(-(-length // each) for length, each in zip(shape, tile, strict=True))
+    return tuple(-(-length // size) for length, size in zip(shape, tile, strict=True))

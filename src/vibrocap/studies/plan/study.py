@@ -30,7 +30,7 @@ OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these 
 def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
     """The parts of a study that are not of this package, such as {"friction.law = own": Own}; plan: its record."""
     entries = {entry["path"]: entry for entry in plan.get("axes") or plan.get("columns") or ()}
-    found: dict[str, type] = {}
+    parts: dict[str, type] = {}
     for path in kind_paths(case.system.parts):
         section = split_path(path)[0]
         kinds = [type(case.system.parts[section])]
@@ -38,31 +38,31 @@ def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
         for kind in kinds:
             part = getattr(kind, "wrapped", None) or kind
             if not part.__module__.startswith("vibrocap."):
-                found[f"{path} = {part.name}"] = part
-    return found
+                parts[f"{path} = {part.name}"] = part
+    return parts
 
 
 def part_fingerprint(part: type) -> str:
     """SHA-256 of the file that a part was loaded from; else of its functions and constants."""
     if (place := file_of(part)) is not None:
         return place[1]
-    own = [each for each in part.__mro__ if not each.__module__.startswith(("vibrocap.", "builtins"))]
-    described = [(each.__qualname__, sorted(_functions(each).items())) for each in own]
+    own = [kind for kind in part.__mro__ if not kind.__module__.startswith(("vibrocap.", "builtins"))]
+    described = [(kind.__qualname__, sorted(_functions(kind).items())) for kind in own]
     return hashlib.sha256(repr(described).encode()).hexdigest()
 
 
 def _functions(part: type) -> dict[str, str]:
-    found = {}
+    functions = {}
     for name, value in vars(part).items():
         if name.startswith("__") and name not in OWN_FUNCTIONS:
             continue
         inner = (getattr(value, holder, None) for holder in ("fget", "func", "__func__", "wrapped"))
-        function = next((each for each in inner if each is not None), value)
+        function = next((function for function in inner if function is not None), value)
         if hasattr(function, "__code__"):
-            found[name] = function_fingerprint(function)
+            functions[name] = function_fingerprint(function)
         elif isinstance(value, (int, float, str, tuple, type(None))):
-            found[name] = repr(value)
-    return found
+            functions[name] = repr(value)
+    return functions
 
 
 def function_fingerprint(function: Any) -> str:
@@ -212,8 +212,8 @@ def _measure_record(measure: str | Measure) -> Any:
     if isinstance(measure, str):
         return measure
     how = measure.how
-    found = {"name": measure.name, "meaning": measure.meaning, "unit": measure.unit, "how": type(how).__name__}
-    found |= {"si_unit": measure.si_unit} if measure.si_unit != "1" else {}
-    found |= {name: getattr(how, name) for name in ("kind", "of") if hasattr(how, name)}
-    found |= {"of": list(found["of"])} if "of" in found else {}
-    return found | {"function": function_fingerprint(getattr(how, "function", how))}
+    record = {"name": measure.name, "meaning": measure.meaning, "unit": measure.unit, "how": type(how).__name__}
+    record |= {"si_unit": measure.si_unit} if measure.si_unit != "1" else {}
+    record |= {name: getattr(how, name) for name in ("kind", "of") if hasattr(how, name)}
+    record |= {"of": list(record["of"])} if "of" in record else {}
+    return record | {"function": function_fingerprint(getattr(how, "function", how))}

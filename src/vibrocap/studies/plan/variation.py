@@ -50,11 +50,11 @@ def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
 
 def values_chosen(system: System, kinds: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """The parameters of each part by name, before values are given; kinds: as `kinds_chosen` has them."""
-    found = {}
+    chosen_values = {}
     for name, part in system.parts.items():
         kind = kinds[name] if isinstance(kinds[name], type) else type(part)
-        found[name] = {info.name: info.default for info in parameter_table(kind)} | carried(part, kind)
-    return found
+        chosen_values[name] = {info.name: info.default for info in parameter_table(kind)} | carried(part, kind)
+    return chosen_values
 
 
 def varied(system: System, values: Mapping[str, Any]) -> System:
@@ -87,8 +87,11 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     try:
         varied(system, values)
     except CaseError as error:
-        said = [each for each in error.complaints if isinstance(each, Complaint)]
-        return tuple(Complaint(each.field, f"{each.text}; {CURE.format(split_path(each.field)[0])}") for each in said)
+        said = [complaint for complaint in error.complaints if isinstance(complaint, Complaint)]
+        return tuple(
+            Complaint(complaint.field, f"{complaint.text}; {CURE.format(split_path(complaint.field)[0])}")
+            for complaint in said
+        )
     except (ValueError, TypeError):
         pass
     else:

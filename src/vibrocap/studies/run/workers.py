@@ -67,20 +67,20 @@ def sent(study: Study) -> Study | SentStudy:
 
 def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
     """Where workers find parts: (file, digest) or (module, name). CaseError for one that they cannot find."""
-    found, complaints = [], []
+    sources, complaints = [], []
     for part in parts:
         if (place := file_of(part)) is not None:
-            found.append((str(place[0]), place[1]))
+            sources.append((str(place[0]), place[1]))
         elif part.__module__ == "__main__" or "<locals>" in part.__qualname__:
             complaints.append(
                 f"{part.__qualname__} stands in {part.__module__}, where workers cannot find it; put it in a file of "
                 "its own, and name that by --parts or load_parts"
             )
         else:
-            found.append((part.__module__, part.__qualname__))
+            sources.append((part.__module__, part.__qualname__))
     if complaints:
         raise CaseError(complaints, "the study")
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(sources))
 
 
 def receive(sources: Iterable[tuple[str, str]]) -> None:

@@ -86,7 +86,7 @@ def names(root: Path, place: str = "") -> dict[str, str]:
         handle = os.open(name, _FOLDERS, dir_fd=folder) if folder is not None else None
         try:
             with os.scandir(name if handle is None else handle) as entries:
-                return {each.name: _kind_of(each) for each in entries}
+                return {entry.name: _kind_of(entry) for entry in entries}
         finally:
             if handle is not None:
                 os.close(handle)
@@ -133,13 +133,13 @@ def make_folder(root: Path, place: str) -> None:
 def remove(root: Path, place: str) -> None:
     """Remove a plain file, or an empty folder, if it is there; what is neither, or holds something, is an OSError."""
     with contextlib.suppress(FileNotFoundError), at(root, place) as (name, folder):
-        found = _kind(name, folder)
-        if found == FOLDER:
+        place_kind = _kind(name, folder)
+        if place_kind == FOLDER:
             os.rmdir(name, dir_fd=folder)
-        elif found == FILE:
+        elif place_kind == FILE:
             os.unlink(name, dir_fd=folder)
-        elif found is not None:
-            raise OSError(errno.EINVAL, f"is {found}", str(root / place))
+        elif place_kind is not None:
+            raise OSError(errno.EINVAL, f"is {place_kind}", str(root / place))
 
 
 def write(root: Path, files: Mapping[str, bytes]) -> None:
@@ -212,8 +212,8 @@ def force_names(root: Path, place: str = "") -> None:
 def remove_unfinished(root: Path) -> None:
     """Remove what unfinished writing left, and nothing else."""
     with contextlib.suppress(FileNotFoundError):
-        for name, found in names(root, UNFINISHED).items():
-            if found == FILE and _ON_ITS_WAY.fullmatch(name):
+        for name, place in names(root, UNFINISHED).items():
+            if place == FILE and _ON_ITS_WAY.fullmatch(name):
                 remove(root, f"{UNFINISHED}/{name}")
         try:
             remove(root, UNFINISHED)
@@ -228,27 +228,27 @@ def strange_places(root: Path) -> list[str]:
     Links, pipes and devices, files where folders belong, folders with something in them where files belong, and what
     is no file of ours among the unfinished ones. A damaged file is none of these: it is written anew.
     """
-    found = []
+    places = []
     for name, there in sorted(names(root).items()):
         if name in FORM and there != FORM[name] and not (there == FOLDER and not names(root, name)):
-            found.append(f"{name} is {there}, where {FORM[name]} belongs")
-    if not found:
-        for place in [each for each in (RESULTS, DONE, UNFINISHED) if kind(root, each) == FOLDER]:
-            found += _strange_below(root, place, 1 if place == RESULTS else 0)
-    return found
+            places.append(f"{name} is {there}, where {FORM[name]} belongs")
+    if not places:
+        for place in [place for place in (RESULTS, DONE, UNFINISHED) if kind(root, place) == FOLDER]:
+            places += _strange_below(root, place, 1 if place == RESULTS else 0)
+    return places
 
 
 def _strange_below(root: Path, place: str, deep: int) -> list[str]:
     """The same below a folder; deep: of how many folders."""
-    found = []
+    strange = []
     for name, there in sorted(names(root, place).items()):
         inner = f"{place}/{name}"
         if there == FOLDER and deep:
-            found += _strange_below(root, inner, deep - 1)
+            strange += _strange_below(root, inner, deep - 1)
         elif there == FOLDER and names(root, inner):
-            found.append(f"{inner} is a folder with something in it, where a file belongs")
+            strange.append(f"{inner} is a folder with something in it, where a file belongs")
         elif there in (LINK, OTHER):
-            found.append(f"{inner} is {there}")
+            strange.append(f"{inner} is {there}")
         elif place == UNFINISHED and there == FILE and not _ON_ITS_WAY.fullmatch(name):
-            found.append(f"{inner} does not belong to the study")
-    return found
+            strange.append(f"{inner} does not belong to the study")
+    return strange

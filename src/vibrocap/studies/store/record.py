@@ -156,7 +156,7 @@ def plan_of(record: Mapping[str, Any]) -> Runs:
 
 def measure_names(record: Mapping[str, Any]) -> list[str]:
     """The names of a record's measures."""
-    return [each if isinstance(each, str) else each["name"] for each in record["study"]["measures"]]
+    return [measure if isinstance(measure, str) else measure["name"] for measure in record["study"]["measures"]]
 
 
 def _disagreement(record: Mapping[str, Any]) -> str | None:
@@ -167,7 +167,7 @@ def _disagreement(record: Mapping[str, Any]) -> str | None:
     if len({len(column["values"]) for column in record["study"]["plan"].get("columns", ())}) > 1:
         return "its columns are of different lengths"
     tile = tuple(record["tile"])
-    if len(tile) != len(plan.shape) or any(each > length for each, length in zip(tile, plan.shape, strict=True)):
+    if len(tile) != len(plan.shape) or any(size > length for size, length in zip(tile, plan.shape, strict=True)):
         return f"tiles of the shape {tile} do not suit runs of the shape {plan.shape}"
     size, count = math.prod(tile), math.prod(tile_counts(plan.shape, tile))
     if size > MOST_RUNS_OF_A_TILE or count > MOST_TILES:

@@ -100,7 +100,9 @@ class Store:
         with kept(self.path):
             there = {name: names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
         pending = self.pending()
-        lost = [each for each in self.indices if any(f"c.{tile_name(each)}" not in names for names in there.values())]
+        lost = [
+            index for index in self.indices if any(f"c.{tile_name(index)}" not in names for names in there.values())
+        ]
         if gone := dict.fromkeys([*pending, *lost]):
             few = ", ".join(tile_name(index) for index in list(gone)[:5]) + (" ..." if len(gone) > 5 else "")
             raise StoreError(
@@ -189,13 +191,13 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
             raise CaseError([f"is of an earlier format ({record['format']!r}), {reason}"], str(path))
         begun = dataclasses.replace(study, code=record["study"]["code"])
         if record["identity"] != begun.identity:
-            found = differences(record["study"], study.record()) or ["its identity"]
-            raise CaseError([f"holds another study: {text}" for text in found], str(path))
+            reasons = differences(record["study"], study.record()) or ["its identity"]
+            raise CaseError([f"holds another study: {text}" for text in reasons], str(path))
         other = code_differences(begun.code, study.code)
         if other and not mixed:
-            found = [f"was begun with something else: {text}" for text in other]
+            reasons = [f"was begun with something else: {text}" for text in other]
             ways = "begin anew, or continue with --mixed (mixed=True), which marks what is computed now"
-            raise CaseError([*found, f"the rest would not have the bits that it had there; {ways}"], str(path))
+            raise CaseError([*reasons, f"the rest would not have the bits that it had there; {ways}"], str(path))
         store = Store(path, begun, tuple(record["tile"]), lock)
         store.refuse_strange()
         store.clean()
@@ -235,9 +237,9 @@ def _refuse_foreign(path: Path) -> None:
 def _refuse_strange(path: Path, others: Iterable[str] = ()) -> None:
     """CaseError where a folder holds what this package has not written and would have to pass, remove or overwrite."""
     with kept(path):
-        found = [*strange_places(path), *others]
-    if found:
-        few = found if len(found) < 6 else [*found[:5], f"and {len(found) - 5:,} more"]
+        strange = [*strange_places(path), *others]
+    if strange:
+        few = strange if len(strange) < 6 else [*strange[:5], f"and {len(strange) - 5:,} more"]
         raise CaseError([*few, "vibrocap wrote no such thing; nothing was touched. Remove it and continue"], str(path))
 
 
@@ -269,10 +271,10 @@ def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
 def _remove_begun(path: Path) -> None:
     """Remove what a beginning wrote, after a look at all of it; CaseError where anything else is there."""
     record = read_record(path, BEGINNING)
-    files, folders = [], [f"{RESULTS}/{name}" for name, each in _in(path, RESULTS).items() if each == FOLDER]
+    files, folders = [], [f"{RESULTS}/{name}" for name, place in _in(path, RESULTS).items() if place == FOLDER]
     strange = [f"{DONE}/{name}" for name in _in(path, DONE)]
     for folder in (RESULTS, *folders):
-        for name in (name for name, each in _in(path, folder).items() if each == FILE):
+        for name in (name for name, place in _in(path, folder).items() if place == FILE):
             place = f"{folder}/{name}".removeprefix(f"{RESULTS}/")
             data = read_plain(path, f"{folder}/{name}", LARGEST)
             own = record["files"].get(place) == checksum(record["identity"], place, data)

@@ -47,9 +47,9 @@ class Verification:
 
     def lines(self, most: int = 20) -> list[str]:
         """What is damaged, a line each; beyond so many their number."""
-        found = [*self.others, *(f"tile {tile_name(index)}: {what}" for index, what in self.damaged.items())]
-        rest = len(found) - most
-        return found if rest <= 0 else [*found[:most], f"and {rest:,} more"]
+        lines = [*self.others, *(f"tile {tile_name(index)}: {what}" for index, what in self.damaged.items())]
+        rest = len(lines) - most
+        return lines if rest <= 0 else [*lines[:most], f"and {rest:,} more"]
 
 
 def verify_study(path: str | Path) -> Verification:
@@ -85,7 +85,7 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
         others = (*others, str(error))
     if not others:
         checked_results(path, record)  # as it was written, but perhaps not by this package
-    shape, measured = plan_of(record).shape, [name for name, each in arrays.items() if each.along_runs]
+    shape, measured = plan_of(record).shape, [name for name, array in arrays.items() if array.along_runs]
     indices = list(tile_indices(shape, tuple(record["tile"])))
     try:
         marked = set(names(path, DONE))
@@ -97,7 +97,7 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
         others = (*others, f"{DONE} {why_strange(error)}")
     strange = marked - {tile_name(index) for index in indices}
     others = (*others, *(f"{DONE}/{name} does not belong to the study" for name in sorted(strange)))
-    others = (*others, *(each for each in strange_places(path) if each not in others))
+    others = (*others, *(strange_place for strange_place in strange_places(path) if strange_place not in others))
     stored = [index for index in indices if tile_name(index) in marked]
     looked_at = indices if finished else stored
     damaged: dict[Index, str] = {}
@@ -115,13 +115,13 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
 
 def _others(path: Path, record: Mapping[str, Any]) -> tuple[str, ...]:
     """What is wrong with the files of the results that belong to no tile."""
-    found = []
+    others = []
     for place in first_places(record):
         try:
             read_first(path, record, place)
         except DamageError as error:
-            found.append(str(error))
-    return tuple(found)
+            others.append(str(error))
+    return tuple(others)
 
 
 def _tile(path: Path, record: Mapping[str, Any], names: Sequence[str], index: Index) -> tuple[str, bool]:

@@ -28,7 +28,7 @@ class ZarrFiles:
     @property
     def names(self) -> tuple[str, ...]:
         """The arrays that are stored tile by tile."""
-        return tuple(each.name for each in self._variables)
+        return tuple(variable.name for variable in self._variables)
 
     def first(self) -> dict[str, bytes]:
         """Every file but those of the tiles, by its place in the group's folder."""
@@ -36,28 +36,28 @@ class ZarrFiles:
         attributes = study_attributes(self.study)
         if not plan.gridded:
             attributes["coordinates"] = " ".join(plan.paths)
-        found = {METADATA: _text({"attributes": attributes, "zarr_format": 3, "node_type": "group"})}
+        texts = {METADATA: _text({"attributes": attributes, "zarr_format": 3, "node_type": "group"})}
         for path, values in axis_values(self.study).items():
             described = coordinate_attributes(path, self.study.case.system)
             fill = "" if values.dtype == TEXT else np.nan
             shape = values.shape
-            found[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
-            found[f"{path}/c.0"] = _chunk(values)
-        for each in self._variables:
-            form = (plan.shape, self.tile, plan.dims, each.stored_attributes)
-            found[f"{each.name}/{METADATA}"] = _array_text(each.dtype, each.fill, *form)
-        return found
+            texts[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
+            texts[f"{path}/c.0"] = _chunk(values)
+        for variable in self._variables:
+            form = (plan.shape, self.tile, plan.dims, variable.stored_attributes)
+            texts[f"{variable.name}/{METADATA}"] = _array_text(variable.dtype, variable.fill, *form)
+        return texts
 
     def chunks(self, index: tuple[int, ...], arrays: Mapping[str, np.ndarray]) -> dict[str, bytes]:
         """The files of one tile, by their place; arrays: as `run_tile` gives them."""
         lengths = [block.stop - block.start for block in tile_block(self.study.plan.shape, self.tile, index)]
         there = tuple(slice(0, length) for length in lengths)
-        found = {}
-        for each in self._variables:
-            chunk = each.empty(self.tile)  # whole, also where the tile is cut by the edge
-            chunk[there] = arrays[each.name]
-            found[f"{each.name}/c.{'.'.join(map(str, index))}"] = _chunk(chunk)
-        return found
+        chunks = {}
+        for variable in self._variables:
+            chunk = variable.empty(self.tile)  # whole, also where the tile is cut by the edge
+            chunk[there] = arrays[variable.name]
+            chunks[f"{variable.name}/c.{'.'.join(map(str, index))}"] = _chunk(chunk)
+        return chunks
 
 
 def _array_text(

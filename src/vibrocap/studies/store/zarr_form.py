@@ -155,24 +155,24 @@ class _Group(_Strict):
 def expected_arrays(record: Mapping[str, Any]) -> dict[str, ExpectedArray]:
     """The arrays of a study, from its record."""
     plan, tile = plan_of(record), tuple(record["tile"])
-    found: dict[str, ExpectedArray] = {}
+    arrays: dict[str, ExpectedArray] = {}
     lengths = dict(zip(plan.dims, plan.shape, strict=True))
     for path in plan.paths:
         kind = TEXT if plan.is_text(path) else NUMBERS
         if plan.gridded:
-            found[path] = ExpectedArray((path,), (lengths[path],), (lengths[path],), (kind,), False)
+            arrays[path] = ExpectedArray((path,), (lengths[path],), (lengths[path],), (kind,), False)
         else:
-            found[path] = ExpectedArray(plan.dims, plan.shape, tile, (kind,), True)
+            arrays[path] = ExpectedArray(plan.dims, plan.shape, tile, (kind,), True)
     for name in (*ALWAYS, *measure_names(record)):
         types = (ALWAYS[name].dtype.name,) if name in ALWAYS else (NUMBERS, TEXT)
-        found[name] = ExpectedArray(plan.dims, plan.shape, tile, types, True)
-    return found
+        arrays[name] = ExpectedArray(plan.dims, plan.shape, tile, types, True)
+    return arrays
 
 
 def first_places(record: Mapping[str, Any]) -> list[str]:
     """The files of the results that belong to no tile, by their places."""
     arrays = expected_arrays(record)
-    chunks = [f"{name}/c.0" for name, each in arrays.items() if not each.along_runs]
+    chunks = [f"{name}/c.0" for name, array in arrays.items() if not array.along_runs]
     return [METADATA, *(f"{name}/{METADATA}" for name in arrays), *chunks]
 
 
@@ -195,7 +195,7 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
                 array = _Array.model_validate_json(metadata[place])
                 types[name] = array.data_type
                 wrong = _differences(name, array, arrays[name]) or units.complaints(name, dict(array.attributes))
-                complaints += [f"{RESULTS}/{place}: {each}" for each in wrong]
+                complaints += [f"{RESULTS}/{place}: {complaint}" for complaint in wrong]
         except FileNotFoundError:
             complaints.append(f"{RESULTS}/{place} is missing")
         except OSError as error:
@@ -221,26 +221,26 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
 
 def strange_names(path: Path, arrays: Mapping[str, ExpectedArray]) -> list[str]:
     """What stands among the results of a store and does not belong there."""
-    found = []
+    strange = []
     try:
         for name, kind in names(path, RESULTS).items():
             if name == METADATA or (name in arrays and kind == FOLDER):
                 continue
             if name.startswith(".z") or kind != FILE or name in arrays:
-                found.append(f"{RESULTS}/{name} does not belong to the study")
+                strange.append(f"{RESULTS}/{name} does not belong to the study")
     except FileNotFoundError:
         return []  # which is said of the files that should be there
     except OSError as error:
         reason = why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
         return [f"{RESULTS} {reason}"]
-    return sorted(found)
+    return sorted(strange)
 
 
 def _differences(name: str, array: _Array, expected: ExpectedArray) -> list[str]:
     """In what an array, which is of the right form, is not the one that the study has."""
     kind, chunk = array.data_type, array.chunk_grid.configuration.chunk_shape
     fill = ALWAYS[name].fill if name in ALWAYS else FILLS.get(kind)
-    found = [
+    differences = [
         ("data_type", kind in expected.types, " or ".join(expected.types)),
         ("shape", tuple(array.shape) == expected.shape, list(expected.shape)),
         ("dimension_names", tuple(array.dimension_names) == expected.dims, list(expected.dims)),
@@ -248,7 +248,7 @@ def _differences(name: str, array: _Array, expected: ExpectedArray) -> list[str]
         ("codecs", isinstance(array.codecs[0], _Words) == (kind == TEXT), "those of its type"),
         ("fill_value", type(array.fill_value) is type(fill) and array.fill_value == fill, json.dumps(fill)),
     ]
-    return [f"{name} should be {wanted}" for name, right, wanted in found if not right]
+    return [f"{name} should be {wanted}" for name, right, wanted in differences if not right]
 
 
 FACTORS = ("dimensionless_unit", "scale_factor")
@@ -262,7 +262,9 @@ class ArrayUnits:
 
     def __init__(self, record: Mapping[str, Any]):
         self._paths = plan_of(record).paths
-        self._measures = {each if isinstance(each, str) else each["name"]: each for each in record["study"]["measures"]}
+        self._measures = {
+            measure if isinstance(measure, str) else measure["name"]: measure for measure in record["study"]["measures"]
+        }
         self._system: System | None = None
         self._unknown = ""
         try:
@@ -276,12 +278,12 @@ class ArrayUnits:
             told = [key for key in FACTORS if given.get(key) is not None]
             return [f"{key} cannot be compared with the case of the study: {self._unknown}" for key in told]
         expected = self._expected(name, self._system)
-        found = []
+        complaints = []
         for key, value in expected.items():
             if given.get(key) != value and not (key == "units" and given.get(key) is None):
                 wanted = "not be there" if value is None else f"be {value!r}, by the case of the study"
-                found.append(f"{key} should {wanted}, got {given.get(key)!r}")
-        return found
+                complaints.append(f"{key} should {wanted}, got {given.get(key)!r}")
+        return complaints
 
     def _expected(self, name: str, system: System) -> dict[str, Any]:
         """Attributes by name, None for one that should not be there; without those of which nothing is known here."""

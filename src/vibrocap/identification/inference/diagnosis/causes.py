@@ -63,40 +63,44 @@ def diagnosis(
     the parameters are known. refit: the fit anew without given samples of each record, for a saturated force; else its
     parameters follow the slopes. timed: whether force and motion follow each other in time, so that a delay shows.
     """
-    whole = len(np.concatenate([each.time for each in records]))
+    whole = len(np.concatenate([record.time for record in records]))
     slopes = np.empty((whole, 0)) if slopes is None else slopes
-    found: list[Cause] = []
+    causes: list[Cause] = []
     cut, touched = saturation(records)
     if cut is not None:
-        found.append(cut)
+        causes.append(cut)
         kept = [~one for one in touched]
         if np.mean(np.concatenate(kept)) < REMAINING:
-            errors = np.concatenate([each.error[each.counts] for each in records])
-            return Diagnosis((cut,), errors, tuple(each.counts for each in records))
+            errors = np.concatenate([record.error[record.counts] for record in records])
+            return Diagnosis((cut,), errors, tuple(record.counts for record in records))
         if refit is not None:
             records, slopes = refit(kept)
-        records = [dataclasses.replace(each, counts=each.counts & one) for each, one in zip(records, kept, strict=True)]
+        records = [
+            dataclasses.replace(record, counts=record.counts & one) for record, one in zip(records, kept, strict=True)
+        ]
     coarse = quantisation(records)
     if coarse is not None:
-        found.append(coarse)
+        causes.append(coarse)
     largest = 0.0 if cut is None else 1.0
-    told, rest = _patterns(records, [each.error for each in records], slopes, largest, timed and coarse is None)
+    told, rest = _patterns(records, [record.error for record in records], slopes, largest, timed and coarse is None)
     single, cleaned = outliers(records, rest)
     squares = [
-        sum(float(np.sum(one[each.counts] ** 2)) for one, each in zip(errors, records, strict=True))
-        for errors in (rest, [each.error for each in records])
+        sum(float(np.sum(one[record.counts] ** 2)) for one, record in zip(errors, records, strict=True))
+        for errors in (rest, [record.error for record in records])
     ]
     if single is not None and single.share * squares[0] > SHARE * squares[1]:
-        kept = [each.error + one - left for each, one, left in zip(records, cleaned, rest, strict=True)]
+        kept = [record.error + one - left for record, one, left in zip(records, cleaned, rest, strict=True)]
         again, rest = _patterns(records, kept, slopes, largest, timed and coarse is None)
-        known = {each.kind for each in told}
-        told = [single, *(each for each in again if each.kind in known)]
+        known = {cause.kind for cause in told}
+        told = [single, *(cause for cause in again if cause.kind in known)]
     if coarse is None:  # errors of the motion go with everything that the force goes with
-        found += told
-    if not any(each.kind in WITH_CONSTANT for each in found):
-        found += _offset(records, slopes)
-    counts = tuple(each.counts for each in records)
-    return Diagnosis(tuple(found), np.concatenate([one[each] for one, each in zip(rest, counts, strict=True)]), counts)
+        causes += told
+    if not any(cause.kind in WITH_CONSTANT for cause in causes):
+        causes += _offset(records, slopes)
+    counts = tuple(record.counts for record in records)
+    return Diagnosis(
+        tuple(causes), np.concatenate([one[count] for one, count in zip(rest, counts, strict=True)]), counts
+    )
 
 
 def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
@@ -125,23 +129,23 @@ def _patterns(
     One after the other: what one explains is no more the others'.
     """
     some = sampled(records)
-    found, columns = _found(some, *_counted(some, errors, slopes), largest, timed)
+    causes, columns = _found(some, *_counted(some, errors, slopes), largest, timed)
     error, absorbed, cuts = _counted(records, errors, slopes)
     rest = without(error, basis_of(np.concatenate([absorbed, *(make(records) for make in columns)], axis=1)))
-    whole = [each.copy() for each in errors]
-    for one, each, part in zip(whole, records, np.split(rest, cuts), strict=True):
-        one[each.counts] = part
-    return found, whole
+    whole = [error.copy() for error in errors]
+    for one, record, part in zip(whole, records, np.split(rest, cuts), strict=True):
+        one[record.counts] = part
+    return causes, whole
 
 
 def _counted(
     records: Sequence[RecordErrors], errors: Sequence[np.ndarray], slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """(errors without what the fit can absorb, a basis of that, where records begin), of the samples that count."""
-    counts = [each.counts for each in records]
+    counts = [record.counts for record in records]
     absorbed = basis_of(np.nan_to_num(slopes[np.concatenate(counts)]))
-    error = without(np.concatenate([one[each] for one, each in zip(errors, counts, strict=True)]), absorbed)
-    return error, absorbed, np.cumsum([int(each.sum()) for each in counts])[:-1].tolist()
+    error = without(np.concatenate([one[count] for one, count in zip(errors, counts, strict=True)]), absorbed)
+    return error, absorbed, np.cumsum([int(count.sum()) for count in counts])[:-1].tolist()
 
 
 Columns = Callable[[Sequence[RecordErrors]], np.ndarray]
@@ -158,17 +162,17 @@ def _found(
     """The causes, the largest first, and how each makes its columns."""
     fixed = {name: make(records) for name, make in MAKERS.items()}
     chance = FALSE_ALARMS / (len(fixed) + 3)
-    turns = float(np.ptp(together(records, "place"))) / (2 * np.pi) if any(each.rotary for each in records) else 0.0
+    turns = float(np.ptp(together(records, "place"))) / (2 * np.pi) if any(record.rotary for record in records) else 0.0
     loss = BROAD | {"restoring": 1.0} if turns else BROAD  # one wave in a turn is no general pattern
-    total, found, columns = float(error @ error), [], []
-    noise = sum(noise_level(each) ** 2 * len(each) for each in np.split(error, cuts))
+    total, causes, columns = float(error @ error), [], []
+    noise = sum(noise_level(piece) ** 2 * len(piece) for piece in np.split(error, cuts))
     least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
     for _ in range(MOST if total > 0 else 0):
         tried: dict[str, tuple[Pattern, float, Columns]]
-        tried = {name: (each, 0.0, functools.partial(_made, name)) for name, each in fixed.items()}
+        tried = {name: (pattern, 0.0, functools.partial(_made, name)) for name, pattern in fixed.items()}
         length, directed, sines = ripple(records, error)
         tried["ripple"] = (sines, length, functools.partial(waves, length=length, directed=directed))
-        if timed and all(each.kind != "delay" for each in found):
+        if timed and all(cause.kind != "delay" for cause in causes):
             delay, lateness = shift(records, error, absorbed)
             tried["delay"] = (lateness, delay, functools.partial(about, delay=delay))
         now = float(error @ error)
@@ -182,20 +186,20 @@ def _found(
         for name in sorted(weights, key=lambda each: -weights[each]):
             pattern, amount, make = tried[name]
             share = shares[name][0] * now / total
-            if share < max(SHARE, SECOND * largest, least if not found else 0.0):
-                return found, columns
+            if share < max(SHARE, SECOND * largest, least if not causes else 0.0):
+                return causes, columns
             if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
                 break
         else:
-            return found, columns
+            return causes, columns
         largest = max(largest, share)
-        if all(each.kind != name for each in found):
-            found += _named(name, amount, share, pattern, error, absorbed, records)
+        if all(cause.kind != name for cause in causes):
+            causes += _named(name, amount, share, pattern, error, absorbed, records)
         columns.append(make)
         absorbed = basis_of(np.concatenate([absorbed, make(records)], axis=1))
         error = without(error, absorbed)
         fixed.pop(name, None)
-    return found, columns
+    return causes, columns
 
 
 def _made(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
@@ -221,10 +225,10 @@ BROAD = dict.fromkeys(("speed", "position", "presliding", "drift", "restoring"),
 def _coefficients(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
     """The coefficients of a pattern's columns; those of a sine and a cosine, after which a constant comes, by size."""
     left = without(pattern.columns, absorbed)
-    found = np.linalg.lstsq(left.T @ left, left.T @ error, rcond=None)[0]
+    coefficients = np.linalg.lstsq(left.T @ left, left.T @ error, rcond=None)[0]
     if pattern.waves:
-        found[-3:-1] = float(np.hypot(*found[-3:-1])), 0.0
-    return found
+        coefficients[-3:-1] = float(np.hypot(*coefficients[-3:-1])), 0.0
+    return coefficients
 
 
 def _named(
@@ -237,7 +241,7 @@ def _named(
     records: Sequence[RecordErrors],
 ) -> list[Cause]:
     """The causes with their size: a delay in s, a wavelength in m, a mass in kg, a stiffness in N/m, else its share."""
-    turning = any(each.rotary for each in records)
+    turning = any(record.rotary for record in records)
     if name == "delay":
         interval = float(np.median(np.diff(records[0].time)))
         how = "lags" if amount > 0 else "leads"
@@ -252,9 +256,9 @@ def _named(
         columns = {"inertia": 0, "restoring": int(name == SWINGING)}
         kinds = [*units] if name == SWINGING else [name]
         parts = [(sizes[columns[kind]] * np.linalg.norm(pattern.columns[:, columns[kind]])) ** 2 for kind in kinds]
-        found = []
+        causes = []
         for kind, part in zip(kinds, parts, strict=True):
             size, own = float(sizes[columns[kind]]), share * float(part / sum(parts))
-            found.append(Cause(kind, size, own, (f"{size:.3g} {units[kind][turning]}", f"{own:.0%}")))
-        return found
+            causes.append(Cause(kind, size, own, (f"{size:.3g} {units[kind][turning]}", f"{own:.0%}")))
+        return causes
     return [Cause(name, share, share, (f"{share:.0%}",))]

@@ -64,20 +64,20 @@ def sampled(records: Sequence[RecordErrors]) -> list[RecordErrors]:
     """
     from scipy.ndimage import maximum_filter1d
 
-    every = -(-sum(int(each.counts.sum()) for each in records) // LARGEST)
+    every = -(-sum(int(record.counts.sum()) for record in records) // LARGEST)
     if every <= 1:
         return list(records)
-    found = []
-    for each in records:
-        some = maximum_filter1d(each.turned.astype(np.uint8), 2 * BESIDE + 1) > 0
+    sampled_errors = []
+    for record in records:
+        some = maximum_filter1d(record.turned.astype(np.uint8), 2 * BESIDE + 1) > 0
         some[::every] = True
-        found.append(dataclasses.replace(each, counts=each.counts & some))
-    return found
+        sampled_errors.append(dataclasses.replace(record, counts=record.counts & some))
+    return sampled_errors
 
 
 def together(records: Sequence[RecordErrors], name: str) -> np.ndarray:
     """One column of all records, the samples that count."""
-    return np.concatenate([getattr(each, name)[each.counts] for each in records])
+    return np.concatenate([getattr(record, name)[record.counts] for record in records])
 
 
 def noise_level(values: np.ndarray) -> float:

@@ -26,12 +26,14 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
     on (by chance below 2^-6 at each end, and in noise there are not 6 samples so near to the largest one), if the
     prediction does not lie there too, as that of a constant sliding friction would.
     """
-    touched = [np.zeros(len(each.time), bool) for each in records]
+    touched = [np.zeros(len(record.time), bool) for record in records]
     cut, where = 0, []
-    for each, mine in zip(records, touched, strict=True):
+    for record, mine in zip(records, touched, strict=True):
         for side in (1.0, -1.0):
-            force = side * each.force
-            noise = max(noise_level(each.force), 1e-3 * float(np.sqrt(np.mean((each.force - each.predicted) ** 2))))
+            force = side * record.force
+            noise = max(
+                noise_level(record.force), 1e-3 * float(np.sqrt(np.mean((record.force - record.predicted) ** 2)))
+            )
             ordered = np.sort(force)
             width = max(PILES * noise, 1e-9 * float(np.abs(ordered[[0, -1]]).max()))
             below, begin, end = (np.searchsorted(ordered, ordered + far * width) for far in (-1.5, -0.5, 0.5))
@@ -42,15 +44,15 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
             most = int(np.argmax(np.where(piled, numbers, 0)))
             limit, number = float(np.median(ordered[begin[most] : end[most]])), int(numbers[most])
             on = np.abs(force - ordered[most]) <= 0.5 * width
-            error = (side * each.predicted - limit)[on]
+            error = (side * record.predicted - limit)[on]
             if float(np.sqrt(np.mean(error**2))) < 3 * width:
                 continue
             cut += number + 1
             where.append(f"{side * limit:.4g}")
-            mine |= on | (side * each.predicted > limit - BEYOND * noise)
+            mine |= on | (side * record.predicted > limit - BEYOND * noise)
     if not cut:
         return None, touched
-    share = cut / sum(len(each.time) for each in records)
+    share = cut / sum(len(record.time) for record in records)
     return Cause("saturation", share, share, (f"{share:.2g}", " and ".join(dict.fromkeys(where)))), touched
 
 
@@ -65,19 +67,19 @@ def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
     is uncertain.
     """
     worst: Cause | None = None
-    for each in records:
-        errors = float(np.mean((each.force - each.predicted) ** 2))
-        name = "place" if each.velocity_made else "velocity"
-        column = getattr(each, name)
+    for record in records:
+        errors = float(np.mean((record.force - record.predicted) ** 2))
+        name = "place" if record.velocity_made else "velocity"
+        column = getattr(record, name)
         step = resolution(column) if errors > 0 else 0.0
         if not step:
             continue
-        slope = step**2 / 12 * _squared_slope(column, each.predicted, step)
-        uncertain = 0.5 * step / (1.0 if name == "velocity" else float(np.median(np.diff(each.time))))
-        effect = (slope + _rough(each) + _turning(each, uncertain)) / errors
+        slope = step**2 / 12 * _squared_slope(column, record.predicted, step)
+        uncertain = 0.5 * step / (1.0 if name == "velocity" else float(np.median(np.diff(record.time))))
+        effect = (slope + _rough(record) + _turning(record, uncertain)) / errors
         if effect > EFFECT and (worst is None or effect > worst.share):
             what = "position" if name == "place" else "velocity"
-            unit = ("rad" if each.rotary else "m") + ("" if name == "place" else "/s")
+            unit = ("rad" if record.rotary else "m") + ("" if name == "place" else "/s")
             worst = Cause("quantisation", step, min(effect, 1.0), (what, f"{step:.3g} {unit}"))
     return worst
 
@@ -114,14 +116,14 @@ def resolution(column: np.ndarray) -> float:
 
 def _squared_slope(column: np.ndarray, force: np.ndarray, step: float) -> float:
     """Mean square of the slope of the force over a column that moves by five steps or more; 0 elsewhere."""
-    found = np.zeros(len(column))
+    slopes = np.zeros(len(column))
     for wide in (2, 8, 32, 128, 512, 2048):
         if 2 * wide >= len(column):
             break
         change, answer = column[2 * wide :] - column[: -2 * wide], force[2 * wide :] - force[: -2 * wide]
-        seen = (np.abs(change) >= 5 * step) & (found[wide:-wide] == 0)
-        found[wide:-wide][seen] = np.abs(answer[seen] / change[seen])
-    return float(np.mean(found**2))
+        seen = (np.abs(change) >= 5 * step) & (slopes[wide:-wide] == 0)
+        slopes[wide:-wide][seen] = np.abs(answer[seen] / change[seen])
+    return float(np.mean(slopes**2))
 
 
 def _rough(record: RecordErrors) -> float:
@@ -146,22 +148,24 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
     """
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
-    cleaned, found, number, looked = [], 0, 0, 0
-    for each, error in zip(records, errors, strict=True):
+    cleaned, number_before, number, looked = [], 0, 0, 0
+    for record, error in zip(records, errors, strict=True):
         medians = median_filter(error, 3, mode="nearest")
         padded = np.concatenate((medians[:1], medians[:1], medians, medians[-1:], medians[-1:]))
         before, after = padded[:-4], padded[4:]
         alone = error - np.clip(error, np.minimum(before, after), np.maximum(before, after))
-        bend = np.abs(np.diff(each.predicted, 2, prepend=each.predicted[0], append=each.predicted[-1])) / each.unit
+        bend = (
+            np.abs(np.diff(record.predicted, 2, prepend=record.predicted[0], append=record.predicted[-1])) / record.unit
+        )
         jump = maximum_filter1d(bend, 2 * NEAR + 1)
-        looked_at = each.counts & ~each.turned
+        looked_at = record.counts & ~record.turned
         inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * NEAR + 1) > 0
-        times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(each.velocity), inside), 1e-300)
+        times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(record.velocity), inside), 1e-300)
         far = inside & (times > FAR_OUT)
-        found += LONELY if np.any(times[inside] > 2 * FAR_OUT) else int(np.sum(far))
+        number_before += LONELY if np.any(times[inside] > 2 * FAR_OUT) else int(np.sum(far))
         number, looked = number + int(np.sum(far)), looked + int(np.sum(inside))
         cleaned.append(np.where(far, error - alone, error))
-    if found < LONELY:
+    if number_before < LONELY:
         return None, list(errors)
     pairs = [zip(one, records, strict=True) for one in (errors, cleaned)]
     before, after = (sum(float(np.sum(error[each.counts] ** 2)) for error, each in pair) for pair in pairs)

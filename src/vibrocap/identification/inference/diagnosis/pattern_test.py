@@ -70,7 +70,7 @@ def probability(
     from scipy.special import fdtrc
 
     model, time = autoregression(np.split(rest, cuts))
-    white = [filtered(each, model, cuts) for each in (error[:, None], absorbed, pattern.columns)]
+    white = [filtered(column, model, cuts) for column in (error[:, None], absorbed, pattern.columns)]
     basis = basis_of(white[1])
     left = without(white[2], basis)
     keep = np.sum(left**2, axis=0) > KEPT * np.sum(white[2] ** 2, axis=0)
@@ -96,9 +96,11 @@ def autoregression(series: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
 
     The order is that with the least criterion; tau = s^2 / (1 - sum a)^2 with the share s^2 that the model leaves.
     """
-    n = sum(len(each) for each in series)
+    n = sum(len(piece) for piece in series)
     most = min(ORDER, n // 20)
-    sums = np.array([sum(float(each[k:] @ each[: max(len(each) - k, 0)]) for each in series) for k in range(most + 1)])
+    sums = np.array(
+        [sum(float(piece[k:] @ piece[: max(len(piece) - k, 0)]) for piece in series) for k in range(most + 1)]
+    )
     if not sums[0] > 0:
         return np.empty(0), 1.0
     a, left, best, least, time = np.empty(0), 1.0, np.empty(0), 0.0, 1.0
@@ -120,8 +122,8 @@ def filtered(columns: np.ndarray, model: np.ndarray, cuts: Sequence[int]) -> np.
     """Columns [n, k] less what the model says of each sample, record by record."""
     if not len(model) or not columns.shape[1]:
         return columns
-    less, found = np.concatenate(([1.0], -model)), []
-    for each in np.split(columns, cuts):
-        left = np.transpose([np.convolve(column, less)[: len(each)] for column in each.T])
-        found.append(left[min(len(model), len(each) // 2) :])
-    return np.concatenate(found)
+    less, pieces = np.concatenate(([1.0], -model)), []
+    for piece in np.split(columns, cuts):
+        left = np.transpose([np.convolve(column, less)[: len(piece)] for column in piece.T])
+        pieces.append(left[min(len(model), len(piece) // 2) :])
+    return np.concatenate(pieces)

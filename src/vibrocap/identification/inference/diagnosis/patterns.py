@@ -18,22 +18,22 @@ REFINED = 12  # halvings about the spectrum's peak
 
 def over_units(records: Sequence[RecordErrors], values: Sequence[np.ndarray]) -> np.ndarray:
     """Columns in newtons of each record, over its unit, of the samples that count."""
-    return np.concatenate([(one / each.unit)[each.counts] for each, one in zip(records, values, strict=True)])
+    return np.concatenate([(one / record.unit)[record.counts] for record, one in zip(records, values, strict=True)])
 
 
 def inertia(records: Sequence[RecordErrors]) -> Pattern:
     """A mass that the sensor carries: the acceleration."""
-    return Pattern(over_units(records, [each.acceleration for each in records])[:, None])
+    return Pattern(over_units(records, [record.acceleration for record in records])[:, None])
 
 
 def restoring(records: Sequence[RecordErrors]) -> Pattern:
     """A spring, or gravity on what turns: the place, or its sine and cosine; and a constant, for its middle."""
-    turning = any(each.rotary for each in records)
+    turning = any(record.rotary for record in records)
     if turning:
-        waves = [over_units(records, [wave(each.place) for each in records]) for wave in (np.sin, np.cos)]
+        waves = [over_units(records, [wave(record.place) for record in records]) for wave in (np.sin, np.cos)]
     else:
-        waves = [over_units(records, [each.place - each.place.mean() for each in records])]
-    columns = [*waves, over_units(records, [np.ones_like(each.time) for each in records])]
+        waves = [over_units(records, [record.place - record.place.mean() for record in records])]
+    columns = [*waves, over_units(records, [np.ones_like(record.time) for record in records])]
     return Pattern(np.stack(columns, axis=1), waves=turning)
 
 
@@ -45,24 +45,26 @@ def swinging(records: Sequence[RecordErrors]) -> Pattern:
 
 def drift(records: Sequence[RecordErrors]) -> Pattern:
     """A sensor's zero, or the level of friction, that changes in the course of a record: polynomials in time."""
-    columns = [over_units(records, [np.ones_like(each.time) for each in records])]
+    columns = [over_units(records, [np.ones_like(record.time) for record in records])]
     for power in range(1, DEGREE + 1):
         legendre = np.polynomial.legendre.Legendre.basis(power)
-        of_time = [legendre(2 * each.time / each.time[-1] - 1) for each in records]
+        of_time = [legendre(2 * record.time / record.time[-1] - 1) for record in records]
         columns.append(over_units(records, of_time))
-        columns.append(over_units(records, [one * each.predicted for one, each in zip(of_time, records, strict=True)]))
+        columns.append(
+            over_units(records, [one * record.predicted for one, record in zip(of_time, records, strict=True)])
+        )
     return Pattern(np.stack(columns, axis=1))
 
 
 def direction(records: Sequence[RecordErrors]) -> Pattern:
     """Levels that differ by direction: a constant, and the direction."""
-    ones = over_units(records, [np.ones_like(each.time) for each in records])
-    return Pattern(np.stack([ones, over_units(records, [each.side for each in records])], axis=1))
+    ones = over_units(records, [np.ones_like(record.time) for record in records])
+    return Pattern(np.stack([ones, over_units(records, [record.side for record in records])], axis=1))
 
 
 def constant(records: Sequence[RecordErrors]) -> Pattern:
     """An offset of the force sensor: a constant."""
-    return Pattern(over_units(records, [np.ones_like(each.time) for each in records])[:, None])
+    return Pattern(over_units(records, [np.ones_like(record.time) for record in records])[:, None])
 
 
 def odd_in_velocity(records: Sequence[RecordErrors]) -> np.ndarray:
@@ -87,10 +89,10 @@ def presliding(records: Sequence[RecordErrors]) -> Pattern:
     The bins end at doubling shares of the longest such distance.
     """
     ways, turns = [], 0
-    for each in records:
-        turns += int(np.sum(each.turned))
-        begin = np.maximum.accumulate(np.where(each.turned, np.arange(len(each.time)), 0))
-        ways.append(np.abs(each.place - each.place[begin])[each.counts])
+    for record in records:
+        turns += int(np.sum(record.turned))
+        begin = np.maximum.accumulate(np.where(record.turned, np.arange(len(record.time)), 0))
+        ways.append(np.abs(record.place - record.place[begin])[record.counts])
     way = np.concatenate(ways)
     if turns < FEWEST_TURNS:
         return Pattern(np.empty((len(way), 0)))
@@ -109,8 +111,8 @@ def _indicators(bins: np.ndarray) -> np.ndarray:
 
 def waves(records: Sequence[RecordErrors], length: float, directed: bool) -> np.ndarray:
     """Cosine and sine [n, 2] of a wavelength along the place, times the direction or not."""
-    phases = [2 * np.pi / length * each.place[each.counts] for each in records]
-    sizes = [(each.side[each.counts] if directed else 1.0) / each.unit for each in records]
+    phases = [2 * np.pi / length * record.place[record.counts] for record in records]
+    sizes = [(record.side[record.counts] if directed else 1.0) / record.unit for record in records]
     pair = [[wave(p) * size for p, size in zip(phases, sizes, strict=True)] for wave in (np.cos, np.sin)]
     return np.stack([np.concatenate(one) for one in pair], axis=1)
 
@@ -124,9 +126,9 @@ def ripple(
     three samples at full speed; then about its peak. A length of 0 where the path is too short.
     """
     place, side = together(records, "place"), together(records, "side")
-    units = np.concatenate([np.full(int(each.counts.sum()), each.unit) for each in records])
+    units = np.concatenate([np.full(int(record.counts.sum()), record.unit) for record in records])
     path = float(np.ptp(place))
-    steps = np.concatenate([np.abs(np.diff(each.place)) for each in records])
+    steps = np.concatenate([np.abs(np.diff(record.place)) for record in records])
     fast = float(np.quantile(steps, 0.9))
     most = int(min(path / max(PER_WAVE * fast, 1e-300), MOST_WAVES, len(place) / 20))
     none = 0.0, False, Pattern(np.empty((len(error), 0)))
@@ -146,8 +148,8 @@ def ripple(
             best = (float(spectrum[peak]), float(numbers[peak]), directed)
     number, width = best[1], 1.0 / FINER
     for _ in range(REFINED):
-        tried = [max(number + width * each, LEAST_WAVES) for each in (-0.5, 0.0, 0.5)]
-        number = max(tried, key=lambda each: _power(waves(records, path / each, best[2]), error))
+        tried = [max(number + width * share, LEAST_WAVES) for share in (-0.5, 0.0, 0.5)]
+        number = max(tried, key=lambda period: _power(waves(records, path / period, best[2]), error))
         width *= 0.6
     length = path / number
     return length, best[2], Pattern(waves(records, length, best[2]), tries=2.0 * FINER * most)
@@ -171,22 +173,22 @@ def shift(records: Sequence[RecordErrors], error: np.ndarray, absorbed: np.ndarr
     factors, up to 2 % of the record; what the fit could absorb is taken off both. Between samples R is linear: it has
     no noise that this would smooth. The error itself is not moved, so that white noise stays what it is.
     """
-    interval = float(np.median(np.concatenate([np.diff(each.time) for each in records])))
-    reach = max(FARTHEST, LONGEST * min(len(each.time) for each in records))
+    interval = float(np.median(np.concatenate([np.diff(record.time) for record in records])))
+    reach = max(FARTHEST, LONGEST * min(len(record.time) for record in records))
     steps = [0.25, 0.5, *range(1, FARTHEST + 1)]
     while steps[-1] * FURTHER < reach:
         steps.append(steps[-1] * FURTHER)
-    tried = np.array([*[-each for each in reversed(steps)], 0.0, *steps])
+    tried = np.array([*[-step for step in reversed(steps)], 0.0, *steps])
 
     def left(samples: float) -> float:
         rest = error - without(late(records, samples * interval), absorbed)
         return float(rest @ rest)
 
-    best = tried[int(np.argmin([left(each) for each in tried]))]
+    best = tried[int(np.argmin([left(lag) for lag in tried]))]
     beside = np.diff(tried)[np.clip(np.searchsorted(tried, best), 0, len(tried) - 2)]
     for _ in range(LOOKS):
         near = best + beside * np.linspace(-1, 1, POINTS)
-        best = near[int(np.argmin([left(each) for each in near]))]
+        best = near[int(np.argmin([left(lag) for lag in near]))]
         beside *= 2.0 / (POINTS - 1)
     delay = float(best) * interval
     columns = late(records, delay if delay else 1e-3 * interval)[:, None]
@@ -196,13 +198,13 @@ def shift(records: Sequence[RecordErrors], error: np.ndarray, absorbed: np.ndarr
 def about(records: Sequence[RecordErrors], delay: float) -> np.ndarray:
     """Columns [n, 3] of a delay that is known to about a part of a sample: its own, a sample more and a sample less."""
     interval = float(np.median(np.diff(records[0].time)))
-    own, *others = (late(records, delay + each * interval) for each in (0.0, -1.0, 1.0))
+    own, *others = (late(records, delay + share * interval) for share in (0.0, -1.0, 1.0))
     return np.stack([own, *(each - own for each in others)], axis=1)
 
 
 def late(records: Sequence[RecordErrors], delay: float) -> np.ndarray:
     """What a delay adds to the measured force, over the units, of the samples that count."""
-    added = [(_before(each, delay) - each.predicted[each.counts]) / each.unit for each in records]
+    added = [(_before(record, delay) - record.predicted[record.counts]) / record.unit for record in records]
     return np.concatenate(added)
 
 
@@ -213,10 +215,10 @@ def _before(record: RecordErrors, delay: float) -> np.ndarray:
     """
     time, velocity, force = record.time, record.velocity, record.predicted
     moment = np.clip(time[record.counts] - delay, time[0], time[-1])
-    found = np.interp(moment, time, force)
+    shifted = np.interp(moment, time, force)
     i = np.clip(np.searchsorted(time, moment, side="right") - 1, 0, len(time) - 2)
     turns = velocity[i] * velocity[i + 1] < 0
     i, moment = i[turns], moment[turns]
     crossing = time[i] + (time[i + 1] - time[i]) * velocity[i] / (velocity[i] - velocity[i + 1])
-    found[turns] = np.where(moment < crossing, force[i], force[i + 1])
-    return found
+    shifted[turns] = np.where(moment < crossing, force[i], force[i + 1])
+    return shifted

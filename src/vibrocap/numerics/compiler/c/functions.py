@@ -254,11 +254,11 @@ class CFunction:
         self._block(node.statements)
 
     def _hold(self, held: tuple[nodes.Typed, ...], kind: Kind, text: str) -> None:
-        for i, (each, item) in enumerate(zip(held, kind.items, strict=True)):
-            if isinstance(each, nodes.Held):
-                self.known[each] = self.held(item, f"{text}.i{i}")
-            elif isinstance(each, nodes.Tuple) and each.constant is None:
-                self._hold(each.items, item, f"{text}.i{i}")
+        for i, (place, item) in enumerate(zip(held, kind.items, strict=True)):
+            if isinstance(place, nodes.Held):
+                self.known[place] = self.held(item, f"{text}.i{i}")
+            elif isinstance(place, nodes.Tuple) and place.constant is None:
+                self._hold(place.items, item, f"{text}.i{i}")
 
     def _do_Store(self, node: nodes.Store) -> None:
         value = self.of_kind(node.value, ELEMENTS[node.array.kind])

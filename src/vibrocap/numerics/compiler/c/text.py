@@ -102,9 +102,9 @@ class Module:
     def head(self, function: nodes.Function, name: str) -> str:
         """A function's first line."""
         pairs = (
-            (ARRAYS[kind] if kind in ELEMENTS else f"{self.type(kind)} ", each) for each, kind in function.arguments
+            (ARRAYS[kind] if kind in ELEMENTS else f"{self.type(kind)} ", name) for name, kind in function.arguments
         )
-        return f"{self.type(function.result)} {name}({', '.join(f'{kind}a_{each}' for kind, each in pairs) or 'void'})"
+        return f"{self.type(function.result)} {name}({', '.join(f'{kind}a_{name}' for kind, name in pairs) or 'void'})"
 
     def written(self, function: nodes.Function) -> str:
         """The name of a function, which is written when first called."""

@@ -109,10 +109,10 @@ class Expressions(Values):
         if any(value.constant is None or value.kind not in SCALARS for value in values):
             return None
         try:
-            found = PYTHON[type(op)](*(value.constant for value in values))
+            number = PYTHON[type(op)](*(value.constant for value in values))
         except (ArithmeticError, KeyError, TypeError, ValueError):
             return None
-        return None if isinstance(found, complex) else known(found)
+        return None if isinstance(number, complex) else known(number)
 
     def _bitwise(self, node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
         if left.kind is right.kind is BOOL and isinstance(op, (ast.BitAnd, ast.BitOr, ast.BitXor)):
@@ -152,8 +152,8 @@ class Expressions(Values):
             nonlocal left
             op, right = node.ops[i], node.comparators[i]
             if isinstance(op, (ast.In, ast.NotIn)):
-                found = self._within(node, left, right)
-                return found if isinstance(op, ast.In) else self._negated(found)
+                outcome = self._within(node, left, right)
+                return outcome if isinstance(op, ast.In) else self._negated(outcome)
             before, behind = left, self.value(right)
             if i + 1 < len(node.ops):
                 left = behind = self.shared(behind)
@@ -316,8 +316,8 @@ class Expressions(Values):
         if name in ("np.float64", "np.int64"):
             return (self._float if name == "np.float64" else self._int)(node, value)
         if name in ("np.floor", "math.floor"):
-            found = Library(FLOAT, "floor", self.converted(node, value, FLOAT))
-            return found if module == "np" else Truncated(INT, found)
+            floor = Library(FLOAT, "floor", self.converted(node, value, FLOAT))
+            return floor if module == "np" else Truncated(INT, floor)
         if module == "math" and function in FUNCTIONS:
             value, own = self.converted(node, value, FLOAT), self._own(node, function)
             return self._of_kernel(node, own, [value]) if own else Library(FLOAT, function, value)

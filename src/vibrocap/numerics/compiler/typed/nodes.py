@@ -251,7 +251,7 @@ class Primitive(Typed):
 
 
 WRITERS = {
-    each: f"_of_{each.__name__}" for each in Typed.__subclasses__()
+    subclass: f"_of_{subclass.__name__}" for subclass in Typed.__subclasses__()
 }  # the method that writes the code of a value
 
 
@@ -385,8 +385,8 @@ def known(number: Any) -> Typed | None:
         items = [known(item) for item in number]
         if None in items:
             return None
-        found = tuple(item for item in items if item is not None)
-        return Tuple(tuple_of(tuple(item.kind for item in found)), found, constant=number)
+        items_known = tuple(item for item in items if item is not None)
+        return Tuple(tuple_of(tuple(item.kind for item in items_known)), items_known, constant=number)
     if isinstance(number, np.ndarray) and number.ndim in (1, 2) and number.dtype.kind in "fi" and number.size:
         return Table(TABLE, "", constant=number)
     return None

@@ -85,10 +85,10 @@ class Program:
         kernel = self.kernel
         if name not in kernel.functions:
             raise kernel.refusal(ast.Pass(), "", f"there is no function `{name}`")
-        found = self.function(name, kinds, lambda what: kernel.refusal(ast.Pass(), name, what))
-        if found.result not in (NOTHING, INT, BOOL):
+        function = self.function(name, kinds, lambda what: kernel.refusal(ast.Pass(), name, what))
+        if function.result not in (NOTHING, INT, BOOL):
             raise kernel.refusal(kernel.functions[name], name, "what is called from outside returns an int or nothing")
-        return found
+        return function
 
     def constant(self, name: str) -> Typed | None:
         """A constant of the kernel."""
@@ -109,10 +109,10 @@ class Program:
         """A function of the kernel for arguments of these kinds; asked: what to raise where it is asked for."""
         key = (name, kinds)
         if key in self._functions:
-            found = self._functions[key]
-            if found is None:
+            typed = self._functions[key]
+            if typed is None:
                 raise asked(f"`{name}` calls itself; write a loop")
-            return found
+            return typed
         shared = {} if self._shared is None else self._shared
         content = (name, kinds, b"" if self._shared is None else self._content(name))
         if content in shared:
@@ -121,9 +121,9 @@ class Program:
         self._functions[key] = None
         number = sum(before == name for before, *_ in self._functions)
         statements = Statements(self, self.kernel.functions[name], kinds)
-        found = statements.typed(name if number == 1 else f"{name}.{number}")
-        self._functions[key] = shared[content] = found
-        return found
+        typed = statements.typed(name if number == 1 else f"{name}.{number}")
+        self._functions[key] = shared[content] = typed
+        return typed
 
     def _content(self, name: str) -> bytes:
         """A digest of all that decides a function: its text, and the constants and functions that it names."""
@@ -142,7 +142,7 @@ class Program:
         return self._contents[name]
 
 
-VISITORS = {each: f"_do_{each.__name__}" for each in ast.stmt.__subclasses__()}
+VISITORS = {subclass: f"_do_{subclass.__name__}" for subclass in ast.stmt.__subclasses__()}
 
 
 class Statements(Expressions):

@@ -43,7 +43,7 @@ from vibrocap.numerics.compiler.typed.nodes import (
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.typed.program import Program
 
-VISITORS = {each: f"_of_{each.__name__}" for each in ast.expr.__subclasses__()}
+VISITORS = {subclass: f"_of_{subclass.__name__}" for subclass in ast.expr.__subclasses__()}
 
 
 class Values:
@@ -181,9 +181,9 @@ class Values:
             raise self.refusal(node, f"a table of {table.ndim} dimensions needs as many places")
         places = tuple(self._place(part) for part in parts)
         if all(place.constant is not None for place in places):
-            found = known(table[tuple(place.constant for place in places)])
-            if found is not None:
-                return found
+            constant = known(table[tuple(place.constant for place in places)])
+            if constant is not None:
+                return constant
         return TableEntry(FLOAT if table.dtype.kind == "f" else INT, base, places)
 
     def _place(self, node: ast.expr) -> Typed:

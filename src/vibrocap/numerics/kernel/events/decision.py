@@ -219,7 +219,7 @@ def try_all(floats, count):
     if resting > MOST_TRIED:
         return NONE_FITS
     for lifting in range(2):
-        found = 0
+        consistent = 0
         for number in range(modes):
             rest = number
             for i in range(count):
@@ -232,15 +232,15 @@ def try_all(floats, count):
             find_forces(floats, count, False)
             if first_misfit(floats, count, -FITTING) >= 0 or (lifting == 0 and not presses(floats, count)):
                 continue
-            if found == 0:
-                found = 1
+            if consistent == 0:
+                consistent = 1
                 for i in range(count):
                     c = int(floats[OPEN + i])
                     floats[FOUND_SIDE + c] = floats[TRIED + c]
                     floats[FOUND_ACCELERATION + c] = floats[ACCELERATIONS + c]
             elif differs(floats, count):
                 return SEVERAL_FIT
-        if found == 1:
+        if consistent == 1:
             for i in range(count):
                 c = int(floats[OPEN + i])
                 floats[TRIED + c] = floats[FOUND_SIDE + c]

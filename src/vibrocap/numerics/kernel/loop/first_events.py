@@ -77,15 +77,15 @@ def first_events(floats, ints, plain, slow, longest, h):
             break
         leading, last, changes = signs_simd(floats)
         plain = plain & (~chosen | ((leading > 0.0) & (changes <= 1.0)))
-        found = plain & chosen & (changes == 1.0)
-        if bits(found) != 0:
-            root = root_simd(floats, leading, last, found)
+        sure = plain & chosen & (changes == 1.0)
+        if bits(sure) != 0:
+            root = root_simd(floats, leading, last, sure)
             # As in `one_step.step`: the last stretch is a step of its own.
-            early = found & held & (root > NEAR)
-            h = where(found, h * root, h)
+            early = sure & held & (root > NEAR)
+            h = where(sure, h * root, h)
             h = where(early, (1.0 - 0.5 * NEAR) * h, h)
-            which = where(found, looked, which)
-            event = (event & ~found) | (found & ~early)
+            which = where(sure, looked, which)
+            event = (event & ~sure) | (sure & ~early)
         again = later & plain
         if bits(again) == 0:
             break

@@ -191,14 +191,14 @@ def first_event(floats, ints, lane, h):
         if STICKS[c] + KINKS[c] > 0:
             side = lane.side[c]
             if side == 0.0:
-                found, length, touched = first_release(floats, lane, c, h)
+                crossed, length, touched = first_release(floats, lane, c, h)
             else:
-                found, length, touched = first_rest(floats, ints, lane, c, side, h)
-            if found != 0:
-                event, contact, h = found, c, length
+                crossed, length, touched = first_rest(floats, ints, lane, c, side, h)
+            if crossed != 0:
+                event, contact, h = crossed, c, length
             if touched >= 0.0 and (touch < 0.0 or touched < touch):
                 touch = touched
-                if found == 0 and event == 0:
+                if crossed == 0 and event == 0:
                     contact = c
     event, h = first_switch(floats, lane, event, h)
     return event, contact, h, touch

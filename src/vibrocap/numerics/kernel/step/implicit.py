@@ -227,12 +227,12 @@ def choose_reference(floats, lane):
 
     Where a contact creeps, so slowly that it holds its body, p follows -g(t) and all that counts is their difference.
     """
-    slowest, found = math.inf, 0.0
+    slowest, largest = math.inf, 0.0
     for i in range(SHIFTS):
         speed = abs(floats[VELOCITY_OF[i] + lane])
         if STICKS[i] == 0 and speed < slowest:
-            slowest, found = speed, float(i)
-    floats[REFERENCE] = found
+            slowest, largest = speed, float(i)
+    floats[REFERENCE] = largest
 
 
 def reference_at(floats, t, lane):

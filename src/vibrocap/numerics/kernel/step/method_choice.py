@@ -101,14 +101,14 @@ def time_to_rest(floats, lane):
     implicit step should not go far beyond. The series in memory need not be that of the present state: only its first
     two coefficients are used, which the Taylor series of every step provides.
     """
-    found = math.inf
+    time = math.inf
     for c in range(CONTACTS):
         if KINKS[c] == 1 or not SEVERAL:
             v, slope = floats[VELOCITY_OF[c] + lane], floats[VELOCITY_OF[c] + LANES + lane]
             none = NO_SPEED * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
             if abs(v) > none and v * slope < 0.0:
-                found = min(found, -v / slope)
-    return found
+                time = min(time, -v / slope)
+    return time
 
 
 def shorter_step(floats, ints, lane, h):

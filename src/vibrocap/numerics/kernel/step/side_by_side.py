@@ -76,5 +76,5 @@ def resolved_simd(floats, side, start, change, h, moving):
 
 def asked_before(floats, resting, least, most):
     """Where nothing can hide (`resolved.known`), but for starts from rest of a law whose series has gaps there."""
-    found = known(floats, all_lanes(), least, most)
-    return found & ~resting if GAPS else found
+    asked = known(floats, all_lanes(), least, most)
+    return asked & ~resting if GAPS else asked

@@ -49,11 +49,11 @@ CUT = 0.6  # of a step within which a contact may turn, or which does not see al
 
 def slow_lanes(floats):
     """Lanes on the manifold of any contact."""
-    found = load(floats, TOLERANCE) < 0.0
+    lanes = load(floats, TOLERANCE) < 0.0
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
-            found = found | (load(floats, SLOW + m * LANES) > 0.0)
-    return found
+            lanes = lanes | (load(floats, SLOW + m * LANES) > 0.0)
+    return lanes
 
 
 def settled_lanes(floats, h, longest):

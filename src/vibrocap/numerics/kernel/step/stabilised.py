@@ -122,12 +122,12 @@ def stabilised_step(floats, lane, wanted, longest, allowed):
     for _ in range(LENGTHS):
         if bits(untried) == 0:
             break
-        found = untried & (damping_error(floats, lane, h) <= SHARE * allowed)
+        accurate = untried & (damping_error(floats, lane, h) <= SHARE * allowed)
         if BRANCHES < SWITCHES:
-            found = found & clear_of_bounds(floats, lane, h)
-        longest = where(found, h, longest)
-        damped = damped | found
-        untried = untried & unlike(found)
+            accurate = accurate & clear_of_bounds(floats, lane, h)
+        longest = where(accurate, h, longest)
+        damped = damped | accurate
+        untried = untried & unlike(accurate)
         h = SHORTER * h
     if bits(damped) != 0:
         damp_series(floats, lane, damped)
