@@ -206,9 +206,7 @@ class ParameterError(ValueError):
 
     def within(self, part: str) -> "ParameterError":
         """The same for a part of a system, with fields such as "machine.mass_ratio"."""
-        return ParameterError(
-            "the system", (complaint.about(f"{part}.{complaint.field}") for complaint in self.complaints)
-        )
+        return ParameterError("the system", (fault.about(f"{part}.{fault.field}") for fault in self.complaints))
 
 
 @dataclass_transform(frozen_default=True)
