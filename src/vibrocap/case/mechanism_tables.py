@@ -86,11 +86,11 @@ def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], co
         if key not in known:
             other = f"a waveform stands in [drives.{where.rpartition('.')[2]}]" if ".signals." in where else ""
             complaints.add(f"{where}.{key[:60]}", f"no such key; {other or suggestion(key, known)}")
-        elif not all(isinstance(value, (str, int, float)) and not isinstance(value, bool) for value in plain):
+        elif not all(isinstance(item, (str, int, float)) and not isinstance(item, bool) for item in plain):
             complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
-        elif any(isinstance(value, (int, float)) and not abs(value) < 1e300 for value in plain):
+        elif any(isinstance(item, (int, float)) and not abs(item) < 1e300 for item in plain):
             complaints.add(f"{where}.{key}", f"should be a finite number, got {shown(value)}")
-        elif any(isinstance(value, str) and len(value) > 1000 for value in plain):
+        elif any(isinstance(item, str) and len(item) > 1000 for item in plain):
             complaints.add(f"{where}.{key}", "should be a text of at most 1000 characters")
 
 

@@ -45,7 +45,7 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
     records = []
     for name, measure in measure_table(system).items():
         _, needed = resolved(name, system)
-        if any(isinstance(measure.how, Standard) and measure.how.text for measure in needed):
+        if any(isinstance(part.how, Standard) and part.how.text for part in needed):
             continue
         read = _read(system, kernel, needed, name)
         if read != "NaN":

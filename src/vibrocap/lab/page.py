@@ -77,8 +77,8 @@ def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:
     forms = []
     for form in data["forms"]:
         shown = [{name: value for name, value in measure.items() if name != "read"} for measure in form["measures"]]
-        measures |= {json.dumps(form): form for form in shown}
-        numbers = [list(measures).index(json.dumps(form)) for form in shown]
+        measures |= {json.dumps(record): record for record in shown}
+        numbers = [list(measures).index(json.dumps(record)) for record in shown]
         forms.append({name: value for name, value in form.items() if name != "rules"} | {"measures": numbers})
     data = {**data, "forms": forms, "measures": list(measures.values())}
     letters = f"const GREEK={json.dumps(GREEK, ensure_ascii=False)};\n"

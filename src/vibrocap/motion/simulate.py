@@ -95,7 +95,7 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     reactions = [contact.reaction for contact in contacts]
     if any(slope for _, *slopes in reactions for slope in slopes):
         pairs = zip(contacts, system.laws, strict=True)
-        modes = itertools.product(*(_ways(load.velocity, law.kind) for load, law in pairs))
+        modes = itertools.product(*(_ways(contact.velocity, law.kind) for contact, law in pairs))
         loads = (_least_load(system, time, y, sides) for sides in modes)
     else:  # no friction raises or lowers any of them
         loads = iter([min((own, i) for i, (own, *_) in enumerate(reactions, start=1))])
@@ -170,7 +170,7 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
             raise ArgumentError(f"initial.{switch}", f"should not be {start[switch]:g}, as there is no stop")
         # over a belt it slides at the stop
         rest = dict.fromkeys(system.machine.contact_states, -system.machine.ground_speed())
-        for locked, value in ((name, where), *((name, rest.get(name, 0.0)) for name in still)) if start[switch] else ():
+        for locked, value in ((name, where), *((key, rest.get(key, 0.0)) for key in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
                 wanted, got = (_said(number, locked, system, 10) for number in (value, start[locked]))
                 what = f"should be {wanted}, as {switch} is {start[switch]:g}, got {got}"

@@ -137,8 +137,8 @@ def compare(
             done += 1
             said(done / total)
             results = [r for r in part.records if r.held_out]
-            measured += [r.measured for r in results] or [name.force for name in hidden]
-            predicted += [r.predicted for r in results] or [np.full(len(name), math.nan) for name in hidden]
+            measured += [r.measured for r in results] or [record.force for record in hidden]
+            predicted += [r.predicted for r in results] or [np.full(len(record), math.nan) for record in hidden]
         rows.append((name, whole, relative_rmse(measured, predicted)[0], clock.perf_counter() - begin))
     return _ranked(rows, method)
 

@@ -209,7 +209,7 @@ def _attractors_of_good(
     if continuum:  # orbits that a run or two lead to are samples of it
         orbits, which = _those_with_most(orbits, which)
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
-    motions = [class_of(orbit) for orbit in (*(orbit.orbit for orbit in orbits), *reached)]
+    motions = [class_of(orbit) for orbit in (*(known.orbit for known in orbits), *reached)]
     places = list(range(len(motions)))
     groups, members = _wandering(map_, runs.state[waiting])
     label[waiting] = NOT_SETTLED

@@ -48,7 +48,7 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
     for name in names:
         state = name.removesuffix("_rate")
         if name not in own and state not in own:
-            useful = [name for name in own if units[name] in (wanted, "1")]
+            useful = [own_state for own_state in own if units[own_state] in (wanted, "1")]
             what = f"the {machine.name} has no state {state!r} to be measured"
             raise ArgumentError("controller.measured", f"{what}; {suggestion(state, useful, cutoff=0.0)}")
     if getattr(controller, "measured", None) is not None and units[names[0]] not in (wanted, "1"):
@@ -91,7 +91,7 @@ def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
         raise ArgumentError("controller.measured", f"the command does not accelerate {state.removesuffix('_rate')!r}")
     given = placed.contacts(0.0, (*y, *(0.0 for _ in controller.states)), 0.0)
     rests = (law.kind == "set-valued" for law in laws_of(parts))
-    own = [abs(value.response[i]) for i, value in enumerate(given)]
+    own = [abs(contact.response[i]) for i, contact in enumerate(given)]
     if any(rest and response <= CANCELLED for rest, response in zip(rests, own, strict=True)):
         what = "the command would cancel the friction on its own body, at rest as well"
         raise ArgumentError("controller.measured", f"should not be the place of a body that comes to rest: {what}")

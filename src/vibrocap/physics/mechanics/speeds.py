@@ -301,12 +301,12 @@ class Motion:
         n, rows = len(self.names), []
         for i, name in enumerate(self.names):
             path = self.paths[self.pivots[name]] if name in self.pivots else None
-            own = [Sum.of(float(j == i)) if path is None else path.slope(name) for j, name in enumerate(self.names)]
+            own = [Sum.of(float(j == i)) if path is None else path.slope(other) for j, other in enumerate(self.names)]
             own += [Sum.of(float(j == i)) for j in range(n)]
             rows.append([*own, Sum() if path is None else path.rate])
         kinematics = solved(rows, n)
         slopes = {
-            name: {name: Sum.of(b) for name, b in zip(self.names, row, strict=False)}
+            name: {speed: Sum.of(b) for speed, b in zip(self.names, row, strict=False)}
             for name, row in zip(self.names, kinematics, strict=True)
         }
         return slopes, {name: -Sum.of(row[n]) for name, row in zip(self.names, kinematics, strict=True)}
