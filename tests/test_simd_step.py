@@ -81,7 +81,7 @@ def test_with_a_stop_most_steps_are_taken_in_all_lanes(name):
         steps.append((kernel["bits"](running), simd(floats, ints, trace, running)))
         return steps[-1][1]
 
-    budget = runs_of.Budget(2, 1e-8, 10_000, 10**6)
+    budget = runs_of.Budget(16 // LANES, 1e-8, 10_000, 10**6)
     with (
         mock.patch.dict(kernel, step_simd=counted),
         mock.patch.object(runs_of, "ensemble_kernel", return_value=(layout, entry)),
