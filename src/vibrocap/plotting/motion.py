@@ -67,6 +67,8 @@ PRINTED = 1.25  # inches: the height of a panel that is fitted to a page
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
 SLOWER: dict[str, Any] = {"color": BLUE, "linewidth": 1.6, "linestyle": (0, (4, 1.5)), "zorder": 4}
 HELD: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 3.0, "linestyle": "-", "zorder": 2}
+# a legend beside a title of some length
+CLOSE: dict[str, Any] = {"handlelength": 0.8, "handletextpad": 0.3, "columnspacing": 0.5}
 END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
 
 
@@ -241,7 +243,7 @@ def _friction_loop(motion: Trajectory, recent: Stretch, ax: Axes, contact: int =
         ax.set(xlabel=label_of(motion, names[0]), ylabel=label_of(motion, names[1]))
         ax.set_title(f"Friction, {_words(motion, recent)}")
         ax.locator_params(axis="x", nbins=7)
-        legend_above(ax)
+        legend_above(ax, **({"fontsize": 7.5} if page().width is None else {}), **CLOSE)
     return ax
 
 
