@@ -1,5 +1,7 @@
 """Several records in one fit, terms of the sensor, and what is known beforehand: known numbers come back."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -177,6 +179,23 @@ def test_robustness_takes_the_samples_as_they_are(drawn, tmp_path):
         assert values["friction.coulomb_coefficient"] == pytest.approx(expected, rel=1e-12)
     uncertain_quantities(system, {"machine": samples}, complaints)
     assert "coulomb" in str(complaints[0])
+
+
+def test_samples_in_newtons_or_of_a_short_chain_are_refused(drawn, tmp_path):
+    """A fit without a load has levels in newtons, which are no coefficients."""
+    _, samples = drawn
+    system = System(Oscillator(), Coulomb(0.3, 0.3), Harmonic())
+    path = tmp_path / "posterior.json"
+    for change, words in (
+        ({"units": ("N", "kg")}, "without unit in the case, and in N in the fit"),
+        ({"settled": False}, "short of fifty correlation times"),
+    ):
+        changed = dataclasses.replace(samples, **change)
+        path.write_text(json_text(view(changed)), encoding="utf-8")
+        for each in (changed, f"fit:{path}"):
+            complaints = Complaints()
+            assert uncertain_quantities(system, {"friction": each}, complaints) == ()
+            assert words in str(complaints[0])
 
 
 # --- terms by held-out error -----------------------------------------------------------------------------------------

@@ -221,6 +221,20 @@ def test_a_record_that_turns_is_not_that_of_a_block(exact):
 
 
 @pytest.mark.slow
+def test_samples_of_a_fitted_case_stand_by_their_paths_and_units():
+    pytest.importorskip("emcee")
+    time = TIME[::8]
+    records = [record(TRUE_BLOCK, "only", time, multisine(0, time), 1e-3)]
+    fitted = vc.fit_motion(TRUE_BLOCK, records, {"machine.mass": (0.3, 6.0)}, starts=2)
+    samples = vc.posterior(fitted, samples=100)
+    assert (samples.names[0], samples.units[0], samples.law_name) == ("machine.mass", "1", "")
+    mass = fitted["machine.mass"]
+    assert abs(np.mean(samples["machine.mass"]) - mass.value) < 4.0 * mass.standard_error / np.sqrt(samples.effective)
+    found = vc.robustness(TRUE_BLOCK, {"machine": samples}, "position_range", samples=8)
+    assert found.deviation > 0.0
+
+
+@pytest.mark.slow
 def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     vc.save_case(BLOCK, tmp_path / "block.toml")
     for each in exact:

@@ -180,7 +180,7 @@ def _posterior(given: Any) -> Any:
     try:
         record = json.loads(read_input(given.removeprefix(PREFIX), LARGEST))
         values = np.array(record["values"], dtype=float)
-        return SimpleNamespace(names=record["names"], values=values, law_name=record["law_name"])
+        return SimpleNamespace(**record | {"values": values}) if {"law_name", "units", "settled"} <= {*record} else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -189,13 +189,19 @@ def drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complain
     """The samples of a posterior, of the law in the section `key`, or of a case that was fitted; or what is wrong."""
     from scipy import stats
 
+    if not posterior.settled:
+        return Complaint(key, "the chain of the samples is short of fifty correlation times: it tells no distribution")
     if posterior.law_name and (key not in system.parts or system.parts[key].name != posterior.law_name):
         return Complaint(key, f"should be the section of the law {posterior.law_name!r}, of which the samples are")
     known = [info.name for info in parameter_table(system.parts[key])] if posterior.law_name else []
     paths, columns = [], []
-    for name, column in zip(posterior.names, posterior.values.T, strict=True):
+    for name, unit, column in zip(posterior.names, posterior.units, posterior.values.T, strict=True):
         if name in known:
-            paths.append(quantity_in_si(f"{key}.{name}", system).path)
+            place = quantity_in_si(f"{key}.{name}", system)
+            if unit != place.unit:
+                case, fit = ("without unit" if each == "1" else f"in {each}" for each in (place.unit, unit))
+                return Complaint(place.path, f"is {case} in the case, and {fit} in the fit")
+            paths.append(place.path)
         elif not posterior.law_name and "[" not in name and not name.startswith("drive."):
             paths.append(name)
         else:

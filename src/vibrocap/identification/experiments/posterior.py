@@ -67,12 +67,13 @@ class Band:
 class Posterior(Result):
     """Samples of what a fit leaves uncertain.
 
-    names [p]; values [samples, p], in the units of the fit; law_name: of the fitted law, "" of a fitted case, whose
+    names, units [p]; values [samples, p], in these units; law_name: of the fitted law, "" of a fitted case, whose
     names are paths. low, high: 95 % intervals by name; effective: independent samples among them; settled: whether the
     chain was fifty times as long as its correlations. `robustness` takes it as it is: {"friction": posterior}.
     """
 
     names: tuple[str, ...]
+    units: tuple[str, ...]
     values: np.ndarray
     law_name: str
     effective: float
@@ -80,7 +81,7 @@ class Posterior(Result):
     coordinates: np.ndarray = dataclasses.field(repr=False)
     source: Source = dataclasses.field(repr=False)
 
-    in_record = "names values law_name low high effective settled"
+    in_record = "names units values law_name low high effective settled"
 
     @property
     def low(self) -> Mapping[str, float]:
@@ -107,7 +108,9 @@ class Posterior(Result):
         low, high = self.low, self.high
         facts = {name: f"{number(low[name], 4)} to {number(high[name], 4)}" for name in self.names}
         if not self.settled:
-            facts["not settled"] = "the chain is short of fifty correlation times: ask for more samples"
+            facts["not settled"] = (
+                "the chain is short of fifty correlation times; fix what the data leave open, or give it a prior"
+            )
         return facts
 
     @property
@@ -190,6 +193,17 @@ def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progres
         sampled_chain = chain(source.density, source.begin, source.spread, source.bounds, samples, seed, report)
     values = source.values(sampled_chain.draws)
     name = getattr(fit, "law_name", "")
+    if name:
+        units = {each.name: each.unit for each in (*fit.parameters, *fit.nuisances)}
+    else:
+        units = {each.path: each.unit_of("value") for each in fit.parameters}
     return Posterior(
-        source.names, values, name, sampled_chain.effective, sampled_chain.settled, sampled_chain.draws, source
+        source.names,
+        tuple(units.get(each, "1") for each in source.names),
+        values,
+        name,
+        sampled_chain.effective,
+        sampled_chain.settled,
+        sampled_chain.draws,
+        source,
     )
