@@ -71,7 +71,7 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     marks lie no period of its own apart: rest and steady sliding are settled there, a cycle is not (`orbit` closes it).
 
     Limit: a mode that moves by less than a tenth of the threshold in n periods hides below faster ones. Within some
-    1e-6 (relative) of a period doubling, about one settled run in a hundred still moved by 20 to 240 thresholds.
+    1e-6 (relative) of a period doubling, one or two of a hundred settled runs still moved by 20 to 240 thresholds.
 
     threshold: share of the natural size of each state, by default max(1e-6, 1000 tolerance)
     A motion whose period n is tested needs n + 3 max(n, 3) periods: 10 for n = 1, 64 for n = 16.
