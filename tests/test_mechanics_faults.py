@@ -14,10 +14,12 @@ from vibrocap.mechanics import (
     Machine,
     Mass,
     MechanicsError,
+    NonNegative,
     Spring,
     Stop,
     coordinate,
     cos,
+    parameter,
     parameters,
     sin,
 )
@@ -152,3 +154,58 @@ def test_contacts_may_be_named_in_any_order():
     assert kind.contact_states == ("sliding_velocity", "velocity")
     assert (kind.place, kind.cyclic) == ("position", "position")
     assert kind().rates(0.0, (0.0, 0.3, 0.0, 0.1), 0.5, (0.1, 0.2)) == pytest.approx((0.2, 0.4, 0.1, -0.7))
+
+
+@parameters
+class SlidingCrank(Machine):
+    """A crank of inertia J moves a slider to and fro on a block: at its dead points it moves nothing else."""
+
+    crank_inertia: NonNegative = parameter(0.0, "J", "inertia of the crank", "inertia")
+    slider_mass: NonNegative = parameter(1.0, "m", "mass of the slider", "mass")
+    name: ClassVar = "sliding-crank"
+    effort: ClassVar = "torque"
+    angle = coordinate("theta", "angle of the crank", "rad")
+    position = coordinate("X", "place of the block", "m")
+
+    def parts(self, q):
+        block = Mass("block", 2.0, x=q.position)
+        slider = Mass("slider", self.slider_mass, on=block, x=sin(q.angle))
+        crank = Inertia("crank", self.crank_inertia, angle=q.angle, on=block)
+        return [block, slider, crank, Drive(q.angle), Damper(0.1, q.angle), Contact(block, load="weight")]
+
+
+def crank(**numbers):
+    return vc.System(SlidingCrank(**numbers), vc.Stribeck(), vc.Harmonic(amplitude=1.0, frequency=1.0))
+
+
+def test_a_linkage_at_its_dead_point_ends_with_a_singular_mass_matrix():
+    motion = vc.simulate(crank(), periods=5)
+    assert motion.status is vc.Status.SINGULAR_MASS_MATRIX
+    assert 0.0 < motion.end < motion.periods * motion.period
+    assert abs(abs(motion.state["angle"]) - math.pi / 2) < 1e-6
+    report = vc.check_part(SlidingCrank, motion=False)
+    assert any("the mass matrix is singular at angle -1.57" in each for each in report.wrong), report.wrong
+    assert vc.check_part(SlidingCrank(crank_inertia=0.5), motion=False).ok
+
+
+@pytest.mark.parametrize(("numbers", "angle"), [({}, math.pi / 2), ({"slider_mass": 0.0}, 0.3)])
+def test_a_mass_matrix_that_is_singular_at_the_start_is_a_status(numbers, angle):
+    motion = vc.simulate(crank(**numbers), periods=1, initial={"angle": angle})
+    assert motion.status is vc.Status.SINGULAR_MASS_MATRIX
+    assert motion.end == 0.0
+    report = vc.check_part(SlidingCrank(**numbers), motion=False)
+    assert any("the mass matrix is singular" in each for each in report.wrong), report.wrong
+
+
+def test_ensembles_say_where_a_mass_matrix_is_singular_and_other_statuses_stay():
+    """An inertia of the crank removes the dead point; a run that fails by its drive is "not finite"."""
+    over = {"machine.crank_inertia": [0.0, 0.5, 0.5], "drive.amplitude": [1.0, 1.0, 1e308]}
+    numbers = vc.ensemble(crank(), over, periods=3)["status"]
+    statuses = [list(vc.Status)[number] for number in numbers]
+    assert statuses == [vc.Status.SINGULAR_MASS_MATRIX, vc.Status.FINISHED, vc.Status.NOT_FINITE]
+    assert vc.simulate(crank(crank_inertia=0.5), periods=3, max_steps=5).status is vc.Status.TOO_MANY_STEPS
+
+
+def test_a_motion_too_long_to_keep_says_that_its_mass_matrix_becomes_singular():
+    with pytest.raises(ValueError, match=r"periods: .* its mass matrix becomes singular at angle 1\.571"):
+        vc.simulate(crank(), periods=5, initial={"angle_rate": 1.0})

@@ -13,13 +13,14 @@ import numpy as np
 from scipy import optimize
 
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
+from vibrocap.motion.status import SINGULAR, least_inertia
 from vibrocap.physics.machines.machine import IMPOSED
 from vibrocap.physics.mechanics.parts import Placed
 from vibrocap.physics.parameters import dimension_of_unit
 
 SAMPLES = 20
 REACH, STEPS = 2.0, 32  # of a coordinate, in natural sizes of its state, within which masses are looked at
-SINGULAR = 1e-9  # least eigenvalue of a mass matrix whose diagonal is 1 at the start
+TURN = 3.2  # the same of an angle, at least: all round
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -73,20 +74,13 @@ def numbers(given: Any) -> str | None:
 
 def accelerated(given: Any) -> str | None:
     """Its rates are finite, and its mass matrix is not singular, wherever its coordinates may reach."""
-    for machine, t, y, drive, frictions in _moving(given):
-        for placed in (machine, machine.tilted(1.0, 0.2)):
-            if not all(map(math.isfinite, placed.rates(t, y, drive, frictions))):
-                return f"rates: are not finite at {_place(machine, y)}"
     machine, t, start, *_ = next(_moving(given, 1))
     names, sizes, room = [*machine.coordinates], machine.scales(), machine.room()
-    own = [math.sqrt(abs(row[i])) or 1.0 for i, row in enumerate(machine.evaluated("inertia", t, start))]
 
     def least(y: tuple) -> float:
-        """The least eigenvalue of the mass matrix, over the diagonal that it has at the start; inf out of reach."""
+        """The least inertia; inf out of reach."""
         try:
-            if not all(bound > 0.0 for bound in machine.bounds(t, y)):
-                return math.inf
-            return float(np.linalg.eigvalsh(np.array(machine.evaluated("inertia", t, y)) / np.outer(own, own))[0])
+            return least_inertia(machine, t, y) if all(bound > 0.0 for bound in machine.bounds(t, y)) else math.inf
         except (ValueError, ZeroDivisionError, OverflowError):
             return math.inf
 
@@ -94,7 +88,8 @@ def accelerated(given: Any) -> str | None:
     for at, name in itertools.product(((0.0,) * len(start), start), names[:1] if constant else names):
         i = machine.states.index(name)
         low, high = room.get(name, (-math.inf, math.inf))
-        x = np.linspace(max(low, -REACH * sizes[i]), min(high, REACH * sizes[i]), STEPS + 1)
+        reach = max(REACH * sizes[i], TURN if machine.all_coordinates[name].unit == "rad" else 0.0)
+        x = np.linspace(max(low, -reach), min(high, reach), STEPS + 1)
         values = [least((*at[:i], float(number), *at[i + 1 :])) for number in x]
         k = int(np.argmin(values))
         near = optimize.minimize_scalar(
@@ -107,6 +102,10 @@ def accelerated(given: Any) -> str | None:
         if value <= SINGULAR:
             y = (*at[:i], worst, *at[i + 1 :])
             return f"parts: the mass matrix is singular at {_place(machine, y)}: a coordinate moves no mass there"
+    for machine, t, y, drive, frictions in _moving(given):
+        for placed in (machine, machine.tilted(1.0, 0.2)):
+            if not all(map(math.isfinite, placed.rates(t, y, drive, frictions))):
+                return f"rates: are not finite at {_place(machine, y)}"
     return None
 
 

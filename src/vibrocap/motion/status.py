@@ -1,5 +1,12 @@
 """How a run ended, and what to try where it ended early."""
 
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.physics.system import System
 from vibrocap.results import Advised
 
 
@@ -73,6 +80,13 @@ class Status(Advised):
         "machine move (see the last state). Drive it less, or end its way by a stop.",
     )
 
+    SINGULAR_MASS_MATRIX = (
+        "singular mass matrix",
+        "Some motion of the machine moves no mass here (see the last state), so that no acceleration follows from the "
+        "forces: a body has no mass, or a linkage reaches a dead point. Give what moves a mass or an inertia, or end "
+        "its way by a stop; `vibrocap check` looks for such places.",
+    )
+
     @property
     def ok(self) -> bool:
         """Whether the run went to its end."""
@@ -82,3 +96,31 @@ class Status(Advised):
     def text(self) -> str:
         """What happened and what to try."""
         return self.advice
+
+
+STOPPED = (Status.STEP_UNDERFLOW, Status.NOT_FINITE)  # where a singular mass matrix may be the cause
+SINGULAR = 1e-9  # of `least_inertia`: forces over masses give accelerations that much larger
+
+
+def least_inertia(machine: Any, t: float, y: Sequence[float]) -> float:
+    """Least eigenvalue of a mass matrix at a state, its coordinates so scaled that inertias near 0 are 1.
+
+    It is 0, to rounding, where some motion moves no mass; inf where the matrix is not finite.
+    """
+    near, here = (np.array(machine.evaluated("inertia", t, at)) for at in (0.1 + 0.01 * np.arange(len(y)), y))
+    sizes = np.sqrt(np.maximum(np.diag(near), np.abs(np.diag(here))))
+    sizes[sizes == 0.0] = 1.0
+    matrix = here / np.outer(sizes, sizes)
+    return float(np.linalg.eigvalsh(matrix)[0]) if np.all(np.isfinite(matrix)) else math.inf
+
+
+def ended(system: System, status: Status, state: Sequence[float]) -> Status:
+    """How a run ended in a state: "singular mass matrix" where that has stopped it."""
+    if status not in STOPPED or not np.all(np.isfinite(state)):
+        return status
+    machine = system.machine.driven_by(system.drive, system.drives)
+    try:
+        least = least_inertia(machine, 0.0, [float(value) for value in state[: len(machine.states)]])
+    except (ArithmeticError, ValueError):  # a function of the machine is not defined there
+        return status
+    return Status.SINGULAR_MASS_MATRIX if least <= SINGULAR else status

@@ -123,7 +123,8 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
         incomplete = "\n".join([motion.status.text, *motion.certificate.failures])
     elif not motion.status.ok:
         end = said(motion.periods * motion.period, motion.unit_of("period"))
-        where = f"it stopped at time {motion.said('end')} of {end}.\n{motion.status.text}"
+        state = f", {motion.facts['end']}" if "last state" in motion.status.text else ""
+        where = f"it stopped at time {motion.said('end')} of {end}{state}.\n{motion.status.text}"
         incomplete = f"The run could not be completed ({motion.status.value}): {where}"
         incomplete += "" if moved or not (request.plot or request.animate) else "\nThere is nothing to draw."
     return Answer(
