@@ -210,7 +210,7 @@ class Hoop(Machine):
 
 @pytest.mark.parametrize("faulty", [None, 0, 1])
 def test_a_wrong_friction_along_a_curved_path_is_noticed(faulty):
-    """A hundredth of the friction at one contact is missing in the rates: its work contradicts the energy."""
+    """A hundredth of the friction at one contact is missing in the rates: it contradicts both balances."""
 
     @planted(Hoop)
     class Slack:
@@ -230,10 +230,21 @@ def test_a_wrong_friction_along_a_curved_path_is_noticed(faulty):
     motion = vc.simulate(vc.System(Slack(), laws, vc.Harmonic(amplitude=1.2, frequency=0.8)), periods=3)
     assert {"reversal", "reversal_2", "stick_2"} <= {event.kind for event in motion.events}
     failed = [verdict.field for verdict in motion.certificate.verdicts if not verdict.ok]
-    assert failed == ([] if faulty is None else ["energy_residual"])
+    assert failed == ([] if faulty is None else ["energy_residual", "momentum_residual"])
     if faulty is not None:
-        (failure,) = motion.certificate.failures
-        assert "`energy` and `powers` of the machine contradict its `rates`" in failure
+        energy, momentum = motion.certificate.failures
+        assert "`energy` and `powers` of the machine contradict its `rates`" in energy
+        assert "`momentum` of the machine contradicts its `rates`" in momentum
+
+
+def test_momentum_on_a_curved_path_is_that_of_lagrange():
+    """p = dT/dX' + dT/dtheta' of a hoop; its rate, but for friction, is dT/dtheta and the forces along both."""
+    theta, w, x, v, drive = 0.4, 0.7, 0.2, -0.3, 0.9
+    sine, cosine = np.sin(theta), np.cos(theta)
+    at = 0.0, (theta, w, x, v)
+    assert Hoop().momentum(*at) == pytest.approx(3.0 * v + cosine * w + w + cosine * v, abs=4 * EPSILON)
+    forces = drive - 1.5 * theta - x - sine
+    assert Hoop().outer_force(*at, drive) == pytest.approx(forces - sine * v * w, abs=8 * EPSILON)
 
 
 def test_every_piece_of_evidence_has_a_bound_and_a_verdict():

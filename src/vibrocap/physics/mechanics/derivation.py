@@ -271,8 +271,6 @@ class Derivation(Motion):
     def wall_force(self) -> Any:
         """Of a rigid stop on the ground that is touched: as much as the other forces need."""
         found: Any = 0.0
-        if not self.straight:  # 0 = 0
-            return functools.reduce(add, self.inputs.frictions)
         for _, stop, touching in self.switching:
             if stop.rigid and stop.on_ground:
                 name = stopped(self, stop)
@@ -314,13 +312,23 @@ class Derivation(Motion):
         if self.imposes:
             (name,) = self.names
             return written(self.inertia(name, name) * self.speed[name])
-        return written(total(map(self.momentum, self.rubbing))) if self.straight else 0.0
+        return written(total(map(self.momentum, self.rubbing)))
 
     @functools.cached_property
-    def straight(self) -> bool:
-        """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
-        places = (direction for m in self.masses for direction in (m.along, m.height, m.turn))
-        return self._constant([total(map(place.slope, self.rubbing)) for place in places])
+    def bent(self) -> Sum:
+        """Momentum that masses on curved paths gain as the slopes s of these change, sum of m x' s'."""
+        inputs: list[Any] = [self.inputs.tape.input(number) for number in range(self.inputs.count)]
+        moving = [(self.inputs.t, 1.0), *((value, slope) for value, slope, _ in self.inputs.signals.values())]
+        moving += [(written(self.states[name]), place.rate) for name, place in self.along.items()]
+        for value, rate in moving:
+            inputs[value.operands[0]] = Quantity(value, rate=rate)
+        bent = Sum()
+        for direction, size in (moved for m in self.masses for moved in m.moved):
+            slope = total(map(direction.slope, self.rubbing))
+            if not self._constant([slope]):
+                (slope,) = Program((written(slope),), self.inputs.count)(inputs)
+                bent = bent + as_sum(size) * (direction.rate * slope.rate)
+        return bent
 
     def line_momentum(self) -> Any:
         """Momentum of all masses along the line, over the ground at rest."""
@@ -333,10 +341,8 @@ class Derivation(Motion):
         return tuple(written(self.weight(i)) for i in self.rubbing)
 
     def outer_force(self) -> Any:
-        """The force along the same, but for friction and rigid stops."""
-        if not self.straight:
-            return 0.0
-        return written(total(self.applied(i) + self.weight(i) for i in self.rubbing))
+        """The force along the same, but for friction and rigid stops, with what curved paths give."""
+        return written(self.bent + total(self.applied(i) + self.weight(i) for i in self.rubbing))
 
     def ground_speeds(self) -> tuple:
         """Speed at which the ground moves under each contact of a body that slides on it; None of any other contact."""
