@@ -2,10 +2,12 @@
 
 A kernel's text reads and writes `lane.time`, or `lane.side[c]` where there are several: entries of the arrays `floats`
 and `ints` that its functions get. Linking writes their places, `floats[TIME + lane]` and `floats[SIDE + c * LANES +
-lane]` (`linker/places.py`). `shared` is what the first lane carries for all, `stepper` the only lane of a stepper.
+lane]` (`linker/places.py`). `shared` is what the first lane carries for all, `stepper` the only lane of a stepper,
+`alone` that of any motion alone. Of all lanes at once `lanes.time` is read, and `at.time` is its place.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 
 class Wholes:
@@ -179,7 +181,14 @@ class Gathered:
     settled_time: float
 
 
-class Lane(int, Wholes, Numbers, Gathered):
+class Rows:
+    """Places of whole series: of the first coefficient, the next ones LANES further on each."""
+
+    row: list[int]  # [series rows] those of the states first
+    guard_row: list[int]  # [guards]
+
+
+class Lane(int, Wholes, Numbers, Gathered, Rows):
     """One lane: its number, and what it carries."""
 
 
@@ -188,7 +197,9 @@ def every_lane() -> Iterator[Lane]:
     raise NotImplementedError  # linking writes a range
 
 
-shared = stepper = Lane()
+shared = stepper = alone = Lane()
+lanes: Any = alone  # the numbers of all lanes
+at: Any = alone  # their places
 INT_ENTRIES, FLOAT_ENTRIES = (tuple(name.upper() for name in each.__annotations__) for each in (Wholes, Numbers))
 OF_STEPPER = (
     *("BEGUN", "ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),

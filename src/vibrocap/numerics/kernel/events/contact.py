@@ -8,6 +8,7 @@ Of several contacts all that are at rest at one instant are decided together (`d
 open is decided here, contact by contact, as it is of one alone.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
@@ -34,16 +35,6 @@ from vibrocap.numerics.kernel.generated.places import (
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import (
-    begin_branch,
-    decide_together,
-    leave_piece,
-    note_event,
-    on_event,
-    on_return,
-    stay_in_piece,
-    turned,
-)
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step
 
@@ -62,7 +53,7 @@ def sides_hold(floats, ints, trace, lane):
                 return False
         if open_still(floats, ints, lane):
             lane.zero_progress += 1
-            decide_together(floats, ints, lane)
+            hook.decide_together(floats, ints, lane)
             return False
     for c in range(CONTACTS):
         asked = STICKS[c] == 1 or (not SEVERAL and KINKS[c] == 1)
@@ -143,7 +134,7 @@ def decide(floats, ints, trace, lane, c):
     if SEVERAL:
         lane.gave_way[c] = 1
     if came_from == direction:
-        on_event(floats, ints, trace, lane, GRAZE, c, 0.0)
+        hook.on_event(floats, ints, trace, lane, GRAZE, c, 0.0)
     return True
 
 
@@ -180,7 +171,7 @@ def leaves(floats, ints, lane, c):
         lane.to_decide[c] = 1
     else:
         lane.side[c] = -side
-        turned(floats, lane, c)
+        hook.turned(floats, lane, c)
     return False
 
 
@@ -208,8 +199,8 @@ def cross(floats, ints, trace, lane, event, c, h):
     if lane.events > lane.event_limit:
         lane.status = TOO_MANY_EVENTS
         return
-    note_event(floats, ints, lane, event, c)
-    leave_piece(floats, ints, lane, event, c, h)
+    hook.note_event(floats, ints, lane, event, c)
+    hook.leave_piece(floats, ints, lane, event, c, h)
     if event == 1:
         if SEVERAL:
             meet(floats, ints, lane, c, h)
@@ -219,10 +210,10 @@ def cross(floats, ints, trace, lane, event, c, h):
                 rest(floats, ints, lane)
             else:
                 turn_round(floats, ints, lane, c)
-        on_return(floats, ints, lane)
+        hook.on_return(floats, ints, lane)
     elif event >= FIRST_SWITCH:
         lane.events -= 1  # counted where it happens
-        begin_branch(floats, ints, trace, lane, event - FIRST_SWITCH)
+        hook.begin_branch(floats, ints, trace, lane, event - FIRST_SWITCH)
     else:
         if SEVERAL:
             give_way_together(floats, ints, lane, h)
@@ -234,7 +225,7 @@ def turn_round(floats, ints, lane, c):
     """A contact with a force for every velocity goes on to the other side."""
     lane.side[c] = -lane.side[c]
     lane.zeros[c] = 1
-    turned(floats, lane, c)
+    hook.turned(floats, lane, c)
 
 
 def meet(floats, ints, lane, c, h):
@@ -254,7 +245,7 @@ def meet(floats, ints, lane, c, h):
                 arrive(floats, ints, lane, d)
                 came = True
     if came:
-        decide_together(floats, ints, lane)
+        hook.decide_together(floats, ints, lane)
 
 
 def arrive(floats, ints, lane, c):
@@ -311,7 +302,7 @@ def jumped(floats, ints, trace, lane):
             v = contact_velocity(floats, lane.time, WORK, c, lane)
             jumped_to(floats, ints, trace, lane, c, v)
     if SEVERAL and open_arrivals(ints, lane):
-        decide_together(floats, ints, lane)
+        hook.decide_together(floats, ints, lane)
 
 
 def open_arrivals(ints, lane):
@@ -331,7 +322,7 @@ def jumped_to(floats, ints, trace, lane, c, v):
             if not rests_beside(floats, lane, c):
                 floats[STATE + state] -= v
             arrive(floats, ints, lane, c)
-            stay_in_piece(ints, lane)
+            hook.stay_in_piece(ints, lane)
         elif SEVERAL:
             ints[TO_DECIDE + place] = 1
         return
@@ -348,7 +339,7 @@ def jumped_to(floats, ints, trace, lane, c, v):
         return
     floats[SIDE + place] = side
     if STICKS[c] == 0:
-        turned(floats, lane, c)
+        hook.turned(floats, lane, c)
 
 
 def velocity_rounding(floats, lane, c, v):

@@ -14,6 +14,7 @@ again would never get there. So how fast d falls is asked as well, and the run e
 too short to matter.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root
 from vibrocap.numerics.kernel.codes import (
     BEYOND_BOUND,
@@ -31,7 +32,6 @@ from vibrocap.numerics.kernel.generated.branches import (
     LAW_BRANCHES,
     LOCATED,
     OCCURRED,
-    SWITCH,
     SWITCHES,
 )
 from vibrocap.numerics.kernel.generated.equations import (
@@ -42,9 +42,8 @@ from vibrocap.numerics.kernel.generated.equations import (
     switches,
 )
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
-from vibrocap.numerics.kernel.generated.places import SERIES, WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
@@ -53,7 +52,7 @@ AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the
 def within_bounds(floats, ints, trace, lane):
     """Whether the equations hold at the start of the step; if not, the run ends."""
     for i in range(BRANCHES, SWITCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         least = 0.0
         if FOLLOWS_LOAD and i == BRANCHES:  # its slope stands in the last place of its row
             least = max(0.0, -(floats[row + ORDER * LANES] * (AT_ONCE * lane.period)))
@@ -66,7 +65,7 @@ def within_bounds(floats, ints, trace, lane):
 def branch_holds(floats, ints, trace, lane):
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(BRANCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         if floats[row] > (0.0 if i < LAW_BRANCHES else SLIGHT):
             continue
         if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), lane.period)):
@@ -81,7 +80,7 @@ def branch_in_doubt(floats, lane, h):
     """Whether a guard may have fallen to zero at the end of a step of length h."""
     doubt = False
     for i in range(BRANCHES):
-        doubt = doubt or series_value(floats, SWITCH + i * (ORDER + 1) * LANES + lane, h) <= DOUBT
+        doubt = doubt or series_value(floats, lane.guard_row[i], h) <= DOUBT
     return doubt
 
 
@@ -107,7 +106,7 @@ def first_switch(floats, lane, event, h):
     for i in range(SWITCHES):
         if LOCATED[i] == 0:
             continue
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         zeros, degree = 0, ORDER - 1
         if LAW_BRANCHES <= i < BRANCHES:
             degree = ORDER
@@ -125,7 +124,7 @@ def first_switch(floats, lane, event, h):
 def begin_branch(floats, ints, trace, lane, which):
     """The states become those after switch `which`; behind a bound the run ends."""
     if which >= BRANCHES:
-        on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], -1, 0.0)
+        hook.on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], -1, 0.0)
         lane.status = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
     lane.events += 1
@@ -142,9 +141,9 @@ def begin_branch(floats, ints, trace, lane, which):
         strikes = hits(floats, ints, lane)
     chosen = lane.taylor_steps + lane.implicit_steps == 0
     if which < LAW_BRANCHES:
-        on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
-    elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -SLIGHT):
-        on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, -1, 0.0)
+        hook.on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
+    elif not (chosen and floats[lane.guard_row[which]] < -SLIGHT):
+        hook.on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, -1, 0.0)
         if OCCURRED >= 0 and lane.window_start >= 0:
             lane.occurred[which - LAW_BRANCHES] += 1.0
     # else nothing happens: it is the branch in which the run starts
@@ -161,7 +160,7 @@ def hits(floats, ints, lane):
     time = lane.time
     if IMPACT >= 0:
         gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
-        on_jump(floats, ints, lane, gained)
+        hook.on_jump(floats, ints, lane, gained)
     for c in range(CONTACTS):
         velocity = contact_velocity(floats, time, WORK + STATES, c, lane)
         blocked = not SEVERAL and velocity == 0.0 and lane.side[c] != 0.0
@@ -182,7 +181,7 @@ def turned(floats, lane, contact):
 def guards_at(floats, lane, s, out):
     """Write the guards at time s of the present series."""
     for i in range(STATES):
-        floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+        floats[WORK + i] = series_value(floats, lane.row[i], s)
     switches(floats, lane.time + s, WORK, lane, out)
 
 
@@ -192,4 +191,4 @@ def interpolated_guards(floats, lane, h):
     for point in range(5):
         guards_at(floats, lane, 0.25 * point * h, out + point * SWITCHES)
     for i in range(SWITCHES):
-        through_points(floats, SWITCH + i * (ORDER + 1) * LANES + lane, out + i, SWITCHES, h)
+        through_points(floats, lane.guard_row[i], out + i, SWITCHES, h)

@@ -18,12 +18,12 @@ where a part of it is imposed.
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
-from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import PENDING, SERIES, WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.lane import at
 
 
 def tangent_waits(ints, lane):
@@ -43,7 +43,7 @@ def leave_piece(floats, ints, lane, event, contact, h):
         which = event - FIRST_SWITCH
         change, slope = (
             floats[out + 3 * CONTACTS + which],
-            polynomial_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, LANES, ORDER, h),
+            polynomial_slope(floats, lane.guard_row[which], LANES, ORDER, h),
         )
     else:
         push = 1.0 if event > 0 else -1.0
@@ -52,10 +52,10 @@ def leave_piece(floats, ints, lane, event, contact, h):
         slope -= push * polynomial_slope(floats, HOLD_OF[contact] + lane, LANES, ORDER, h)
     delay = -change / slope if slope != 0.0 else 0.0
     for i in range(BASE):
-        rate = polynomial_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, ORDER, h)
+        rate = polynomial_slope(floats, lane.row[i], LANES, ORDER, h)
         lane.state[BASE + i] += rate * delay
     state = STATE_OF[contact]
-    if event == 1 and velocity == SERIES + state * (ORDER + 1) * LANES:
+    if event == 1 and velocity == at.row[state]:
         lane.state[BASE + state] = 0.0  # to rounding
     lane.delay = delay
     lane.pending = 1
@@ -88,4 +88,4 @@ def guards_along(floats, lane):
 
 def tangents_wait(ints, plain):
     """The plain lanes whose tangents are within a piece."""
-    return plain & whole_equal(ints, PENDING, 0)
+    return plain & whole_equal(ints, at.pending, 0)

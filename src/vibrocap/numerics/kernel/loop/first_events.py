@@ -15,9 +15,10 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOWED,
     STICKS,
 )
-from vibrocap.numerics.kernel.generated.places import SIDE, SLOW, WORK, ZEROS
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.loop.one_step import NEAR
 from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, still_simd
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
@@ -42,9 +43,9 @@ def first_events(floats, ints, plain, slow, longest, h):
             asked = again & (looked < 1.0 * c) if SEVERAL else again
             if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
                 continue
-            own = load(floats, SIDE + c * LANES)
-            one = whole_equal(ints, ZEROS + c * LANES, 1)
-            two = whole_equal(ints, ZEROS + c * LANES, 2)
+            own = lanes.side[c]
+            one = whole_equal(ints, at.zeros[c], 1)
+            two = whole_equal(ints, at.zeros[c], 2)
             if LACUNARY:
                 plain = plain & ~two
             stuck, push, fine, stays = none, own, ~none, none
@@ -57,7 +58,7 @@ def first_events(floats, ints, plain, slow, longest, h):
                 ahead = ahead | still_simd(floats, ints, c, h)
             for m in range(MANIFOLDS):
                 if SLOWED and SLOW_CONTACT[m] == c:
-                    fine = fine & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
+                    fine = fine & (ahead | ~(lanes.slow[m] > 0.0))
             if SHARP and c == SHARP_CONTACT:
                 fine = fine & resolved_simd(floats, own, load(floats, VELOCITY_OF[c]), change, h, plain & fine)
             ahead = ahead | stays

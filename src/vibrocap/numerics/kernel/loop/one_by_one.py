@@ -1,7 +1,7 @@
 """The loop over lanes that takes one after another: of a recorded motion, and of targets without lanes."""
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.codes import BEGINNING, RUNNING, TOO_MANY_STEPS, TRACE_FULL
-from vibrocap.numerics.kernel.interface import has_room, next_series
 from vibrocap.numerics.kernel.lane import every_lane
 from vibrocap.numerics.kernel.loop.one_step import step
 from vibrocap.numerics.kernel.loop.start import start_lane
@@ -14,10 +14,10 @@ def advance(floats, ints, trace, rounds):
             start_lane(floats, ints, trace, lane, 0)
             lane.status = RUNNING
     for _ in range(rounds):
-        next_series(floats, ints)
+        hook.next_series(floats, ints)
         stopped = False
         for lane in every_lane():
-            if lane.status == RUNNING and has_room(floats, ints, trace, lane):
+            if lane.status == RUNNING and hook.has_room(floats, ints, trace, lane):
                 step(floats, ints, trace, lane)
                 if lane.status == RUNNING:
                     steps = lane.taylor_steps + lane.implicit_steps

@@ -11,6 +11,7 @@ At the start of a slide the velocity is zero by construction, and after a stick 
 told how many leading coefficients vanish, so that rounding cannot fake a root there.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, first_root
 from vibrocap.numerics.kernel.codes import (
     DONE,
@@ -25,29 +26,6 @@ from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_seri
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import (
-    at_corner,
-    begin_drive_period,
-    branch_holds,
-    chosen_step,
-    drive_goes_over,
-    enter_piece,
-    first_switch,
-    follow_step,
-    leave_implicit,
-    on_event,
-    on_instant,
-    on_period,
-    on_piece,
-    on_place,
-    place_passed,
-    polished_step,
-    repeated_step,
-    shorter_step,
-    tangent_waits,
-    watch_load,
-    within_bounds,
-)
 from vibrocap.numerics.kernel.loop.start import ends_open
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved
 from vibrocap.numerics.kernel.step.taylor import move_to
@@ -64,25 +42,25 @@ def step(floats, ints, trace, lane):
     if lane.zero_progress > MOST_ZERO_PROGRESS * CONTACTS:
         lane.status = UNDECIDED
         return
-    if not SEVERAL and not within_bounds(floats, ints, trace, lane):
+    if not SEVERAL and not hook.within_bounds(floats, ints, trace, lane):
         return
     if not sides_hold(floats, ints, trace, lane):
         return  # the series must be made anew for other sides
-    if SEVERAL and not within_bounds(floats, ints, trace, lane):
+    if SEVERAL and not hook.within_bounds(floats, ints, trace, lane):
         return  # of the mode that was decided: one that was only tried may have no loads
-    if not branch_holds(floats, ints, trace, lane):
+    if not hook.branch_holds(floats, ints, trace, lane):
         return
-    if tangent_waits(ints, lane):
-        enter_piece(floats, ints, lane)
+    if hook.tangent_waits(ints, lane):
+        hook.enter_piece(floats, ints, lane)
         return
     remaining = lane.until - lane.time
     if lane.period_count == lane.whole_periods:
         remaining = min(remaining, lane.tail - lane.time)
     if remaining <= 0.0:
-        on_instant(floats, ints, trace, lane)
+        hook.on_instant(floats, ints, trace, lane)
         turn_period(floats, ints, trace, lane)
         return
-    h = chosen_step(floats, ints, lane, remaining)
+    h = hook.chosen_step(floats, ints, lane, remaining)
     if SEVERAL and h < 0.0:
         return  # the series must be made anew for a step of the other method
     if not (h > 0.0):
@@ -99,34 +77,34 @@ def step(floats, ints, trace, lane):
     # Alone on a slow manifold a step has a series throughout; lanes take implicit steps beside theirs.
     if SEVERAL and not (SLOWED and LANES == 1) and lane.stiff == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
-            h = shorter_step(floats, ints, lane, h if event != 0 else touch)
+            h = hook.shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):
                 return  # so near an event steps are explicit, and its series finds it
             event, c, h, touch = first_event(floats, ints, lane, h)
             if event == 0 and touch < 0.0:
                 break
         if event != 0 or touch >= 0.0:
-            leave_implicit(ints, lane)
+            hook.leave_implicit(ints, lane)
             return
     if 0.0 <= touch < h:
-        on_event(floats, ints, trace, lane, GRAZE, c, touch)
+        hook.on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
-    passed = place_passed(floats, ints, lane, h)
+    passed = hook.place_passed(floats, ints, lane, h)
     if passed > 0.0:
         event, h = PLACE_PASSED, passed
     if event == 1:
-        event, h = polished_step(floats, ints, lane, h, longest)
+        event, h = hook.polished_step(floats, ints, lane, h, longest)
     elif event >= PLACE_PASSED:
-        event, h = repeated_step(floats, ints, lane, event, h)
-    on_piece(floats, ints, trace, lane, h)
-    watch_load(floats, ints, lane, h)
+        event, h = hook.repeated_step(floats, ints, lane, event, h)
+    hook.on_piece(floats, ints, trace, lane, h)
+    hook.watch_load(floats, ints, lane, h)
     if lane.stiff == 0:
         lane.taylor_steps += 1
     else:
         lane.implicit_steps += 1
     move_to(floats, ints, lane, h)
-    follow_step(floats, event, h)
+    hook.follow_step(floats, event, h)
     if SHARED:
         pin(floats, lane)
     for i in range(STATES):
@@ -139,7 +117,7 @@ def step(floats, ints, trace, lane):
             lane.gave_way[i] = 0
     lane.zero_progress = 0
     if event == PLACE_PASSED:
-        on_place(floats, ints, lane)
+        hook.on_place(floats, ints, lane)
     elif event != 0:
         cross(floats, ints, trace, lane, event, c, h)
     if lane.status != RUNNING:
@@ -153,13 +131,13 @@ def turn(floats, ints, trace, lane, event, h):
 
     What happens at the last instant of a run belongs to it: it is decided by a step of no length.
     """
-    if at_corner(floats, ints, trace, lane):
+    if hook.at_corner(floats, ints, trace, lane):
         return
     left = lane.whole_periods - lane.period_count
     if left == 0 or (left == 1 and lane.tail <= 0.0):
         opens = ends_open(floats, ints, lane, h) or event != 0
         lane.time = lane.tail if left == 0 else lane.until
-        if (left == 1 and drive_goes_over(floats, ints, trace, lane)) or opens:
+        if (left == 1 and hook.drive_goes_over(floats, ints, trace, lane)) or opens:
             return
     turn_period(floats, ints, trace, lane)
 
@@ -172,8 +150,8 @@ def turn_period(floats, ints, trace, lane):
     lane.period_count += 1
     lane.time = 0.0
     lane.events = 0
-    begin_drive_period(floats, ints, trace, lane)
-    on_period(floats, ints, trace, lane)
+    hook.begin_drive_period(floats, ints, trace, lane)
+    hook.on_period(floats, ints, trace, lane)
     if lane.period_count == lane.whole_periods and lane.tail <= 0.0:
         lane.status = DONE
 
@@ -200,7 +178,7 @@ def first_event(floats, ints, lane, h):
                 touch = touched
                 if crossed == 0 and event == 0:
                     contact = c
-    event, h = first_switch(floats, lane, event, h)
+    event, h = hook.first_switch(floats, lane, event, h)
     return event, contact, h, touch
 
 

@@ -3,6 +3,7 @@
 Each run has its own steps, modes and events, so lanes end at different times; none waits for the slowest.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.sizes import (
     MEASURED_COUNT,
@@ -10,14 +11,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
     RESULT_SIZE,
     RUN_SIZE,
     STATES,
-)
-from vibrocap.numerics.kernel.interface import (
-    advance,
-    begin_marks,
-    begin_returns,
-    ends_trial,
-    on_period,
-    tell_returns,
 )
 from vibrocap.numerics.kernel.lane import every_lane, shared
 from vibrocap.numerics.kernel.loop.start import start_lane
@@ -34,7 +27,7 @@ def advance_ensemble(floats, ints, trace, turns):
     for _ in range(turns):
         busy = False
         for lane in every_lane():
-            if lane.status != RUNNING and not ends_trial(floats, ints, lane):
+            if lane.status != RUNNING and not hook.ends_trial(floats, ints, lane):
                 if lane.run >= 0:
                     end_run(floats, ints, trace, lane)
                 if shared.next_run < shared.last_run:
@@ -45,7 +38,7 @@ def advance_ensemble(floats, ints, trace, turns):
             busy = busy or lane.status == RUNNING
         if not busy:
             return False
-        advance(floats, ints, trace, ROUNDS)
+        hook.advance(floats, ints, trace, ROUNDS)
     return True
 
 
@@ -80,18 +73,18 @@ def begin_run(floats, ints, trace, lane, run):
     lane.since = 0
     lane.whole_periods = shared.period_budget
     lane.window_start = -1
-    begin_marks(ints, lane)
+    hook.begin_marks(ints, lane)
     for i in range(STATES):  # of the run before
         lane.start_state[i] = lane.state[i]
     for i in range(MEASURED_COUNT):
         lane.measured[i] = 0.0
-    begin_returns(floats, ints, lane)
-    on_period(floats, ints, trace, lane)
+    hook.begin_returns(floats, ints, lane)
+    hook.on_period(floats, ints, trace, lane)
 
 
 def end_run(floats, ints, trace, lane):
     """Write the result of the run on a lane to the trace, and free the lane."""
-    tell_returns(floats, ints, lane)
+    hook.tell_returns(floats, ints, lane)
     place = shared.result_start + lane.run * RESULT_SIZE
     trace[place] = lane.status
     trace[place + 1] = lane.period_count

@@ -5,6 +5,7 @@ step, the proof that no event lies within it or the root where one does, and the
 is to be decided than that takes `one_step.step`, like a single motion; the others would do the same there.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
     all_lanes,
@@ -22,7 +23,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import cross, pin
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCHES
 from vibrocap.numerics.kernel.generated.equations import jet, signs_simd, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
@@ -37,36 +38,9 @@ from vibrocap.numerics.kernel.generated.facts import (
     STICKS,
     WATCHED,
 )
-from vibrocap.numerics.kernel.generated.places import (
-    DAMPED_STEP,
-    DECAY_RATE,
-    EVENT_CONTACT,
-    GAVE_WAY,
-    IMPLICIT_STEPS,
-    LIFTED,
-    PATIENCE,
-    PERIOD,
-    SCALE,
-    SERIES,
-    SIDE,
-    STATE,
-    STATUS,
-    STEP,
-    STEP_LIMIT,
-    STIFF,
-    TAYLOR_STEPS,
-    TIME,
-    TO_DECIDE,
-    TOLERANCE,
-    UNTIL,
-    WINDOW_START,
-    ZERO_PROGRESS,
-    ZEROS,
-)
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
-from vibrocap.numerics.kernel.lane import every_lane
+from vibrocap.numerics.kernel.lane import at, every_lane, lanes
 from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
 from vibrocap.numerics.kernel.loop.one_step import step, turn
 from vibrocap.numerics.kernel.loop.turning_simd import (
@@ -84,7 +58,7 @@ from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, series_
 
 def advance(floats, ints, trace, rounds):
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
-    running = whole_equal(ints, STATUS, RUNNING)
+    running = whole_equal(ints, at.status, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
         slow = 0
@@ -99,9 +73,9 @@ def advance(floats, ints, trace, rounds):
             for lane in every_lane():
                 if (waiting >> lane) & 1:
                     step(floats, ints, trace, lane)
-        running = whole_equal(ints, STATUS, RUNNING)
-        over = running & whole_reached(ints, TAYLOR_STEPS, IMPLICIT_STEPS, STEP_LIMIT)
-        whole_set(ints, STATUS, TOO_MANY_STEPS, over)
+        running = whole_equal(ints, at.status, RUNNING)
+        over = running & whole_reached(ints, at.taylor_steps, at.implicit_steps, at.step_limit)
+        whole_set(ints, at.status, TOO_MANY_STEPS, over)
         if bits(running & ~over) != all_running:
             return
 
@@ -110,8 +84,8 @@ def step_simd(floats, ints, trace, running):
     """One step of all lanes on which it is plain; returns these lanes, as bits."""
     align_stack()
     every = all_lanes()
-    period = load(floats, PERIOD)
-    remaining = load(floats, UNTIL) - load(floats, TIME)
+    period = lanes.period
+    remaining = lanes.until - lanes.time
     longest, last, before, clear = taylor_steps(floats)
     moving = running
     damped = running & ~running
@@ -122,13 +96,13 @@ def step_simd(floats, ints, trace, running):
     free = longest
     reach = longest
     if MAYBE_STIFF and SEVERAL:
-        rate = load(floats, DECAY_RATE)
+        rate = lanes.decay_rate
         reach = where(rate * longest > PLAIN_REACH, PLAIN_REACH / rate, longest)
     for c in range(CONTACTS):
         if KINKS[c] == 1:
-            tolerance, speed = load(floats, TOLERANCE), abs(load(floats, VELOCITY_OF[c]))
+            tolerance, speed = lanes.tolerance, abs(load(floats, VELOCITY_OF[c]))
             if SEVERAL:
-                tolerance = tolerance * load(floats, SCALE + STATE_OF[c] * LANES)
+                tolerance = tolerance * lanes.scale[STATE_OF[c]]
             counts = 0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance
             if SEVERAL and bits(moving & ~counts) != 0:
                 if SLOWED and bits(slow & ~counts) != 0:
@@ -139,27 +113,27 @@ def step_simd(floats, ints, trace, running):
                 counts = counts | ~sign_in_doubt(floats, c, every, h)
             moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
-        rate = load(floats, DECAY_RATE)
+        rate = lanes.decay_rate
         gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
         gentle = gentle | (longest >= remaining)
         for c in range(CONTACTS):
-            gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
-        moving = moving & whole_equal(ints, STIFF, 0) & (gentle | slow | whole_above(ints, PATIENCE, 1))
+            gentle = gentle | whole_above(ints, at.zeros[c], 0)
+        moving = moving & whole_equal(ints, at.stiff, 0) & (gentle | slow | whole_above(ints, at.patience, 1))
         if SEVERAL:
             moving = moving & (gentle | ~one_rests(floats, every))
             longest = where(turning, reach, longest)
         wanted = moving & ~gentle & ~turning
-        longest, damped = stabilised_step(floats, every, wanted, longest, load(floats, TOLERANCE))
+        longest, damped = stabilised_step(floats, every, wanted, longest, lanes.tolerance)
     if SLOWED and bits(slow) != 0:
         longest = before_turning(floats, slow, longest)
     h = min(remaining, longest)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
-        plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, TO_DECIDE + c * LANES, 0)
-    plain = tangents_wait(ints, plain)
+        plain = plain & ~whole_above(ints, at.zeros[c], 2) & whole_equal(ints, at.to_decide[c], 0)
+    plain = hook.tangents_wait(ints, plain)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
-            row = SWITCH + i * (ORDER + 1) * LANES
+            row = at.guard_row[i]
             holds = load(floats, row) > 0.0
             if LOCATED[i] == 1:
                 holds = within_piece(floats, row, h)
@@ -171,12 +145,12 @@ def step_simd(floats, ints, trace, running):
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     if SHARP and STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0:
-        side, start = load(floats, SIDE + SHARP_CONTACT * LANES), load(floats, VELOCITY_OF[SHARP_CONTACT])
+        side, start = lanes.side[SHARP_CONTACT], load(floats, VELOCITY_OF[SHARP_CONTACT])
         change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + every, h)
         plain = plain & resolved_simd(floats, side, start, change, h, plain)
     plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
     for i in range(BRANCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES
+        row = at.guard_row[i]
         clear = ~plain | within_piece(floats, row, h)
         if bits(~clear) != 0:
             first, following = load(floats, row), load(floats, row + LANES) * h
@@ -193,12 +167,12 @@ def step_simd(floats, ints, trace, running):
                 event = event | found
                 which = where(found, 1.0 * (CONTACTS + i), which)
     if MAYBE_STIFF:
-        store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
+        store(floats, at.damped_step, where(damped & ~plain, longest, 0.0))
     if SLOWED:
         follow_manifolds(floats, slow, settled, near, far, plain, h, where(slow, max(h, free), 0.0))
     move_simd(floats, ints, trace, plain, h)
     if SEVERAL or BRANCHES > 0:
-        store(floats, EVENT_CONTACT, which)
+        store(floats, at.event_contact, which)
     if SHARED:
         moved = bits(plain)
         for lane in every_lane():
@@ -223,37 +197,37 @@ def within_piece(floats, row, h):
 def move_simd(floats, ints, trace, plain, h):
     """Put the lanes at the ends of their steps, after the hook for measuring saw the pieces."""
     every = all_lanes()
-    store(floats, STEP, h)
-    measured = plain & whole_above(ints, WINDOW_START, -1)
+    store(floats, at.step, h)
+    measured = plain & whole_above(ints, at.window_start, -1)
     measuring = bits(measured)
     if measuring != 0:
         for lane in every_lane():
             if (measuring >> lane) & 1:
-                on_piece(floats, ints, trace, lane, lane.step)
+                hook.on_piece(floats, ints, trace, lane, lane.step)
         for w in range(WATCHED):
             above = within_piece(floats, REACTION + w * (ORDER + 1) * LANES, h)
-            doubtful = bits(measured & (load(floats, LIFTED + w * LANES) == 0.0) & ~above)
+            doubtful = bits(measured & (lanes.lifted[w] == 0.0) & ~above)
             if doubtful != 0:
                 for lane in every_lane():
                     if (doubtful >> lane) & 1:
-                        look_at_load(floats, ints, lane, w, lane.step)
+                        hook.look_at_load(floats, ints, lane, w, lane.step)
     finite = plain
     for i in range(STATES):
-        row = SERIES + i * (ORDER + 1) * LANES
+        row = at.row[i]
         following = series_value(floats, row + every, h)
         finite = finite & (abs(following) <= HUGE)
-        store(floats, STATE + i * LANES, where(plain, following, load(floats, STATE + i * LANES)))
-    time = load(floats, TIME)
-    store(floats, TIME, where(plain, time + h, time))
-    whole_set(ints, STATUS, NOT_FINITE, plain & ~finite)
+        store(floats, at.state[i], where(plain, following, lanes.state[i]))
+    time = lanes.time
+    store(floats, at.time, where(plain, time + h, time))
+    whole_set(ints, at.status, NOT_FINITE, plain & ~finite)
     for c in range(CONTACTS):
-        whole_set(ints, ZEROS + c * LANES, 0, plain)
+        whole_set(ints, at.zeros[c], 0, plain)
         if SEVERAL:
-            whole_set(ints, GAVE_WAY + c * LANES, 0, plain)
-    whole_set(ints, ZERO_PROGRESS, 0, plain)
-    whole_add(ints, TAYLOR_STEPS, 1, plain)
+            whole_set(ints, at.gave_way[c], 0, plain)
+    whole_set(ints, at.zero_progress, 0, plain)
+    whole_add(ints, at.taylor_steps, 1, plain)
     if MAYBE_STIFF:
-        whole_add(ints, PATIENCE, -1, plain)
+        whole_add(ints, at.patience, -1, plain)
 
 
 def finish_simd(floats, ints, trace, events, turns):

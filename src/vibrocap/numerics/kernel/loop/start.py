@@ -3,6 +3,7 @@
 And its end, where the sides must be those with which a motion starts that continues it.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
 from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK
 from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding
@@ -11,7 +12,6 @@ from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, S
 from vibrocap.numerics.kernel.generated.places import SIDE, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import begin_drive, branch_in_doubt
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
 
@@ -37,7 +37,7 @@ def start_lane(floats, ints, trace, lane, run):
             lane.sweeps[m] = 0.0
             lane.wait[m] = 0.0
             lane.pause[m] = 0.0
-    begin_drive(floats, ints, trace, lane, run)
+    hook.begin_drive(floats, ints, trace, lane, run)
     start_sides(floats, ints, lane)
 
 
@@ -75,7 +75,7 @@ def ends_open(floats, ints, lane, h):
     What begins there must find what ends there: a velocity that counts as none at a start is none at an end, a hold
     that gives way at once has given way, a kinked law that has passed rest has turned.
     """
-    opens = branch_in_doubt(floats, lane, h)
+    opens = hook.branch_in_doubt(floats, lane, h)
     for c in range(CONTACTS):
         side = lane.side[c]
         if STICKS[c] == 1 and side == 0.0:

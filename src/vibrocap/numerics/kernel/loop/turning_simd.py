@@ -12,9 +12,9 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_STATE,
     STATE_OF,
 )
-from vibrocap.numerics.kernel.generated.places import SCALE, SERIES, SIDE, SLOW, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
 from vibrocap.numerics.kernel.step.slow_manifold import CUT
@@ -31,7 +31,7 @@ def still_simd(floats, ints, c, h):
     every = all_lanes()
     row = VELOCITY_OF[c]
     reach = abs(load(floats, row)) + excursion(floats, row + every, h)
-    return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
+    return (reach <= NO_MOTION * lanes.scale[STATE_OF[c]]) & whole_equal(ints, at.zeros[c], 0)
 
 
 def out_of_doubt(floats, c, slow, h):
@@ -54,9 +54,9 @@ def before_turning(floats, slow, h):
         for m in range(MANIFOLDS):
             if SLOW_STATE[m] >= 0:
                 c = SLOW_CONTACT[m]
-                off = ~(load(floats, SLOW + m * LANES) > 0.0)
+                off = ~(lanes.slow[m] > 0.0)
                 none = off & ~off
-                side = load(floats, SIDE + c * LANES)
+                side = lanes.side[c]
                 ahead, change = ahead_simd(floats, c, side, none, none, none, h)
                 fine = fine & (off | ahead)
                 if SHARP and c == SHARP_CONTACT:
@@ -93,7 +93,7 @@ def ahead_simd(floats, c, side, stuck, one, two, h):
 def passing_simd(floats, h):
     """Where the place of returns may be passed within the step, see `observe/returns.py`."""
     every = all_lanes()
-    row = SERIES + PLACE * (ORDER + 1) * LANES
+    row = at.row[PLACE]
     if PLACE_TURN > 0.0:
         return floor(load(floats, row) / PLACE_TURN) != floor(series_value(floats, row + every, h) / PLACE_TURN)
     rate = 0.0 * h

@@ -11,14 +11,14 @@ import math
 
 import numpy as np
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
-from vibrocap.numerics.kernel.generated.places import PEAK, SERIES, WORK
+from vibrocap.numerics.kernel.generated.places import PEAK, WORK
 from vibrocap.numerics.kernel.generated.rows import FRICTION
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import consistent_state
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,
@@ -69,11 +69,11 @@ def look(floats, ints, lane, s, out):
     alone; and of what its velocity is ahead of that state, where that is imposed.
     """
     for i in range(STATES):
-        floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    consistent_state(floats, ints, lane, s, INSTANT)
+        floats[INSTANT + i] = series_value(floats, lane.row[i], s)
+    hook.consistent_state(floats, ints, lane, s, INSTANT)
     integrands(floats, lane.time + s, INSTANT, lane, out)
     for c in range(CONTACTS):
-        slope = polynomial_slope(floats, SERIES + STATE_OF[c] * (ORDER + 1) * LANES + lane, LANES, ORDER, s)
+        slope = polynomial_slope(floats, lane.row[STATE_OF[c]], LANES, ORDER, s)
         friction = out + FRICTION + c * FUNCTIONS_PER_CONTACT
         floats[friction + 2] = floats[friction] * (slope + floats[friction + 2])
 
@@ -162,7 +162,7 @@ def raise_peak(floats, ints, lane, h, i, place, of_magnitude):
 def gather_extremes(floats, lane, h):
     """Widen the ranges of the states by a piece."""
     for i in range(STATES):
-        row = SERIES + i * (ORDER + 1) * LANES + lane
+        row = lane.row[i]
         largest, least = lane.largest[i], lane.least[i]
         away = 0.0  # how far the state may get from where it is
         for k in range(ORDER, 0, -1):

@@ -13,13 +13,13 @@ Asked are the pieces on which a contact may lose half of its speed or the force 
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
 from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
-from vibrocap.numerics.kernel.generated.places import SERIES, WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
-from vibrocap.numerics.kernel.interface import fit_to_slopes
 from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -84,7 +84,7 @@ def extreme(floats, lane, c, h):
 def ask(floats, ints, lane, s, h):
     """Ask the equations at time s of the piece."""
     for i in range(BASE):
-        value, slope = value_and_rate(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, ORDER, s, False)
+        value, slope = value_and_rate(floats, lane.row[i], LANES, ORDER, s, False)
         floats[ASKED_STATE + i] = value
         floats[SLOPE + i] = slope
     evidence(floats, lane.time + s, ASKED_STATE, lane, FOUND)
@@ -93,7 +93,9 @@ def ask(floats, ints, lane, s, h):
         left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * lane.inverse_scale[i])
     left *= h
     if MAYBE_STIFF and left > DEFECT_BOUND * lane.tolerance:
-        way = fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left: along stiff directions
+        way = hook.fit_to_slopes(
+            floats, lane, s, ASKED_STATE
+        )  # a stiff law multiplies what is left
         if way > 0.0:
             left = way
     if not (left <= HUGE):

@@ -1,10 +1,10 @@
 """A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
-from vibrocap.numerics.kernel.generated.places import SCALE, SERIES, SIDE, STATE, STEP, STIFF, TIME, WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
-    LANES,
     OBSERVABLES,
     ORDER,
     PIECE_SIZE,
@@ -14,7 +14,7 @@ from vibrocap.numerics.kernel.generated.sizes import (
     WHOLE_COUNT,
     WHOLE_ROWS,
 )
-from vibrocap.numerics.kernel.interface import begin_drive, consistent_state
+from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -28,12 +28,12 @@ def begin(floats, ints, trace, out):
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
     for i in range(STATES):
-        floats[INSTANT + i] = floats[STATE + i * LANES]
+        floats[INSTANT + i] = alone.state[i]
     beginning(floats, 0.0, INSTANT, 0, SEEN)
     for i in range(ROOM + STATES + 1):
         trace[out + i] = floats[SEEN + i]
     for i in range(STATES):
-        floats[SCALE + i * LANES] = floats[SEEN + ROOM + i]
+        alone.scale[i] = floats[SEEN + ROOM + i]
 
 
 def take_piece(floats, ints, trace, place):
@@ -41,23 +41,23 @@ def take_piece(floats, ints, trace, place):
 
     Of a drive with corners the table stands at TABLE_START, and the segment of the piece becomes the present one.
     """
-    floats[TIME] = trace[place + 1]
-    begin_drive(floats, ints, trace, 0, 0)
-    floats[STEP] = trace[place + 2]
+    alone.time = trace[place + 1]
+    hook.begin_drive(floats, ints, trace, 0, 0)
+    alone.step = trace[place + 2]
     for c in range(CONTACTS):
-        floats[SIDE + c] = trace[place + PIECE_SIZE - CONTACTS + c]
-    ints[STIFF] = 1 if trace[place + 3] != 0.0 else 0
+        alone.side[c] = trace[place + PIECE_SIZE - CONTACTS + c]
+    alone.stiff = 1 if trace[place + 3] != 0.0 else 0
     for i in range(STATES):
-        floats[SERIES + i * (ORDER + 1)] = trace[place + PIECE_HEAD + i]
+        floats[alone.row[i]] = trace[place + PIECE_HEAD + i]
     out = place + PIECE_HEAD + STATES - 1
     for i in range(WHOLE_COUNT):
         for k in range(1, ORDER + 1):
-            floats[SERIES + WHOLE_ROWS[i] * (ORDER + 1) + k] = trace[out + i * ORDER + k]
+            floats[alone.row[WHOLE_ROWS[i]] + k] = trace[out + i * ORDER + k]
     for i in range(STATES):
         if RATE_ROWS[i] >= 0:
             for k in range(1, ORDER + 1):
-                rate = floats[SERIES + RATE_ROWS[i] * (ORDER + 1) + k - 1]
-                floats[SERIES + i * (ORDER + 1) + k] = rate * (1.0 / k)
+                rate = floats[alone.row[RATE_ROWS[i]] + k - 1]
+                floats[alone.row[i] + k] = rate * (1.0 / k)
 
 
 def look_at(floats, ints, trace, share, out):
@@ -65,12 +65,12 @@ def look_at(floats, ints, trace, share, out):
 
     What depends on the law's forces is asked at a state consistent with the slopes, see `stiff_point.py`.
     """
-    s = share * floats[STEP]
+    s = share * alone.step
     for i in range(STATES):
-        state = series_value(floats, SERIES + i * (ORDER + 1), s)
+        state = series_value(floats, alone.row[i], s)
         trace[out + i] = state
         floats[INSTANT + i] = state
-    consistent_state(floats, ints, 0, s, INSTANT)
-    observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
+    hook.consistent_state(floats, ints, 0, s, INSTANT)
+    observables(floats, alone.time + s, INSTANT, 0, SEEN)
     for i in range(OBSERVABLES):
         trace[out + STATES + i] = floats[SEEN + i]

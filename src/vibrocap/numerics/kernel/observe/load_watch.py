@@ -4,13 +4,12 @@ The series of a load (`LoadSeries`) is a bound that clears nearly every step. On
 asked as the measure of its least value asks it: at the points of the piece, and where a polynomial through them turns.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.equations import reaction
 from vibrocap.numerics.kernel.generated.facts import WATCHED
-from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import REACTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import consistent_state
 from vibrocap.numerics.kernel.observe.accumulators import FITTED, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
 from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
@@ -59,6 +58,6 @@ def look_at_load(floats, ints, lane, w, h):
 def reaction_at(floats, ints, lane, w, s):
     """A true load at time s of the piece."""
     for i in range(STATES):
-        floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    consistent_state(floats, ints, lane, s, INSTANT)
+        floats[INSTANT + i] = series_value(floats, lane.row[i], s)
+    hook.consistent_state(floats, ints, lane, s, INSTANT)
     return reaction(floats, lane.time + s, INSTANT, w, lane)

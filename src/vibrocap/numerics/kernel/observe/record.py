@@ -6,11 +6,9 @@ modes that are tried at an instant are none.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import SWITCHED, TRACE_FULL
-from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
     EVENT_SIZE,
-    LANES,
     ORDER,
     PIECE_SIZE,
     STATES,
@@ -87,7 +85,7 @@ def write_event(floats, ints, trace, lane, kind, contact, s):
         if s == 0.0:
             trace[place + EVENT_HEAD + i] = lane.state[i]
         else:
-            trace[place + EVENT_HEAD + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+            trace[place + EVENT_HEAD + i] = series_value(floats, lane.row[i], s)
     trace[place + EVENT_HEAD + STATES] = contact + 1
     lane.recorded_events += 1
 

@@ -13,7 +13,7 @@ import math
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, bracketed_root, value_and_rate
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
-from vibrocap.numerics.kernel.generated.places import RETURN_MARKS, SERIES
+from vibrocap.numerics.kernel.generated.places import RETURN_MARKS
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, ORDER
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_sequence, end_phases
@@ -54,7 +54,7 @@ def place_passed(floats, ints, lane, h):
     """
     if lane.taylor_steps + lane.implicit_steps == lane.passed_at:
         return -1.0
-    row = SERIES + PLACE * (ORDER + 1) * LANES + lane
+    row = lane.row[PLACE]
     turns = PLACE_TURN > 0.0
     target, way = 0.0, -1.0
     if turns:

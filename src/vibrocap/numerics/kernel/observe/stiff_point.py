@@ -15,7 +15,6 @@ import math
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, polynomial_slope
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS
-from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
@@ -74,7 +73,7 @@ def newton_step(floats, lane, s, time, inverse, point):
     jacobian(floats, time, POINT, lane, JACOBIAN)
     largest = 0.0
     for i in range(STATES):
-        row = SERIES + i * (ORDER + 1) * LANES + lane
+        row = lane.row[i]
         change = floats[POINT + i] - floats[point + i]
         floats[STAGE + i] = floats[RATE + i] - polynomial_slope(floats, row, LANES, ORDER, s) - change * inverse
         largest = max(largest, abs(floats[STAGE + i]) / (inverse * lane.scale[i]))

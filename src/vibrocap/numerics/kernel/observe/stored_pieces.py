@@ -6,12 +6,13 @@ behind, the number of instants up to the end of each piece, their times since th
 follow, one after the other.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.generated.equations import observables, rates
 from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF
-from vibrocap.numerics.kernel.generated.places import PARAMETER, SCALE, SERIES, STEP, STIFF, TIME
+from vibrocap.numerics.kernel.generated.places import PARAMETER
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, ORDER, PIECE_SIZE, PRESENT, STATES
-from vibrocap.numerics.kernel.interface import consistent_state, fit_to_slopes
+from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.observe.instants import INSTANT, SEEN, take_piece
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -35,7 +36,7 @@ def look_along(floats, ints, trace, pieces):
         for at in range(first, last):
             s = trace[at]
             for i in range(STATES):
-                floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1), s)
+                floats[INSTANT + i] = series_value(floats, alone.row[i], s)
             if bound > 0.0:
                 trace[at + instants] = left_of_equations(floats, ints, s, bound)
             else:
@@ -47,12 +48,12 @@ def write_rows(floats, ints, trace, s, out):
     """Write the wanted rows; what depends on the law's forces at a state consistent with the slopes."""
     rows, instants, observed = int(trace[0]), int(trace[1]), trace[2] > 0.0
     if observed:
-        observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
+        observables(floats, alone.time + s, INSTANT, 0, SEEN)
     for k in range(rows):
         trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
-    if MAYBE_STIFF and observed and ints[STIFF] == 1:
-        consistent_state(floats, ints, 0, s, INSTANT)
-        observables(floats, floats[TIME] + s, INSTANT, 0, SEEN)
+    if MAYBE_STIFF and observed and alone.stiff == 1:
+        hook.consistent_state(floats, ints, 0, s, INSTANT)
+        observables(floats, alone.time + s, INSTANT, 0, SEEN)
         for k in range(rows):
             if trace[STORED_HEAD + 2 * k + 1] > 0.0:
                 trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
@@ -62,14 +63,14 @@ def left_of_equations(floats, ints, s, bound):
     """h |y' - f(t, y)| over the natural size of a state; of an implicit step, or beyond the bound, along stiff
     directions where there are any."""
     left = 0.0
-    rates(floats, floats[TIME] + s, INSTANT, 0, SEEN)
+    rates(floats, alone.time + s, INSTANT, 0, SEEN)
     for i in range(STATES):
-        slope = polynomial_slope(floats, SERIES + i * (ORDER + 1), 1, ORDER, s)
-        own = abs(floats[SEEN + i] - slope) * floats[STEP] / floats[SCALE + i]
+        slope = polynomial_slope(floats, alone.row[i], 1, ORDER, s)
+        own = abs(floats[SEEN + i] - slope) * alone.step / alone.scale[i]
         if not (own <= left):  # also where it is no number
             left = own
-    if MAYBE_STIFF and (ints[STIFF] == 1 or not (left <= bound)):
-        way = fit_to_slopes(floats, 0, s, INSTANT)
+    if MAYBE_STIFF and (alone.stiff == 1 or not (left <= bound)):
+        way = hook.fit_to_slopes(floats, 0, s, INSTANT)
         if way > 0.0:
             left = way
     return left

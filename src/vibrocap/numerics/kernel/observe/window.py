@@ -6,20 +6,13 @@ response period, or else for the last periods of its budget. Of what can be meas
 
 import math
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_MODES, ASK_PEAK, ASK_SYMMETRY
 from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR, TURN_COUNT, TURN_RADII, TURN_STATES
-from vibrocap.numerics.kernel.generated.places import MARKS, SERIES
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import (
-    begin_drive_period,
-    quiet_since,
-    response_sought,
-    starts_trial,
-    take_evidence,
-    trial_fails,
-)
+from vibrocap.numerics.kernel.generated.places import MARKS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, MEASURED_COUNT, STATES, SUMMED
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response, still_settled
@@ -39,7 +32,7 @@ def on_piece(floats, ints, trace, lane, h):
         return
     last = lane.whole_periods - lane.period_count <= shared.evidence_periods
     if shared.evidence_periods > 0 and (last or lane.response > 0):
-        take_evidence(floats, ints, lane, h)
+        hook.take_evidence(floats, ints, lane, h)
     if asked == 0:
         return
     if asked & (ASK_INTEGRALS | ASK_MAGNITUDE | ASK_PEAK) != 0:
@@ -66,11 +59,11 @@ def on_jump(floats, ints, lane, gained):
 
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
-    if trial_fails(floats, ints, lane):
+    if hook.trial_fails(floats, ints, lane):
         return
     done = lane.period_count
     threshold = lane.threshold
-    mark = done - quiet_since(ints, lane)
+    mark = done - hook.quiet_since(ints, lane)
     if threshold > 0.0 and mark >= 0:
         remember(floats, MARKS, lane, mark)
     response = lane.response
@@ -80,11 +73,11 @@ def on_period(floats, ints, trace, lane):
         lane.whole_periods = shared.period_budget
         if shared.period_budget - done >= lane.window:  # else the window goes on to the end
             lane.window_start = -1
-        begin_drive_period(floats, ints, trace, lane)  # which it does not where a run ends
+        hook.begin_drive_period(floats, ints, trace, lane)  # which it does not where a run ends
     if threshold > 0.0 and lane.response == 0:
         response, since, remaining = 0, 0, 0.0
         if mark >= 0:
-            longest = response_sought(LONGEST_PERIOD)
+            longest = hook.response_sought(LONGEST_PERIOD)
             response, since, remaining = settled_response(floats, MARKS, lane, mark, longest, threshold, lane.tolerance)
         if response > 0 and done + response <= lane.whole_periods:
             lane.response = response
@@ -99,7 +92,7 @@ def on_period(floats, ints, trace, lane):
         begin_sequence(floats, lane)
     elif left == 0:
         end_phases(floats, lane)
-    if threshold > 0.0 and lane.response == 0 and starts_trial(floats, ints, lane):
+    if threshold > 0.0 and lane.response == 0 and hook.starts_trial(floats, ints, lane):
         lane.response = 1
         lane.since = done
         lane.remaining = threshold
@@ -129,7 +122,7 @@ def asymmetry(floats, lane, s):
     largest = 0.0
     for i in range(STATES):
         if i != CYCLIC:
-            state = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+            state = series_value(floats, lane.row[i], s)
             away = abs(state - MIRROR[i] * lane.start_state[i])
             for k in range(TURN_COUNT):
                 if i == TURN_STATES[k]:  # the chord between both on its circle

@@ -10,13 +10,14 @@ import math
 
 import numpy as np
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, polynomial_value
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import SERIES, WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import interpolated_guards
+from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.linear_system import (
     JACOBIAN,
     MATRIX,
@@ -161,7 +162,7 @@ def implicit_series(floats, ints, lane, h):
 def velocity_series(floats, ints, lane, h):
     """Write contact velocities along the step to their rows, interpolated at five points of the dense output."""
     for c in range(CONTACTS):
-        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:  # it is no state
+        if VELOCITY_OF[c] != at.row[STATE_OF[c]]:  # it is no state
             v0 = velocity_at(floats, ints, lane, c, 0.0)
             v1 = velocity_at(floats, ints, lane, c, 0.25 * h)
             v2 = velocity_at(floats, ints, lane, c, 0.5 * h)
@@ -173,7 +174,7 @@ def velocity_series(floats, ints, lane, h):
 def velocity_at(floats, ints, lane, c, s):
     """Velocity of a contact at time s of the present series."""
     for i in range(STATES):
-        floats[POINT + i] = polynomial_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, LANES, 4, s)
+        floats[POINT + i] = polynomial_value(floats, lane.row[i], LANES, 4, s)
     return contact_velocity(floats, lane.time + s, POINT, c, lane)
 
 
@@ -184,7 +185,7 @@ def dense_output(floats, ints, lane, h):
     else:
         implicit_series(floats, ints, lane, h)
         velocity_series(floats, ints, lane, h)
-    interpolated_guards(floats, lane, h)
+    hook.interpolated_guards(floats, lane, h)
     if SEVERAL:
         holding_series(floats, lane, h)
 
@@ -198,7 +199,7 @@ def holding_series(floats, lane, h):
     for point in range(5):
         s = 0.25 * point * h
         for i in range(STATES):
-            floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+            floats[WORK + i] = series_value(floats, lane.row[i], s)
         holding(floats, lane.time + s, WORK, lane, out + 2 * CONTACTS * point)
     for c in range(CONTACTS):
         if STICKS[c] == 1:
@@ -212,7 +213,7 @@ def moving_series(floats, ints, lane, h):
     Of g_i the series in memory know all terms, whatever p.
     """
     implicit_series(floats, ints, lane, h)
-    state = SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane
+    state = lane.row[STATE_OF[0]]
     followed = SHIFT + int(floats[REFERENCE]) * (ORDER + 1) * LANES + lane
     for k in range(1, ORDER + 1):
         floats[state + k * LANES] -= floats[followed + k * LANES]
@@ -293,7 +294,7 @@ def attempted_step(floats, ints, lane, longest, tries):
                 implicit_series(floats, ints, lane, h)
                 velocity_series(floats, ints, lane, h)
                 if resolved(floats, lane, h):
-                    interpolated_guards(floats, lane, h)
+                    hook.interpolated_guards(floats, lane, h)
                     return h
                 factor = 0.5
         h *= factor

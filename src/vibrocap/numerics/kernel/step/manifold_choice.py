@@ -22,21 +22,11 @@ from vibrocap.numerics.kernel.generated.facts import (
     STATE_OF,
 )
 from vibrocap.numerics.kernel.generated.places import (
-    DECAY_RATE,
     GUESS,
-    IMPLICIT_STEP,
-    OWN_DECAY,
-    PAUSE,
-    PERIOD,
-    SIDE,
-    SLOW,
-    STATE,
-    SWEEPS,
-    TIME,
-    WAIT,
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
 from vibrocap.numerics.kernel.step.slow_manifold import (
@@ -63,14 +53,14 @@ def next_series(floats, ints):
         slow_jet(floats, 0)
         h = manifold_step(floats, ints)
         if h > 0.0:
-            floats[IMPLICIT_STEP] = h
+            alone.implicit_step = h
             return
     jet(floats)
 
 
 def manifold_step(floats, ints):
     """Length of the step on the manifold of the series in memory; 0 where that is not a motion yet."""
-    longest = min(series_step(floats, ints, 0, math.inf)[0], floats[PERIOD])
+    longest = min(series_step(floats, ints, 0, math.inf)[0], alone.period)
     lasting = lasts(floats, longest)
     while not lasting and pays(floats, longest):
         longest *= CUT
@@ -81,11 +71,11 @@ def manifold_step(floats, ints):
     far = far or fastest_decay(floats) * longest < WORTH
     if lasting and settled and near and not far and longest > 0.0:
         return longest
-    pair = PAIR and floats[SLOW] > 0.0 and floats[SLOW + 1] > 0.0
-    wait, pause = floats[WAIT], floats[PAUSE]
+    pair = PAIR and alone.slow > 0.0 and alone.slow[1] > 0.0
+    wait, pause = alone.wait, alone.pause
     follow_manifolds(floats, True, settled, near, far or not lasting, False, longest, 0.0)
     if pair:  # creep says nothing of slides
-        floats[WAIT], floats[PAUSE] = wait, pause
+        alone.wait, alone.pause = wait, pause
     return 0.0
 
 
@@ -101,7 +91,7 @@ def resolved_for_long(floats, h):
     """
     if not resolved(floats, 0, h):
         return False
-    if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or floats[SIDE + SHARP_CONTACT] == 0.0:
+    if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or alone.side[SHARP_CONTACT] == 0.0:
         return True
     return seen(floats, 0, h, excursion(floats, VELOCITY_OF[SHARP_CONTACT], h))
 
@@ -110,7 +100,7 @@ def pays(floats, h):
     """Whether a step of length h pays on the manifolds that the series in memory is on."""
     enough = True
     for m in range(MANIFOLDS):
-        enough = enough and (floats[SLOW + m] == 0.0 or floats[OWN_DECAY + m] * h >= PAYING)
+        enough = enough and (alone.slow[m] == 0.0 or alone.own_decay[m] * h >= PAYING)
     return enough
 
 
@@ -118,13 +108,13 @@ def leave_some(floats, h):
     """Whether a manifold is left that does not last a step of length h, or whose sweeps would not settle within it."""
     left = False
     for m in range(MANIFOLDS):
-        if floats[SLOW + m] > 0.0 and not (slide_lasts_on(floats, m, h) and floats[OWN_DECAY + m] * h >= PAYING):
+        if alone.slow[m] > 0.0 and not (slide_lasts_on(floats, m, h) and alone.own_decay[m] * h >= PAYING):
             left = True
-            pause = max(floats[PAUSE + m], 1.0)
-            floats[SLOW + m] = 0.0
-            floats[SWEEPS + m] = 0.0
-            floats[WAIT + m] = pause
-            floats[PAUSE + m] = min(2.0 * pause, LONGEST_PAUSE)
+            pause = max(alone.pause[m], 1.0)
+            alone.slow[m] = 0.0
+            alone.sweeps[m] = 0.0
+            alone.wait[m] = pause
+            alone.pause[m] = min(2.0 * pause, LONGEST_PAUSE)
     return left
 
 
@@ -141,12 +131,12 @@ def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h, 0.0)
-    elif event == 0 and floats[DECAY_RATE] * h >= tried_from(floats):  # next to an event steps are explicit
+    elif event == 0 and alone.decay_rate * h >= tried_from(floats):  # next to an event steps are explicit
         waiting = 0
         for m in range(MANIFOLDS):
-            if floats[DECAY_RATE] * h >= ENTERING or m == 1:
-                floats[WAIT + m] -= 1.0
-            waiting += 1 if floats[WAIT + m] > 0.0 else 0
+            if alone.decay_rate * h >= ENTERING or m == 1:
+                alone.wait[m] -= 1.0
+            waiting += 1 if alone.wait[m] > 0.0 else 0
         if waiting == 0 or (not SEVERAL and waiting < MANIFOLDS):
             enter_manifolds(floats, h)
 
@@ -156,7 +146,7 @@ def tried_from(floats):
 
     An oscillation is not damped to the reach of a decay; it decays at half the sum of both rates at most.
     """
-    if PAIR and 0.5 * floats[DECAY_RATE] * SHARE_OF_PERIOD * floats[PERIOD] >= PAYING:
+    if PAIR and 0.5 * alone.decay_rate * SHARE_OF_PERIOD * alone.period >= PAYING:
         return PLAIN_REACH
     return ENTERING
 
@@ -169,20 +159,20 @@ def enter_manifolds(floats, h):
     Out of such a pair none is slaved alone, as the other still bounds the step; where that would not pay, both are.
     """
     for i in range(STATES):
-        floats[POINT + i] = floats[STATE + i]
-    jacobian(floats, floats[TIME], POINT, 0, JACOBIAN)
+        floats[POINT + i] = alone.state[i]
+    jacobian(floats, alone.time, POINT, 0, JACOBIAN)
     if PAIR:
         one, two = JACOBIAN + SLOW_STATE[0] * WIDTH, JACOBIAN + SLOW_STATE[1] * WIDTH
         trace = -floats[one + SLOW_STATE[0]] - floats[two + SLOW_STATE[1]]
         product = floats[one + SLOW_STATE[0]] * floats[two + SLOW_STATE[1]]
         product -= floats[one + SLOW_STATE[1]] * floats[two + SLOW_STATE[0]]
-        pays_over = SHARE_OF_PERIOD * floats[PERIOD]
+        pays_over = SHARE_OF_PERIOD * alone.period
         if product * PAYING > PLAIN_REACH * trace * trace and product * pays_over >= PAYING * trace:
-            if floats[WAIT + 1] <= 0.0:
+            if alone.wait[1] <= 0.0:
                 enter(floats, 0)
                 enter(floats, 1)
             return
-        if floats[DECAY_RATE] * h < ENTERING:
+        if alone.decay_rate * h < ENTERING:
             return
     if SEVERAL:
         fastest = 0.0
@@ -196,20 +186,20 @@ def enter_manifolds(floats, h):
     waits = False
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
-        if rate * h >= ENTERING and floats[WAIT + m] <= 0.0:
+        if rate * h >= ENTERING and alone.wait[m] <= 0.0:
             enter(floats, m)
             return
-        waits = waits or floats[WAIT + m] > 0.0
+        waits = waits or alone.wait[m] > 0.0
     if waits:  # what bounds the step is one that has been refused
         for m in range(MANIFOLDS):
-            if floats[WAIT + m] <= 0.0:
-                floats[WAIT + m] = LOOK
+            if alone.wait[m] <= 0.0:
+                alone.wait[m] = LOOK
 
 
 def enter(floats, m):
     """Let the next series be that of a manifold, of which nothing is guessed."""
-    floats[SLOW + m] = 1.0
-    floats[SWEEPS + m] = 0.0
+    alone.slow[m] = 1.0
+    alone.sweeps[m] = 0.0
     for k in range(ORDER + 1):
         floats[GUESS + m * (ORDER + 1) + k] = 0.0
 
@@ -218,8 +208,8 @@ def fastest_decay(floats):
     """Largest rate of decay to a manifold that the motion is on."""
     fastest = 0.0
     for m in range(MANIFOLDS):
-        if floats[SLOW + m] > 0.0:
-            fastest = max(fastest, floats[OWN_DECAY + m])
+        if alone.slow[m] > 0.0:
+            fastest = max(fastest, alone.own_decay[m])
     return fastest
 
 
@@ -227,7 +217,7 @@ def slides_last(floats, h):
     """Whether no contact that is on a manifold may turn within a step of length h."""
     last = True
     for m in range(MANIFOLDS):
-        last = last and (floats[SLOW + m] == 0.0 or slide_lasts_on(floats, m, h))
+        last = last and (alone.slow[m] == 0.0 or slide_lasts_on(floats, m, h))
     return last
 
 
@@ -236,7 +226,7 @@ def slide_lasts_on(floats, m, h):
     last = True
     for c in range(CONTACTS):
         if KINKS[c] == 1 and (c == SLOW_CONTACT[m] or STATE_OF[c] == SLOW_STATE[m]):
-            last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
+            last = last and slide_lasts(floats, VELOCITY_OF[c], alone.side[c], h)
     return last
 
 

@@ -2,14 +2,13 @@
 
 import math
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root, polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
-from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import guards_at
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,
     dense_output,
@@ -177,9 +176,9 @@ def repeated_step(floats, ints, lane, event, h):
         implicit_series(floats, ints, lane, h)
         if which < 0 or repeat == REPEATS - 1:
             break
-        guards_at(floats, lane, h, out)
+        hook.guards_at(floats, lane, h, out)
         left = abs(floats[out + which])
-        slope = polynomial_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, LANES, ORDER, h)
+        slope = polynomial_slope(floats, lane.guard_row[which], LANES, ORDER, h)
         if left <= 0.25 * SLIGHT or left >= 0.5 * before or left >= -NEARLY * slope * h:
             break
         before = left

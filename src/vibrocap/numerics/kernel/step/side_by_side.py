@@ -2,13 +2,13 @@
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, max, min, store, where
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCHES
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP_CONTACT, SHARP_INTERNAL, STICKS
-from vibrocap.numerics.kernel.generated.places import STEP, TOLERANCE
+from vibrocap.numerics.kernel.generated.places import TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.lane import every_lane
+from vibrocap.numerics.kernel.lane import at, every_lane
 from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn
 from vibrocap.numerics.kernel.step.taylor import (
     clear_of_bounds,
@@ -34,7 +34,7 @@ def taylor_steps(floats):
         wanted = rough_logarithm(floats[TOLERANCE + every])
         for i in range(BRANCHES, SWITCHES):
             if LOCATED[i] == 1:
-                row = SWITCH + i * (ORDER + 1) * LANES + every
+                row = at.guard_row[i] + every
                 bound = min(h, reach(wanted, abs(floats[row + (ORDER - 1) * LANES]), ORDER - 1))
                 bound = min(bound, reach(wanted, abs(floats[row + (ORDER - 2) * LANES]), ORDER - 2))
                 h = where(clear, h, bound)
@@ -57,7 +57,7 @@ def resolved_simd(floats, side, start, change, h, moving):
         fine = fine | asked_before(floats, resting, least, most)
         open_still = bits(~fine)
         if open_still != 0:
-            store(floats, STEP, h)
+            store(floats, at.step, h)
             for lane in every_lane():
                 if (open_still >> lane) & 1:
                     length = lane.step

@@ -14,21 +14,10 @@ be decided, or where
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
 from vibrocap.numerics.kernel.generated.places import (
-    DRIFT,
     GUESS,
-    KICK,
-    OWN_DECAY,
-    PAUSE,
-    PERIOD,
-    SCALE,
-    SERIES,
-    SLOW,
-    STATE,
-    SWEEPS,
-    TOLERANCE,
-    WAIT,
 )
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.taylor import unlike
 
 # Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which it pays,
@@ -49,38 +38,38 @@ CUT = 0.6  # of a step within which a contact may turn, or which does not see al
 
 def slow_lanes(floats):
     """Lanes on the manifold of any contact."""
-    lanes = load(floats, TOLERANCE) < 0.0
+    lanes = lanes.tolerance < 0.0
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
-            lanes = lanes | (load(floats, SLOW + m * LANES) > 0.0)
+            lanes = lanes | (lanes.slow[m] > 0.0)
     return lanes
 
 
 def settled_lanes(floats, h, longest):
     """(lanes whose sweeps have settled, lanes that are on their manifolds, lanes that are far off or do not pay)."""
-    settled = load(floats, TOLERANCE) > 0.0
+    settled = lanes.tolerance > 0.0
     near = settled
     far = unlike(settled)
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
-            slow = load(floats, SLOW + m * LANES) > 0.0
-            row, guess = SERIES + SLOW_STATE[m] * (ORDER + 1) * LANES, GUESS + m * (ORDER + 1) * LANES
-            allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[m] * LANES)
+            slow = lanes.slow[m] > 0.0
+            row, guess = at.row[SLOW_STATE[m]], GUESS + m * (ORDER + 1) * LANES
+            allowed = lanes.tolerance * lanes.scale[SLOW_STATE[m]]
             change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
             for k in range(ORDER - 1, 0, -1):
                 change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
-            gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[m] * LANES))
-            rate = load(floats, OWN_DECAY + m * LANES)
+            gap = abs(load(floats, row) - lanes.state[SLOW_STATE[m]])
+            rate = lanes.own_decay[m]
             far = far | (slow & unlike(rate * longest >= PAYING))
             tight, on = change * ORDER <= SETTLED * allowed * rate, gap <= OFF * allowed
             close = gap <= FAR_OFF * allowed
             # all other states keep to the tolerance, too
-            bound, kick = load(floats, TOLERANCE) * rate, gap * load(floats, KICK + m * LANES)
-            tight = tight & (change * h * load(floats, DRIFT + m * LANES) * ORDER <= SETTLED * bound)
+            bound, kick = lanes.tolerance * rate, gap * lanes.kick[m]
+            tight = tight & (change * h * lanes.drift[m] * ORDER <= SETTLED * bound)
             on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
             settled = settled & (unlike(slow) | tight)
             near = near & (unlike(slow) | on)
-            late = load(floats, SWEEPS + m * LANES)
+            late = lanes.sweeps[m]
             far = far | (slow & (late >= EARLY) & unlike(close)) | (slow & (late >= MOST_SWEEPS))
     return settled, near, far
 
@@ -93,44 +82,44 @@ def follow_manifolds(floats, slow, settled, near, far, plain, h, free):
     """
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
-            was, wait = load(floats, SLOW + m * LANES) > 0.0, load(floats, WAIT + m * LANES)
-            rate = load(floats, OWN_DECAY + m * LANES)
+            was, wait = lanes.slow[m] > 0.0, lanes.wait[m]
+            rate = lanes.own_decay[m]
             worth = (rate * h >= ENTERING) | (rate * free >= PAYING)
             enters = plain & unlike(was) & (wait <= 0.0) & worth
             if LIKELY_STEP < 1.0:
-                enters = enters & (LIKELY_STEP * rate * load(floats, PERIOD) >= PAYING)
+                enters = enters & (LIKELY_STEP * rate * lanes.period >= PAYING)
             if bits(slow | enters) == 0:
-                store(floats, WAIT + m * LANES, where(plain, wait - 1.0, wait))
+                store(floats, at.wait[m], where(plain, wait - 1.0, wait))
             else:
                 follow_manifold(floats, m, slow, settled, near, far, plain, enters, h)
 
 
 def follow_manifold(floats, m, slow, settled, near, far, plain, enters, h):
     """The same of one manifold that some lane is on or enters."""
-    was, wait = load(floats, SLOW + m * LANES) > 0.0, load(floats, WAIT + m * LANES)
+    was, wait = lanes.slow[m] > 0.0, lanes.wait[m]
     waiting = slow & unlike(settled | far)
     left = slow & unlike(plain | waiting)
     pays = plain & was
-    pause = load(floats, PAUSE + m * LANES)
+    pause = lanes.pause[m]
     pause = where(pause > 0.0, pause, FIRST_PAUSE)
     failed = was & left & (far | unlike(settled & near))
     moved = where(plain, wait - 1.0, wait)
     moved = where(was & left, 1.0, moved)
     moved = where(failed, pause, moved)
-    store(floats, WAIT + m * LANES, moved)
+    store(floats, at.wait[m], moved)
     longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
     shorter = where(KEPT_PAUSE * pause > 1.0, KEPT_PAUSE * pause, 1.0)
-    store(floats, PAUSE + m * LANES, where(failed, longer, where(pays, shorter, pause)))
+    store(floats, at.pause[m], where(failed, longer, where(pays, shorter, pause)))
     stays = was & unlike(left)
-    sweeps = load(floats, SWEEPS + m * LANES)
-    store(floats, SWEEPS + m * LANES, where(waiting, sweeps + 1.0, 0.0))
-    store(floats, SLOW + m * LANES, where(stays | enters, 1.0, 0.0))
+    sweeps = lanes.sweeps[m]
+    store(floats, at.sweeps[m], where(waiting, sweeps + 1.0, 0.0))
+    store(floats, at.slow[m], where(stays | enters, 1.0, 0.0))
     guess_series(floats, m, was & waiting, was & plain, enters, h)
 
 
 def guess_series(floats, m, again, moved, enters, h):
     """The guess of the next sweep: the present series, the same from the end of a step of length h on, or none."""
-    row, guess = SERIES + SLOW_STATE[m] * (ORDER + 1) * LANES, GUESS + m * (ORDER + 1) * LANES
+    row, guess = at.row[SLOW_STATE[m]], GUESS + m * (ORDER + 1) * LANES
     if bits(again | moved | enters) == 0:
         return
     for k in range(ORDER + 1):

@@ -17,13 +17,14 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 
 import numpy as np
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, where
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import inverse_scale
+from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
@@ -142,7 +143,7 @@ def damping_error(floats, lane, h):
         total = FILTER[0] * floats[row] + h * (
             FILTER[1] * floats[row + LANES] + h * (FILTER[2] * floats[row + 2 * LANES])
         )
-        worst = max(worst, abs(total) * inverse_scale(floats, i, lane))
+        worst = max(worst, abs(total) * hook.inverse_scale(floats, i, lane))
     power = h * h
     for _ in range(FIRST_DAMPED - 2):
         power = power * h
@@ -152,12 +153,12 @@ def damping_error(floats, lane, h):
 def damp_series(floats, lane, damped):
     """Damp the last terms of all that the step moves: states, contact velocity and guards of pieces."""
     for i in range(STATES):
-        damp_row(floats, SERIES + i * (ORDER + 1) * LANES + lane, damped)
+        damp_row(floats, lane.row[i], damped)
     for c in range(CONTACTS):
-        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+        if VELOCITY_OF[c] != at.row[STATE_OF[c]]:
             damp_row(floats, VELOCITY_OF[c] + lane, damped)
     for i in range(SWITCHES):
-        damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane, damped)
+        damp_row(floats, lane.guard_row[i], damped)
 
 
 def damp_row(floats, row, damped):

@@ -8,6 +8,7 @@ taken together or alone.
 
 import math
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     exponent,
     mantissa,
@@ -18,12 +19,11 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     where,
 )
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import inverse_scale
+from vibrocap.numerics.kernel.lane import at
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
@@ -66,7 +66,7 @@ def taylor_step(floats, ints, lane):
             while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, c, lane, h):
                 h *= 0.5
     for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, lane.period)):
             h = min(h, reach(wanted, abs(floats[row + (ORDER - 1) * LANES]), ORDER - 1))
             h = min(h, reach(wanted, abs(floats[row + (ORDER - 2) * LANES]), ORDER - 2))
@@ -88,12 +88,12 @@ def series_length(floats, lane, last, before):
     """
     earlier = 0.0 * last
     for i in range(LAW_BRANCHES, BRANCHES):  # the guards of the branches decide too
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         last = max(last, abs(floats[row + ORDER * LANES]))
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
     closer = max(1.0, lane.tolerance * (1.0 / DECIDED))
     for i in range(LAW_BRANCHES):  # of the law, to one order less, where every other term vanishes after a reversal
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         before = max(before, closer * abs(floats[row + (ORDER - 1) * LANES]))
         earlier = max(earlier, closer * abs(floats[row + (ORDER - 2) * LANES]))
     wanted = rough_logarithm(lane.tolerance)
@@ -114,7 +114,7 @@ def clear_of_bounds(floats, lane, h):
     """Whether every bound of the equations holds over a step of length h beyond doubt."""
     clear = h == h
     for i in range(BRANCHES, SWITCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        row = lane.guard_row[i]
         if LOCATED[i] == 1:
             clear = clear & stays_positive(floats, row, min(h, lane.period))
         else:
@@ -165,16 +165,16 @@ def last_terms(floats, lane):
     last = 0.0
     before = 0.0
     for i in range(STATES):
-        inverse = inverse_scale(floats, i, lane)
-        row = SERIES + i * (ORDER + 1) * LANES + lane
+        inverse = hook.inverse_scale(floats, i, lane)
+        row = lane.row[i]
         last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
     for c in range(CONTACTS):
-        row, inverse = VELOCITY_OF[c] + lane, inverse_scale(floats, STATE_OF[c], lane)
+        row, inverse = VELOCITY_OF[c] + lane, hook.inverse_scale(floats, STATE_OF[c], lane)
         if ROUGH[c] == 1:
             speed = where(lane.side[c] != 0.0, abs(floats[row]), 0.0)
             inverse = inverse / leaving(where(speed > 0.0, speed * inverse, 1.0))
-        if ROUGH[c] == 1 or VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+        if ROUGH[c] == 1 or VELOCITY_OF[c] != at.row[STATE_OF[c]]:
             # With an imposed part of a contact velocity, that is another series; its zeros are what ends a mode.
             last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
             before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
@@ -214,7 +214,7 @@ def largest_term(floats, lane, k):
     """Largest coefficient k of a state, over its natural size."""
     largest = 0.0
     for i in range(STATES):
-        row = SERIES + i * (ORDER + 1) * LANES + lane
+        row = lane.row[i]
         largest = max(largest, abs(floats[row + k * LANES]) / lane.scale[i])
     return largest
 
@@ -291,5 +291,5 @@ def through_points(floats, row, first, stride, h):
 def move_to(floats, ints, lane, s):
     """Put the lane at time s of its present series."""
     for i in range(STATES):
-        lane.state[i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+        lane.state[i] = series_value(floats, lane.row[i], s)
     lane.time += s

@@ -4,13 +4,13 @@ An event is counted by its kind and contact once its instant is passed: first th
 all contacts, then those of none. The last one is remembered.
 """
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.codes import (
     GRAZE,
     MACHINE_SWITCHED,
     SWITCHED,
 )
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS
-from vibrocap.numerics.kernel.interface import keep_event, keep_piece
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import change_of_side
 
@@ -27,14 +27,14 @@ def on_piece(floats, ints, trace, lane, h):
     # tell lies between events of one instant.
     if stepper.time + h > stepper.time:
         stop_at_event(ints)
-    keep_piece(floats, ints, trace, h)
+    hook.keep_piece(floats, ints, trace, h)
 
 
 def on_instant(floats, ints, trace, lane):
     """The length that was asked for ends at an event."""
     tell_sides(floats, ints, trace, lane)
     stop_at_event(ints)
-    keep_piece(floats, ints, trace, 0.0)
+    hook.keep_piece(floats, ints, trace, 0.0)
 
 
 def stop_at_event(ints):
@@ -57,7 +57,7 @@ def on_event(floats, ints, trace, lane, kind, contact, s):
     if kind <= SWITCHED or kind >= MACHINE_SWITCHED:
         if kind != GRAZE:
             stepper.noticed += 1
-        keep_event(floats, ints, kind, contact, s)
+        hook.keep_event(floats, ints, kind, contact, s)
 
 
 def count_event(floats, ints, kind, contact, time):

@@ -6,9 +6,9 @@ happens later within the step waits until the clock has come to it.
 
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.places import PARAMETER, SERIES, WAITING
+from vibrocap.numerics.kernel.generated.places import PARAMETER, WAITING
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, ORDER, PRESENT, STATES
-from vibrocap.numerics.kernel.lane import stepper
+from vibrocap.numerics.kernel.lane import alone, stepper
 from vibrocap.numerics.kernel.stepper.clock import go_on, set_clock
 from vibrocap.numerics.kernel.stepper.event_counts import count_event
 
@@ -84,7 +84,7 @@ def show_instant(floats, ints, point):
         return 0.0
     s = stepper.clock - stepper.piece_clock
     for i in range(STATES):
-        floats[point + i] = polynomial_value(floats, SERIES + i * (ORDER + 1), 1, ORDER, s)
+        floats[point + i] = polynomial_value(floats, alone.row[i], 1, ORDER, s)
     time, stiff = stepper.time, stepper.stiff
     stepper.time, stepper.stiff = stepper.piece_time, stepper.piece_stiff
     stepper.piece_time, stepper.piece_stiff = time, stiff

@@ -1,5 +1,6 @@
 """The entries of a stepper, for one motion that its caller moves on: `begin_motion`, `take_step`, `look_at`."""
 
+from vibrocap.numerics.kernel import interface as hook
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
 from vibrocap.numerics.kernel.generated.places import SHOWN, WORK
@@ -10,15 +11,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
     PRESENT,
     STATES,
     TABLE_NUMBERS,
-)
-from vibrocap.numerics.kernel.interface import (
-    advance,
-    come_in,
-    consistent_state,
-    set_out,
-    show_instant,
-    side_shown,
-    under_way,
 )
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_lane
@@ -50,24 +42,24 @@ def take_step(floats, ints, trace, to_event):
 
 def pass_by(floats, ints, trace, length, to_event):
     """Advance by a length of time >= 0, and note the sides at the clock."""
-    set_out(floats, ints, trace, length)
+    hook.set_out(floats, ints, trace, length)
     stepper.stopping, stepper.stopped = to_event, 0
     stepper.step_limit = stepper.taylor_steps + stepper.implicit_steps + stepper.steps_per_call
-    while stepper.status == RUNNING and stepper.stopped == 0 and under_way(floats, ints):
-        advance(floats, ints, trace, 1)
-    come_in(floats, ints, trace, length)
+    while stepper.status == RUNNING and stepper.stopped == 0 and hook.under_way(floats, ints):
+        hook.advance(floats, ints, trace, 1)
+    hook.come_in(floats, ints, trace, length)
     for c in range(CONTACTS):
-        stepper.shown_side[c] = side_shown(floats, ints, c)
+        stepper.shown_side[c] = hook.side_shown(floats, ints, c)
 
 
 def look_at(floats, ints, trace, _):
     """Write the states and then the observables at the clock to SHOWN of the trace."""
-    s = show_instant(floats, ints, WORK)
+    s = hook.show_instant(floats, ints, WORK)
     for i in range(STATES):
         trace[SHOWN + i] = stepper.work[i]
     stepper.step = stepper.piece_length
-    consistent_state(floats, ints, 0, s, WORK)
+    hook.consistent_state(floats, ints, 0, s, WORK)
     observables(floats, stepper.time + s, WORK, 0, WORK + STATES)
     for i in range(OBSERVABLES):
         trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
-    show_instant(floats, ints, WORK)
+    hook.show_instant(floats, ints, WORK)
