@@ -9,7 +9,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.held_input import with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.kernel import interface
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.lane import Gathered
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -21,12 +21,12 @@ from vibrocap.numerics.run.ensemble import ensemble_source
 from vibrocap.numerics.run.stepper import stepper_kernel
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
-INTERFACE = inspect.getsource(interface)
-SECTIONS = [re.findall(r"^def (\w+)", section, re.MULTILINE) for section in re.split(r"^# ", INTERFACE, flags=re.M)[1:]]
+HOOKS = inspect.getsource(hook)
+SECTIONS = [re.findall(r"^def (\w+)", section, re.MULTILINE) for section in re.split(r"^# ", HOOKS, flags=re.M)[1:]]
 KERNEL_MODULES = sorted(
     ".".join(path.relative_to(link.KERNEL).with_suffix("").parts)
     for path in link.KERNEL.rglob("*.py")
-    if path.stem != "interface" and path.parent.name != "generated"
+    if path.stem != "hook" and path.parent.name != "generated"
 )
 
 
@@ -73,7 +73,7 @@ def test_steppers_are_linked(law):
 
 
 def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():
-    wanted, answers = outline(INTERFACE).functions, set()
+    wanted, answers = outline(HOOKS).functions, set()
     for module in KERNEL_MODULES:
         given = outline(link.kernel_source(module)).functions
         answers |= given.keys()
@@ -82,7 +82,7 @@ def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():
             assert set(section) <= given.keys() or not set(section) & given.keys(), (module, section)
     assert wanted.keys() <= answers
     assert sorted(wanted) == sorted(name for section in SECTIONS for name in section)
-    documented = [node for node in ast.parse(INTERFACE).body if isinstance(node, ast.FunctionDef)]
+    documented = [node for node in ast.parse(HOOKS).body if isinstance(node, ast.FunctionDef)]
     assert all(ast.get_docstring(node) for node in documented)
 
 
@@ -119,7 +119,7 @@ def test_what_is_answered_twice_is_refused(other):
             "observe.record",
             "def on_period(",
             "def at_period(",
-            r"in `\w+`: `on_period` is defined in no part of this kernel; .* answer kernel/interface.py",
+            r"in `\w+`: `on_period` is defined in no part of this kernel; .* answer kernel/hook.py",
         ),
         (  # as two functions called `spread` once did
             "step.taylor",
@@ -191,6 +191,11 @@ def test_names_of_a_lane_become_places():
     wanted += "h = floats[SIDE + c * LANES + lane] * ints[ASKED] - floats[INPUT + k]\n"
     assert with_places(text) == wanted
     assert with_places("for lane in every_lane():") == "for lane in range(LANES):"
+    assert with_places("lane.row[c], at.guard_row[c], alone.row[c + 1]") == (
+        "SERIES + c * (ORDER + 1) * LANES + lane, SWITCH + c * (ORDER + 1) * LANES, SERIES + (c + 1) * (ORDER + 1)"
+    )
+    assert with_places("lanes.slow[m], at.slow[m], at.time") == "load(floats, SLOW + m * LANES), SLOW + m * LANES, TIME"
+    assert with_places("hook.on_event(floats)") == "on_event(floats)"
     with pytest.raises(ValueError, match=r"`lane.tme`: vibrocap.numerics.kernel.lane has no entry"):
         with_places("lane.tme = 0.0")
     gathered = [name for name, _ in gathered_entries(4, 1, 2, 1, 1, watched=True, returns=True)]
@@ -206,7 +211,7 @@ def test_modules_import_what_runs():
             for tangent in (False, True):
                 layout = layout_with(stiff=stiff, switches=switches, tangent=tangent, coefficients=int(tangent))
                 every += [recipes.ensemble_recipe(layout, loop) for loop in ("ensemble", "simd", "portable")]
-    promised = {"codes", "lane", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
+    promised = {"codes", "lane", "memory_layout", "driven_generated", "hook", "arithmetic.plain_vectors"}
     imports, strays = {}, set()
     for module in {module for recipe in every for module in recipe.modules}:
         path = link.KERNEL / f"{module.replace('.', '/')}.py"
@@ -214,8 +219,9 @@ def test_modules_import_what_runs():
     for recipe in every:
         for module in recipe.modules:
             for node in imports[module]:
-                home = (node.module or "").removeprefix("vibrocap.numerics.kernel.")
                 for alias in node.names:
+                    home = f"{node.module}.hook" if alias.name == "hook" else node.module or ""
+                    home = home.removeprefix("vibrocap.numerics.kernel.")
                     held = home in promised or home in recipe.modules or home.startswith("generated.")
                     if not held or alias.asname:
                         strays.add(f"{file_of(module)}: {alias.name} from {node.module}")

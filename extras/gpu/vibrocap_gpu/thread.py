@@ -2,7 +2,7 @@
 
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.places import RUN, STATUS, WORK
-from vibrocap.numerics.kernel.interface import advance, ends_trial
+from vibrocap.numerics.kernel.hook import advance, ends_trial
 from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
 
 # Places of `queue`.

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.compiler import Compiled
 
 KNOWN = frozenset(dir(builtins)) | {"math", "np"}
-INTERFACE = "kernel/interface.py"
+HOOKS = "kernel/hook.py"
 
 
 class LinkError(ValueError):
@@ -80,7 +80,7 @@ def check(recipe: Recipe, parts: Mapping[str, str]) -> None:
 
     parts: text by module, as in `recipe.modules`, and of other parts by what they are called
     """
-    wanted = outline(kernel_source("interface")).functions
+    wanted = outline(kernel_source("hook")).functions
     homes = dict.fromkeys(recipe.primitives, "the compiler's primitives")
     for part, text in parts.items():
         for name in outline(text).names:
@@ -92,11 +92,11 @@ def check(recipe: Recipe, parts: Mapping[str, str]) -> None:
         for name, arguments in outline(text).functions.items():
             if wanted.get(name, arguments) != arguments:
                 signatures, head = (f"{name}({', '.join(words)})" for words in (arguments, wanted[name]))
-                raise LinkError(f"{file_of(part)}: `{signatures}` should be `{head}`, see {INTERFACE}")
+                raise LinkError(f"{file_of(part)}: `{signatures}` should be `{head}`, see {HOOKS}")
     for part, text in parts.items():
         for name, function in outline(text).needs.items():
             if name not in homes and name not in KNOWN:
-                more = f"; it should be in one of the modules that answer {INTERFACE}" if name in wanted else ""
+                more = f"; it should be in one of the modules that answer {HOOKS}" if name in wanted else ""
                 raise LinkError(
                     f"{file_of(part)}, in `{function}`: `{name}` is defined in no part of this kernel{more}"
                 )
@@ -135,8 +135,8 @@ def module_source(path: pathlib.Path, origin: str) -> str:
 
 @functools.cache
 def _answers() -> dict[str, str]:
-    """The functions of the interface that say what happens where no module defines them."""
-    text = kernel_source("interface")
+    """The hooks that say what happens where no module defines them."""
+    text = kernel_source("hook")
     heads = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
     known = [node for node in heads if not isinstance(node.body[-1], ast.Raise)]
     return {node.name: "\n".join(text.splitlines()[node.lineno - 1 : node.end_lineno]) for node in known}
@@ -149,10 +149,10 @@ def _words(text: str) -> tuple[frozenset[str], frozenset[str]]:
 
 
 def _unanswered(modules: Iterable[str]) -> str:
-    """Those functions of the interface that these modules call and none of them defines."""
+    """The hooks that these modules call and none of them defines."""
     defined, called = (frozenset().union(*names) for names in zip(*map(_words, modules), strict=True))
     left = [text for name, text in _answers().items() if name in called and name not in defined]
-    return "\n\n\n".join([f"# From numerics/{INTERFACE}", *left])
+    return "\n\n\n".join([f"# From numerics/{HOOKS}", *left])
 
 
 @functools.cache
@@ -182,7 +182,7 @@ class Linked(str):
 def linked_source(generated: str, recipe: Recipe) -> Linked:
     """Text of a kernel as plain Python: generated code and the modules of a recipe."""
     kernel = {name: kernel_source(name) for name in recipe.modules}
-    kernel["interface"] = _unanswered(kernel.values())
+    kernel["hook"] = _unanswered(kernel.values())
     head = "import math\n\nimport numpy as np\n"
     if recipe.primitives:
         head += f"{PLAIN_VECTORS} import {', '.join(recipe.primitives)}\n"

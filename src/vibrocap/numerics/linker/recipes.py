@@ -1,6 +1,6 @@
 """What a kernel is made of: modules of `kernel/` in the order in which they use each other.
 
-What no module of a recipe answers, `kernel/interface.py` does.
+What no module of a recipe answers, `kernel/hook.py` does.
 """
 
 import dataclasses

@@ -8,7 +8,7 @@ Of several contacts all that are at rest at one instant are decided together (`d
 open is decided here, contact by contact, as it is of one alone.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding

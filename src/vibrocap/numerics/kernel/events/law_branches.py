@@ -14,7 +14,7 @@ again would never get there. So how fast d falls is asked as well, and the run e
 too short to matter.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root
 from vibrocap.numerics.kernel.codes import (
     BEYOND_BOUND,

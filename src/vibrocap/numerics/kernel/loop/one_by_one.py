@@ -1,6 +1,6 @@
 """The loop over lanes that takes one after another: of a recorded motion, and of targets without lanes."""
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import BEGINNING, RUNNING, TOO_MANY_STEPS, TRACE_FULL
 from vibrocap.numerics.kernel.lane import every_lane
 from vibrocap.numerics.kernel.loop.one_step import step

@@ -11,7 +11,7 @@ At the start of a slide the velocity is zero by construction, and after a stick 
 told how many leading coefficients vanish, so that rounding cannot fake a root there.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, first_root
 from vibrocap.numerics.kernel.codes import (
     DONE,

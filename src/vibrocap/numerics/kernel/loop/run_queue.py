@@ -3,7 +3,7 @@
 Each run has its own steps, modes and events, so lanes end at different times; none waits for the slowest.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.sizes import (
     MEASURED_COUNT,

@@ -5,7 +5,7 @@ step, the proof that no event lies within it or the root where one does, and the
 is to be decided than that takes `one_step.step`, like a single motion; the others would do the same there.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
     all_lanes,

@@ -3,7 +3,7 @@
 And its end, where the sides must be those with which a motion starts that continues it.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
 from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK
 from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding

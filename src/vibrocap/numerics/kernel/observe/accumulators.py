@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated.equations import integrands

@@ -13,7 +13,7 @@ Asked are the pieces on which a contact may lose half of its speed or the force 
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
 from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
@@ -93,9 +93,7 @@ def ask(floats, ints, lane, s, h):
         left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * lane.inverse_scale[i])
     left *= h
     if MAYBE_STIFF and left > DEFECT_BOUND * lane.tolerance:
-        way = hook.fit_to_slopes(
-            floats, lane, s, ASKED_STATE
-        )  # a stiff law multiplies what is left
+        way = hook.fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left
         if way > 0.0:
             left = way
     if not (left <= HUGE):

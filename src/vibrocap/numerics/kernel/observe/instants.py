@@ -1,6 +1,6 @@
 """A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import (

@@ -4,7 +4,7 @@ The series of a load (`LoadSeries`) is a bound that clears nearly every step. On
 asked as the measure of its least value asks it: at the points of the piece, and where a polynomial through them turns.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.equations import reaction
 from vibrocap.numerics.kernel.generated.facts import WATCHED

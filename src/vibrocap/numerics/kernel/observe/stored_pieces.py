@@ -6,7 +6,7 @@ behind, the number of instants up to the end of each piece, their times since th
 follow, one after the other.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.generated.equations import observables, rates
 from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF

@@ -6,7 +6,7 @@ response period, or else for the last periods of its budget. Of what can be meas
 
 import math
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_MODES, ASK_PEAK, ASK_SYMMETRY
 from vibrocap.numerics.kernel.generated.branches import IMPACT

@@ -71,11 +71,11 @@ def manifold_step(floats, ints):
     far = far or fastest_decay(floats) * longest < WORTH
     if lasting and settled and near and not far and longest > 0.0:
         return longest
-    pair = PAIR and alone.slow > 0.0 and alone.slow[1] > 0.0
-    wait, pause = alone.wait, alone.pause
+    pair = PAIR and alone.slow[0] > 0.0 and alone.slow[1] > 0.0
+    wait, pause = alone.wait[0], alone.pause[0]
     follow_manifolds(floats, True, settled, near, far or not lasting, False, longest, 0.0)
     if pair:  # creep says nothing of slides
-        alone.wait, alone.pause = wait, pause
+        alone.wait[0], alone.pause[0] = wait, pause
     return 0.0
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root, polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF

@@ -38,11 +38,11 @@ CUT = 0.6  # of a step within which a contact may turn, or which does not see al
 
 def slow_lanes(floats):
     """Lanes on the manifold of any contact."""
-    lanes = lanes.tolerance < 0.0
+    slow = lanes.tolerance < 0.0
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
-            lanes = lanes | (lanes.slow[m] > 0.0)
-    return lanes
+            slow = slow | (lanes.slow[m] > 0.0)
+    return slow
 
 
 def settled_lanes(floats, h, longest):

@@ -17,7 +17,7 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 
 import numpy as np
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS

@@ -8,7 +8,7 @@ taken together or alone.
 
 import math
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     exponent,
     mantissa,

@@ -4,7 +4,7 @@ An event is counted by its kind and contact once its instant is passed: first th
 all contacts, then those of none. The last one is remembered.
 """
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import (
     GRAZE,
     MACHINE_SWITCHED,

@@ -1,6 +1,6 @@
 """The entries of a stepper, for one motion that its caller moves on: `begin_motion`, `take_step`, `look_at`."""
 
-from vibrocap.numerics.kernel import interface as hook
+from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
 from vibrocap.numerics.kernel.generated.places import SHOWN, WORK

@@ -1,8 +1,8 @@
-"""What a kernel calls without knowing which module answers.
+"""Hooks: what a kernel calls without knowing which module answers, as `hook.on_event(...)`.
 
-Modules of the kernel import these functions from here. Linking puts those of the module in their place that a recipe
-(`linker/recipes.py`) has chosen; it defines all functions of a section, with these arguments. Where no module does,
-what stands here is what happens: nothing, for the most part. What cannot be done without raises an error here.
+Linking puts the functions of the module in their place that a recipe (`linker/recipes.py`) has chosen; it defines all
+functions of a section, with these arguments. Where no module does, what stands here is what happens: nothing, for the
+most part. What cannot be done without raises an error here.
 """
 
 from vibrocap.numerics.kernel.generated.equations import jet
