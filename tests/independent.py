@@ -1,270 +1,709 @@
-"""An integrator of the pendulum capsule that shares nothing with the package: the yardstick of the reference tests.
+"""Motions of machines on any number of contacts, by SciPy, and the decision of their modes by trying all 3^n of them.
 
-A yardstick must not contain the faults it is to find, so the equations are typed again from docs/model.md, the method
-is SciPy's DOP853 and stick and slip are switched by hand:
+What it takes of the package are the formulas of the parts alone: rates of a machine given all friction forces, its
+contact velocities and loads, forces of its laws, the value of its drive. Which of its contacts rest, to which side the
+others slide, and when that changes, is found anew:
 
-- between two events the direction of sliding is a constant `side` and the right-hand side is smooth;
-- after every accepted step the watched quantity (side * velocity, or the force to spare while stuck) is sampled on the
-  dense output; a sign change, or a dip below zero between two samples, is bracketed there and then polished on
-  *real* steps from the start of that step: an event time carries the accuracy of the method, not of its interpolant;
-- the motion restarts with the velocity exactly zero and in the mode that the holding force decides.
+- a mode is a side for every contact (0: rests). As all is affine in the friction forces R, which are R = rho N where a
+  contact slides and leave it without acceleration where it rests, they follow from one linear problem, whose matrix is
+  read off the rates. Where contacts at imposed distances rest together only what they hold together is determined; each
+  takes the same share of its range;
+- between events DOP853 follows the motion of one mode to 1e-12. Zeros of the velocities of those that slide, and of
+  what is to spare of those that rest, are bracketed on its dense output and polished on real steps;
+- at an event, a corner and at the start all modes of the contacts at rest are tried, with the series of the motion in
+  each of them: that of a contact which begins to slide must move it to its side, that of one which rests must leave its
+  force within what it holds, in the first order in which it is not zero.
 
-`python -m tests.independent` (from the root of the repository) prints the reference table of docs/model.md. It made
-tests/reference_motions.json too: random systems with the final states on which two of its tolerances agree to 1e-10.
-
-A system is a dict of numbers here, for the same reason (no class of the package is needed):
-    law ("exponential" | "lugre"), mass_ratio, stiffness, damping, normal_load,
-    amplitude, frequency, second_amplitude, second_phase (the last two may be left out),
-    coulomb_coefficient, static_coefficient,
-    decay_rate                                                                     exponential law
-    bristle_stiffness, bristle_damping, viscous_damping, stribeck_velocity, stribeck_exponent      LuGre
-A state is (angle, angle_rate, position, velocity) and, with LuGre, the bristle deflection.
+At rest a contact holds more than while it slides. So a trial takes the static limits; who slides in it has given way
+and is tried again as a slider (those that came from a slide first, for they pass), until nobody else gives way.
 """
 
-from __future__ import annotations
-
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import dataclasses
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
-SAMPLES_PER_STEP = 8
-STEPS_PER_PERIOD = 60  # at least: no step is longer than this part of a period, so that no pair of events hides in one
+from jets import Jet
+from vibrocap.physics.drives.drive import Piecewise, segment_in_time, segment_table
+from vibrocap.physics.drives.ramp import Ramp
 
-ANGLE, ANGLE_RATE, POSITION, VELOCITY, BRISTLE = range(5)
-STICK, FORWARD, BACK, REVERSAL = "stick", "slip forward", "slip back", "reversal"
-
-
-@dataclass(frozen=True)
-class ReferenceMotion:
-    """A motion: the state at every period boundary (first row: the start), the events, the time spent stuck."""
-
-    final: tuple[float, ...]
-    at_periods: tuple[tuple[float, ...], ...]
-    stick_fraction: float
-    stick_fraction_last_period: float
-    events: tuple[tuple[float, str], ...]
+ORDERS = 7  # of the series in which modes are told apart
+ROUNDING = 1e-9  # of what is zero in them, over the largest acceleration or force
+STILL = 1e-10  # speed of contacts that come to rest together with another
+CLEAR = 1e-12  # of a guard that began at zero
+SAMPLES, STEPS_PER_PERIOD = 8, 40
+EXACT = (1e-12, 1e-13)  # rtol, atol
 
 
-def drive(t: float, p: dict) -> float:
-    phase = p["frequency"] * t
-    return p["amplitude"] * math.cos(phase) + p.get("second_amplitude", 0.0) * math.cos(
-        2.0 * phase + p.get("second_phase", 0.0)
-    )
+class Undecided(Exception):
+    """None or several of the modes can go on; they are its argument."""
 
 
-def moment(t: float, y: Sequence[float], p: dict) -> float:
-    """P of docs/model.md: all that turns the pendulum but the capsule's acceleration."""
-    return drive(t, p) + math.sin(y[ANGLE]) - p["stiffness"] * y[ANGLE] - p["damping"] * y[ANGLE_RATE]
+# --- modes as numbers -------------------------------------------------------------------------------------------------
 
 
-def holding_force(t: float, y: Sequence[float], p: dict) -> float:
-    """The friction force that would keep a resting capsule at rest: cos(theta) P - sin(theta) theta'^2."""
-    return math.cos(y[ANGLE]) * moment(t, y, p) - math.sin(y[ANGLE]) * y[ANGLE_RATE] ** 2
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """Contacts at one instant: a = free - response R, N = loads - raised R; forces over N, and of all contacts.
 
-
-def exponential_rates(t: float, y: Sequence[float], p: dict, side: int) -> list[float]:
-    """Equations (9) with (8); side 0 is the stuck capsule."""
-    if side == 0:
-        return [y[ANGLE_RATE], moment(t, y, p), 0.0, 0.0]
-    eta_c, eta_s = p["coulomb_coefficient"], p["static_coefficient"]
-    speed = side * y[VELOCITY]  # continued below zero without a kink: a trial step may look there, a motion never goes
-    force = side * p["normal_load"] * (eta_c + (eta_s - eta_c) * math.exp(-p["decay_rate"] * speed))
-    return accelerated(t, y, p, force)
-
-
-def lugre_rates(t: float, y: Sequence[float], p: dict, side: int) -> list[float]:
-    """Equations (9) with (6), (7), (10), |X'| written as side * X'."""
-    eta_c, eta_s, alpha = p["coulomb_coefficient"], p["static_coefficient"], p["stribeck_exponent"]
-    v, xi = y[VELOCITY], y[BRISTLE]
-    ratio = side * v / p["stribeck_velocity"]
-    power = ratio**3 if alpha == 3 else ratio if alpha == 1 else abs(ratio) ** alpha
-    deflection = p["normal_load"] / p["bristle_stiffness"] * (eta_c + (eta_s - eta_c) * math.exp(-power))
-    xi_rate = v - side * v * xi / deflection
-    force = p["bristle_stiffness"] * xi + p["bristle_damping"] * xi_rate + p["viscous_damping"] * v
-    return [*accelerated(t, y, p, force), xi_rate]
-
-
-def accelerated(t: float, y: Sequence[float], p: dict, force: float) -> list[float]:
-    sine, cosine, turning = math.sin(y[ANGLE]), math.cos(y[ANGLE]), moment(t, y, p)
-    total, rate = p["mass_ratio"] + 1.0, y[ANGLE_RATE]
-    inertia = total - cosine * cosine
-    return [
-        rate,
-        (total * turning - sine * cosine * rate * rate - force * cosine) / inertia,
-        y[VELOCITY],
-        (cosine * turning - sine * rate * rate - force) / inertia,
-    ]
-
-
-def reference_motion(
-    parameters: dict, initial: Sequence[float], periods: int, rtol: float = 1e-13, atol: float = 1e-14
-) -> ReferenceMotion:
-    """The motion from `initial` at time 0 over so many drive periods.
-
-    Raises RuntimeError where the motion cannot be followed for certain (a step that fails, a velocity that leaves a
-    switch on the wrong side, more than 1,000 events in one period).
-    """
-    p = parameters
-    exponential = p["law"] == "exponential"
-    rates = exponential_rates if exponential else lugre_rates
-    limit = p["normal_load"] * p["static_coefficient"]
-    period = 2.0 * math.pi / p["frequency"]
-    t, y = 0.0, np.array(initial, float)
-    if len(y) != (4 if exponential else 5):
-        raise ValueError("initial: four numbers for the exponential law, five for LuGre")
-
-    def side_at_rest() -> int:
-        """The mode in which a capsule of zero velocity goes on: 0 stuck, +1 or -1."""
-        if exponential:
-            hold = holding_force(t, y, p)
-            return 0 if abs(hold) < limit else int(math.copysign(1, hold))
-        return int(math.copysign(1, lugre_rates(t, y, p, 1)[VELOCITY]))
-
-    side = int(np.sign(y[VELOCITY])) or side_at_rest()
-    boundaries, events, stuck, stuck_last = [tuple(y.tolist())], [], 0.0, 0.0
-    for number in range(1, periods + 1):
-        end, stuck_last = number * period, 0.0
-        count = len(events)
-        while t < end:
-            before, was = t, side
-
-            def watched(time: float, state: Sequence[float], side: int = side) -> float:
-                """Positive within the mode."""
-                return side * state[VELOCITY] if side else limit - abs(holding_force(time, state, p))
-
-            def flow(time: float, state: Sequence[float], side: int = side) -> list[float]:
-                return rates(time, state, p, side)
-
-            t, y, switched = until_switch(flow, watched, t, y, end, period / STEPS_PER_PERIOD, rtol, atol)
-            if was == 0:
-                stuck_last += t - before
-            if switched:
-                if was == 0:
-                    side = int(math.copysign(1, holding_force(t, y, p)))
-                else:
-                    y[VELOCITY] = 0.0
-                    side = side_at_rest()
-                kind = REVERSAL if not exponential else {0: STICK, 1: FORWARD, -1: BACK}[side]
-                events.append((t, kind))
-            if len(events) - count > 1000:
-                raise RuntimeError(f"more than 1,000 events in period {number}")
-        stuck += stuck_last
-        boundaries.append(tuple(y.tolist()))
-    return ReferenceMotion(
-        final=boundaries[-1],
-        at_periods=tuple(boundaries),
-        stick_fraction=stuck / (periods * period),
-        stick_fraction_last_period=stuck_last / period,
-        events=tuple(events),
-    )
-
-
-def until_switch(
-    flow: Callable, watched: Callable, t: float, y: np.ndarray, end: float, longest: float, rtol: float, atol: float
-) -> tuple[float, np.ndarray, bool]:
-    """Moves on in one mode until its switch or `end`. Returns the time, the state and whether it was the switch.
-
-    flow: rates of this mode at a time and state; watched: positive within the mode; longest: of all steps
+    sliding: of those that move; least, most: what the others hold at rest; down, up: with which they begin to slide
     """
 
-    def stepper(start: float, state: np.ndarray, bound: float, first: float | None) -> DOP853:
-        first = min(first, bound - start) if first else None
-        return DOP853(flow, start, state, bound, longest, rtol, atol, first_step=first)
+    free: np.ndarray
+    response: np.ndarray
+    loads: np.ndarray
+    raised: np.ndarray
+    sliding: np.ndarray
+    least: np.ndarray
+    most: np.ndarray
+    down: np.ndarray
+    up: np.ndarray
 
-    # A mode starts with the watched quantity at zero, where rounding decides its sign. It counts only once it has been
-    # clearly positive; where it turns clearly negative before that, the mode was wrong, and that is an error.
-    clear = 1e-13
-    armed = watched(t, y) > clear
-    solver = stepper(t, y, end, 1e-5)
-    while solver.status == "running":
-        old_t, old_y = solver.t, solver.y.copy()
-        if message := solver.step():
-            raise RuntimeError(message)
-        path = solver.dense_output()
-        times = np.linspace(old_t, solver.t, SAMPLES_PER_STEP + 1)
-        values = [watched(old_t, old_y), *(watched(s, path(s)) for s in times[1:-1]), watched(solver.t, solver.y)]
-        for k in range(1, len(times)):
-            low, high, value = times[k - 1], times[k], values[k]
-            if not armed:
-                if value < -clear:
-                    raise RuntimeError(f"at time {t!r} the mode was left at once, the wrong way")
-                armed = value > clear
-                continue
-            if value > 0.0:
-                inside = 1 < k < len(times) - 1 and value < min(values[k - 1], values[k + 1])
-                if not inside:
-                    continue
-                dip = minimize_scalar(
-                    lambda s, path=path: watched(s, path(s)), bounds=(low, times[k + 1]), method="bounded"
+    def bound(self, i: int, side: int, gave: Sequence[int] | set[int]) -> float:
+        """Force over load of contact i where it leaves rest."""
+        if i in gave:
+            return self.up[i] if side > 0 else self.down[i]
+        return self.most[i] if side > 0 else self.least[i]
+
+    def drops(self, i: int) -> bool:
+        """Whether contact i holds more at rest than as it begins to slide."""
+        little = ROUNDING * (self.most[i] - self.least[i])
+        return bool(self.most[i] > self.up[i] + little or self.least[i] < self.down[i] - little)
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """(acceleration, force) below which all is rounding."""
+        forces = np.concatenate([(self.most - self.least) * self.loads, self.sliding * self.loads])
+        force = float(np.max(np.abs(forces)))
+        return ROUNDING * (float(np.max(np.abs(self.free))) + force * float(np.max(np.abs(self.response)))), (
+            ROUNDING * (force or 1.0)
+        )
+
+
+def solved(
+    response: np.ndarray, free: np.ndarray, rests: np.ndarray, rows: np.ndarray, right: np.ndarray, middle, width
+):
+    """R of the rows of those that slide, and of no acceleration of those that rest, by least distance from middles."""
+    n = len(rests)
+    matrix, target = np.where(rests[:, None], response, rows), np.where(rests, free, right)
+    held = np.flatnonzero(rests)
+    singular = len(held) > 1 and np.linalg.matrix_rank(response[np.ix_(held, held)], tol=1e-9 * np.max(response)) < len(
+        held
+    )
+    if not singular:
+        return np.linalg.solve(matrix, target)
+    slides = np.flatnonzero(~rests)
+    force = np.zeros(n)  # its loads are constants: what slides is known
+    force[slides] = np.linalg.solve(matrix[np.ix_(slides, slides)], target[slides]) if len(slides) else 0.0
+    spread = np.sqrt(width[held])
+    left = free[held] - response[np.ix_(held, slides)] @ force[slides] - response[np.ix_(held, held)] @ middle[held]
+    shares = np.linalg.pinv(response[np.ix_(held, held)] * spread, rcond=1e-9) @ left
+    force[held] = middle[held] + spread * shares
+    return force
+
+
+def consistent(problem: Problem, rest: Sequence[int], gave: set[int]) -> Iterator[tuple[tuple[int, ...], set[int]]]:
+    """Every set of sides of the contacts `rest` that this order allows, with those of them that it leaves open."""
+    n = len(problem.free)
+    tiny, little = problem.sizes
+    choices = [(0, 1, -1) if problem.most[i] > problem.least[i] else (1, -1) for i in rest]
+    for sides in itertools.product(*choices):
+        rests, level = np.zeros(n, bool), problem.sliding.copy()
+        for i, side in zip(rest, sides, strict=True):
+            rests[i] = side == 0
+            level[i] = problem.bound(i, side, gave)
+        middle = np.array([0.5 * (problem.bound(i, 1, gave) + problem.bound(i, -1, gave)) for i in range(n)])
+        width = np.array([0.5 * (problem.bound(i, 1, gave) - problem.bound(i, -1, gave)) for i in range(n)])
+        rows = np.eye(n) + level[:, None] * problem.raised
+        try:
+            force = solved(
+                problem.response,
+                problem.free,
+                rests,
+                rows,
+                level * problem.loads,
+                middle * problem.loads,
+                width * problem.loads,
+            )
+        except np.linalg.LinAlgError:
+            continue
+        rates, loads = problem.free - problem.response @ force, problem.loads - problem.raised @ force
+        open_, fits = set(), True
+        for i, side in zip(rest, sides, strict=True):
+            if side == 0:
+                spare = min(
+                    problem.bound(i, 1, gave) * loads[i] - force[i], force[i] - problem.bound(i, -1, gave) * loads[i]
                 )
-                if dip.fun > 0.0:
-                    continue
-                high = float(dip.x)
-
-            def there(time: float, start: float = old_t, state: np.ndarray = old_y) -> np.ndarray:
-                if time <= start:
-                    return state
-                short = stepper(start, state, time, time - start)
-                while short.status == "running":
-                    if message := short.step():
-                        raise RuntimeError(message)
-                return short.y
-
-            def value_there(time: float) -> float:
-                return watched(time, there(time))
-
-            # The interpolant may misplace the root by its own error: widen the bracket by it, within the step.
-            width = 1e-3 * (solver.t - old_t)
-            while value_there(low) <= 0.0 and low > old_t:
-                low = max(old_t, low - width)
-            while value_there(high) > 0.0 and high < solver.t:
-                high = min(solver.t, high + width)
-            if value_there(high) > 0.0:
-                continue  # a root of the interpolant alone, past the step's end: the next step finds it
-            if value_there(low) <= 0.0:
-                switch = low
+                fits &= spare >= -little and abs(rates[i]) <= tiny
+                if spare <= little:
+                    open_.add(i)
             else:
-                switch = float(brentq(value_there, low, high, xtol=1e-15, rtol=1e-15))
-            return switch, np.array(there(switch)), True
-    return end, solver.y, False
+                fits &= side * rates[i] >= -tiny
+                if side * rates[i] <= tiny:
+                    open_.add(i)
+        if fits:
+            yield sides, open_
 
 
-FRICTION_OF_THE_PAPER = {
-    "normal_load": 1.0,
-    "coulomb_coefficient": 0.15,
-    "static_coefficient": 0.45,
-    "decay_rate": 10.0,
-    "bristle_stiffness": 100.0,
-    "bristle_damping": 10.0,
-    "viscous_damping": 0.0,
-    "stribeck_velocity": 0.1,
-    "stribeck_exponent": 2.0,
-}
+def decided(
+    problem: Problem, asked: Sequence[int], came: set[int], before: Mapping[int, int], lasts: Any = None
+) -> dict[int, int]:
+    """Side of every contact that is `asked` as it is at rest, by enumeration, those that give way asked again.
+
+    came: those that slid until now; before: sides until now, which kinked contacts keep that do not move at all
+    lasts: (whether a mode lasts for an instant, in which order each slider leaves), given the sides by contact and who
+        gave way, where forces alone leave it open; without it those rest that do not have to slide
+    Raises Undecided where none or several of the modes can go on.
+    """
+    gave: set[int] = set()
+    kinked = {i for i in asked if problem.most[i] <= problem.least[i]}
+    while True:
+        found = []
+        for sides, open_ in consistent(problem, asked, gave):
+            tried = dict(zip(asked, sides, strict=True))
+            left = dict.fromkeys((i for i in asked if tried[i]), 0)
+            if open_ and lasts is not None:
+                fits, left = lasts(tried, gave)
+                if not fits:
+                    continue
+            elif any(tried[i] for i in open_ - kinked):
+                continue  # it would not move
+            found.append((tried, left, open_ & kinked))
+        if len(found) > 1:
+            kept = [each for each in found if all(each[0][i] == before[i] for i in each[2])]
+            found = kept if len(kept) == 1 else found
+        if len(found) != 1:
+            raise Undecided([tuple(each.values()) for each, *_ in found])
+        sides, left, _ = found[0]
+        new = {i for i in asked if i not in kinked | gave and sides[i]}
+        first = min((left[i] for i in new if problem.drops(i)), default=None)
+        if first is None:
+            return sides
+        new = {i for i in new if left[i] <= first}
+        gave |= (new & came) or new
 
 
-def section_4() -> list[tuple[str, float, ReferenceMotion]]:
-    """The four motions of docs/model.md."""
-    found = []
-    for stiffness, damping in ((2.0, 1.0), (4.0, 1.2)):
-        for law in ("lugre", "exponential"):
-            p = {"law": law, "mass_ratio": 2.5, "stiffness": stiffness, "damping": damping}
-            p |= {"amplitude": 1.8, "frequency": 1.0} | FRICTION_OF_THE_PAPER
-            start = [math.pi / 3, 0.0, 0.0, 0.0, 0.0026][: 5 if law == "lugre" else 4]
-            found.append((law, stiffness, reference_motion(p, start, 40)))
+# --- a system as what is asked above ----------------------------------------------------------------------------------
+
+
+class Mechanics:
+    """The formulas of a system in one segment of its drive, times from the start of the period.
+
+    y: states of the machine, then those of the law of each contact, `names`
+    """
+
+    def __init__(self, system: Any, drive: Any):
+        self.system, self.drive, self.around = system, drive, system.environment
+        machine = system.machine.driven_by(drive)
+        self.machine = machine = machine if self.around is None else self.around.placed(machine)
+        self.laws = system.laws
+        self.follows = machine.follows_load
+        self.constant_loads = None if self.follows else machine.loads()
+        self.names, self.own = list(machine.states), []
+        for number, law in enumerate(self.laws, start=1):
+            first = len(self.names)
+            self.names += [name if number == 1 else f"{name}_{number}" for name in law.internal]
+            self.own.append(slice(first, len(self.names)))
+        self.contacts, self.states = len(self.laws), len(machine.states)
+        self.places = [machine.states.index(name) for name in machine.contact_states]
+        self.sticks = [law.kind == "set-valued" for law in self.laws]
+        self.turns = [law.kind != "smooth" or self.around is not None for law in self.laws]
+        draw = np.random.default_rng(0)
+        self._response = None
+        if not self.follows:
+            found = [
+                self._responses(0.3 * drive.period, draw.uniform(-0.1, 0.1, len(self.names)).tolist()) for _ in "ab"
+            ]
+            if np.array_equal(*(np.round(each[0], 14) for each in found)):
+                self._response = found[0]
+
+    def velocities(self, t, y) -> list:
+        """Of all contacts."""
+        if not self.machine.imposes_motion:
+            return [y[place] for place in self.places]
+        return [each.velocity for each in self.machine.contacts(t, tuple(y[: self.states]), 0.0)]
+
+    def rates(self, t, y, taken) -> list:
+        """Of the states of the machine; taken: in the place of friction."""
+        return list(self.machine.rates(t, tuple(y[: self.states]), self.drive.value(t), tuple(taken)))
+
+    def loads(self, t, y, taken) -> list:
+        """N of all contacts where it follows the motion; else 1, and all that is said of loads is said of forces."""
+        if not self.follows:
+            return [1.0] * self.contacts
+        mechanical, drive = tuple(y[: self.states]), self.drive.value(t)
+        return [
+            own + sum(slope * force for slope, force in zip(slopes, taken, strict=True))
+            for own, *slopes in (each.reaction for each in self.machine.contacts(t, mechanical, drive))
+        ]
+
+    def outside(self, v, sides) -> list:
+        """What acts on each contact's body besides friction, against forward."""
+        if self.around is None:
+            return [0.0] * self.contacts
+        found = [self.around.drag(each, side) for each, side in zip(v, sides, strict=True)]
+        ground = self.machine.ground_speed()
+        found[0] = self.around.drag(v[0] + ground, sides[0]) - self.around.force
+        return found
+
+    def law_load(self, i) -> float:
+        """With which the law of a contact is asked."""
+        return 1.0 if self.follows else self.constant_loads[i]
+
+    def force(self, i, v, y, side) -> tuple:
+        """(R over load, rates of the internal states) of contact i while it slides."""
+        return self.laws[i].force(v, tuple(y[self.own[i]]), side, self.law_load(i))
+
+    def held(self, i) -> tuple[float, float]:
+        """Least and largest force over load at rest."""
+        law, load = self.laws[i], self.law_load(i)
+        if not self.sticks[i]:
+            return 0.0, 0.0
+        return law.holding_centre(load) - law.holding_limit(load), law.holding_centre(load) + law.holding_limit(load)
+
+    def acceleration(self, t, y, rates) -> np.ndarray:
+        """Rates of the contact velocities along rates of the machine's states."""
+        along = [Jet([value, rate]) for value, rate in zip(y[: self.states], rates, strict=True)]
+        found = self.velocities(Jet([t, 1.0]), along)
+        return np.array([each.c[1] if isinstance(each, Jet) else 0.0 for each in found])
+
+    def _responses(self, t, y) -> tuple[np.ndarray, np.ndarray]:
+        """(response, raised): by how much all accelerations and loads fall with each force."""
+        zero = [0.0] * self.contacts
+        units = np.eye(self.contacts).tolist()
+        at = [self.acceleration(t, y, self.rates(t, y, each)) for each in (zero, *units)]
+        loads = [np.array(self.loads(t, y, each), float) for each in (zero, *units)]
+        return np.column_stack([at[0] - each for each in at[1:]]), np.column_stack(
+            [loads[0] - each for each in loads[1:]]
+        )
+
+    def responses(self, t, y) -> tuple[np.ndarray, np.ndarray]:
+        """The same, where it is constant asked once."""
+        return self._responses(t, y) if self._response is None else self._response
+
+    def flow(self, t, y, sides) -> tuple[list, np.ndarray, np.ndarray]:
+        """(y', R over load where a load is constant, loads) in a mode."""
+        y = [float(value) for value in y]
+        v = [float(each) for each in self.velocities(t, y)]
+        slid = [self.force(i, v[i], y, side or 1) for i, side in enumerate(sides)]
+        outside = self.outside(v, sides)
+        response, raised = self.responses(t, y)
+        free = self.acceleration(t, y, self.rates(t, y, outside))
+        loads = np.array(self.loads(t, y, outside), float)
+        rests, level = np.array([side == 0 for side in sides]), np.array([each[0] for each in slid], float)
+        if not rests.any() and not self.follows:
+            force = level
+        else:
+            middle, width = np.array(
+                [[0.5 * (hi + lo), 0.5 * (hi - lo)] for lo, hi in map(self.held, range(len(sides)))]
+            ).T
+            rows = np.eye(len(sides)) + level[:, None] * raised
+            force = solved(response, free, rests, rows, level * loads, middle * loads, width * loads)
+        rates = self.rates(t, y, [f + more for f, more in zip(force.tolist(), outside, strict=True)])
+        return [*rates, *(z for each in slid for z in each[1])], force, loads - raised @ force
+
+    # --- decisions ----------------------------------------------------------------------------------------------------
+
+    def problem(self, t, y, sides) -> Problem:
+        """At one instant; sides: 0 for those that are asked."""
+        v = [0.0 if side == 0 else float(each) for side, each in zip(sides, self.velocities(t, y), strict=True)]
+        response, raised = self.responses(t, y)
+        outside = self.outside(v, sides)
+        free = self.acceleration(t, y, self.rates(t, y, outside))
+        loads = np.array(self.loads(t, y, outside), float)
+        ways = [[self.force(i, v[i], y, side)[0] for side in (sides[i] or 1, -1, 1)] for i in range(self.contacts)]
+        held = [self.held(i) if self.sticks[i] else (way[0], way[0]) for i, way in enumerate(ways)]
+        return Problem(
+            free,
+            response,
+            loads,
+            raised,
+            *np.array(ways, float).T[:1],
+            *np.array(held, float).T,
+            *np.array(ways, float).T[1:],
+        )
+
+    def series(self, t, y, sides, static: Mapping[int, float]) -> tuple[list[Jet], list[Jet], list[Jet]]:
+        """(contact velocities less what they are now, friction forces, loads) of a mode.
+
+        static: force over load of those that slide with a constant one
+        """
+        n = self.contacts
+        response, raised = self.responses(t, [float(value) for value in y])
+        rests = np.array([side == 0 for side in sides])
+        states = [[float(value)] for value in y]
+        forces: list[list[float]] = [[] for _ in range(n)]
+        for k in range(ORDERS):
+            time, now = Jet([t, 1.0, *([0.0] * k)][: k + 1]), [Jet(value) for value in states]
+            v = self.velocities(time, now)
+            slid = [self.force(i, v[i], now, side or 1) for i, side in enumerate(sides)]
+            outside = self.outside(v, sides)
+            known = [Jet([*force, 0.0]) for force in forces]
+
+            def after(given, now=now, time=time, outside=outside, k=k):
+                taken = [force + more for force, more in zip(given, outside, strict=True)]
+                rates = [_coefficient(rate, k) for rate in self.rates(time, now, taken)]
+                longer = [Jet([*value, rate / (k + 1)]) for value, rate in zip(states, rates, strict=False)]
+                ahead = self.velocities(Jet([t, 1.0, *([0.0] * (k + 1))][: k + 2]), longer)
+                loads = self.loads(time, now, taken)
+                return rates, np.array([(k + 1) * _coefficient(each, k + 1) for each in ahead]), loads
+
+            _, free, loads = after(known)
+            own = np.array([_coefficient(load, k) for load in loads])
+            level = [Jet([static[i], *([0.0] * k)]) if i in static else each[0] for i, each in enumerate(slid)]
+            level = [each if isinstance(each, Jet) else Jet([each, *([0.0] * k)]) for each in level]
+            right = np.array([_coefficient(each * load, k) for each, load in zip(level, loads, strict=True)])
+            rows = np.eye(n) + np.array([each.c[0] for each in level])[:, None] * raised
+            middle, width = np.zeros(n), np.ones(n)
+            for i in range(n):
+                if self.sticks[i]:
+                    least, most = self.held(i)
+                    middle[i], width[i] = (
+                        0.5 * (least + most) * own[i],
+                        0.5 * (most - least) * own[i] if k == 0 else 1.0,
+                    )
+                    if k and not self.follows:
+                        middle[i], width[i] = 0.0, 0.5 * (most - least)
+            found = solved(response, free, rests, rows, right, middle, width)
+            for force, value in zip(forces, found.tolist(), strict=True):
+                force.append(value)
+            rates, _, _ = after([Jet(force) for force in forces])
+            rates += [_coefficient(rate, k) for each in slid for rate in each[1]]
+            for value, rate in zip(states, rates, strict=True):
+                value.append(rate / (k + 1))
+        time, now = Jet([t, 1.0, *([0.0] * (ORDERS - 1))]), [Jet(value) for value in states]
+        v = [each if isinstance(each, Jet) else Jet([each] + [0.0] * ORDERS) for each in self.velocities(time, now)]
+        outside, short = self.outside(v, sides), [Jet(force) for force in forces]
+        loads = self.loads(time, now, [force + more for force, more in zip(short, outside, strict=True)])
+        loads = [each if isinstance(each, Jet) else Jet([each] + [0.0] * (ORDERS - 1)) for each in loads]
+        return v, short, loads
+
+    def lasts(self, t, y, sides, rest, gave, problem) -> tuple[bool, dict[int, int]]:
+        """(whether a mode lasts for an instant, in which order each slider leaves): by its series."""
+        static = {
+            i: problem.bound(i, sides[i], gave)
+            for i in rest
+            if sides[i] and i not in gave and self.sticks[i] and problem.drops(i)
+        }
+        try:
+            v, forces, loads = self.series(t, y, sides, static)
+        except np.linalg.LinAlgError:
+            return False, {}
+        tiny, little = problem.sizes
+        speed = 1.0
+        left = {}
+        for i in rest:
+            if sides[i]:
+                order, sign = _first(v[i].c[1:], tiny * speed)
+                if sign != sides[i] and (sign or self.sticks[i]):
+                    return False, {}
+                left[i] = order
+            else:
+                if _first(v[i].c[1:], tiny * speed)[1]:
+                    return False, {}
+                for side in (1, -1):
+                    spare = side * (problem.bound(i, side, gave) * loads[i] - forces[i])
+                    if _first(spare.c, little)[1] < 0:
+                        return False, {}
+        return True, left
+
+    def decided(self, t, y, sides: Sequence[int], asked: Sequence[int], came: set[int]) -> tuple[int, ...]:
+        """Sides of all contacts; sides: as they are, asked: those that are at rest now, came: which of them slid."""
+        start = [0 if i in asked else side for i, side in enumerate(sides)]
+        problem = self.problem(t, y, start)
+
+        def lasts(tried, gave):
+            whole = list(start)
+            for i, side in tried.items():
+                whole[i] = side
+            return self.lasts(t, y, whole, list(tried), gave, problem)
+
+        found = decided(problem, [i for i in asked if self.turns[i]], came, dict(enumerate(sides)), lasts)
+        return tuple(found.get(i, side) for i, side in enumerate(start))
+
+
+def _coefficient(value: Any, k: int) -> float:
+    if isinstance(value, Jet):
+        return value.c[k]
+    return float(value) if k == 0 else 0.0
+
+
+def _first(coefficients: Sequence[float], tiny: float) -> tuple[int, int]:
+    """(order, sign) of the first coefficient that is not zero; sign 0: there is none."""
+    for k, value in enumerate(coefficients):
+        if abs(value) > tiny:
+            return k, 1 if value > 0.0 else -1
+    return len(coefficients), 0
+
+
+# --- motions ----------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass
+class Motion:
+    """status: "finished", or why it ended; state: by name; events: (time, kind); history: (time, sides from there)."""
+
+    status: str
+    end: float
+    state: dict[str, float]
+    sides: tuple[int, ...]
+    events: list[tuple[float, str]]
+    history: list[tuple[float, tuple[int, ...]]]
+
+
+def segments(drive: Any) -> list[tuple[float, float, Any]]:
+    """(start, end, drive) of all segments of a period."""
+    if not isinstance(drive, Piecewise):
+        return [(0.0, drive.period, drive)]
+    table, found, start = segment_table(drive), [], 0.0
+    for row in table:
+        middle = 0.5 * (start + min(row[0], 1.0))
+        held = drive.on_segment(*segment_in_time(table, middle, drive.period))
+        found.append((start * drive.period, min(row[0], 1.0) * drive.period, held))
+        start = row[0]
     return found
 
 
-def main() -> None:
-    for law, stiffness, motion in section_4():
-        x = [state[POSITION] for state in motion.at_periods]
-        print(f"rho {stiffness:g} {law:12s}", *(f"X({k}T) {x[k]:.10f}" for k in (1, 2, 5, 40)), end=" ")
-        print(f"drift {x[40] - x[39]:+.10f} stuck {100 * motion.stick_fraction:.4f} %", end=" ")
-        print(f"(last period {100 * motion.stick_fraction_last_period:.4f} %)\n    state", *motion.final)
+class Solver:
+    """Follows a motion; `run` gives it."""
+
+    def __init__(self, system: Any, initial: Mapping[str, float], exact: tuple[float, float] = EXACT):
+        drive = system.drive
+        self.exact, self.period = exact, drive.period
+        self.parts = [(start, end, Mechanics(system, held)) for start, end, held in segments(drive)]
+        self.smooth = not isinstance(drive, (Piecewise, Ramp))
+        self.now = self.parts[0][2]
+        unknown = set(initial) - set(self.now.names)
+        assert not unknown, unknown
+        self.y = np.array([float(initial.get(name, 0.0)) for name in self.now.names])
+        self.sides: tuple[int, ...] = ()
+        self.events: list[tuple[float, str]] = []
+        self.history: list[tuple[float, tuple[int, ...]]] = []
+
+    def run(self, periods: float) -> Motion:
+        """The motion over so many periods from time 0."""
+        end, done, status = periods * self.period, 0.0, "finished"
+        pieces = [
+            (turn * self.period, start, min(stop, end - turn * self.period), mechanics)
+            for turn in range(int(np.ceil(periods - 1e-12)))
+            for start, stop, mechanics in self.parts
+            if turn * self.period + start < end * (1.0 - 1e-14)
+        ]
+        if self.smooth:
+            pieces = [(0.0, 0.0, end, self.now)]
+        try:
+            for self.origin, start, stop, self.now in pieces:
+                self._corner(start, first=not self.history)
+                status, done = self._segment(start, stop), self.at
+                if status != "finished":
+                    break
+        except Undecided as why:
+            status, done = f"ambiguous contacts: {why}", self.at
+        state = dict(zip(self.now.names, self.y.tolist(), strict=True))
+        return Motion(status, done, state, self.sides, self.events, self.history)
+
+    def _corner(self, t, first) -> None:
+        """Velocities and forces may jump: who moves has the side of its velocity, who does not is asked."""
+        self.at = self.origin + t
+        v = np.array(self.now.velocities(t, self.y.tolist()), float)
+        before = self.sides or (0,) * len(v)
+        still = [i for i in range(len(v)) if abs(v[i]) <= STILL or (not first and before[i] == 0 and not self._jumps)]
+        moved = [int(np.sign(each)) if turns else 1 for each, turns in zip(v, self.now.turns, strict=True)]
+        asked = [i for i in still if self.now.turns[i]]
+        self._still(t, [i for i in asked if self.now.sticks[i]])
+        came = set() if first else {i for i in asked if before[i]}
+        sides = [before[i] if i in asked and not first else side for i, side in enumerate(moved)]
+        self._turned(t, self.now.decided(t, self.y.tolist(), sides, asked, came), silent=first)
+
+    @property
+    def _jumps(self) -> bool:
+        return self.now.machine.effort in ("displacement", "number")
+
+    def _still(self, t, those) -> None:
+        """Velocities that are zero exactly."""
+        machine = self.now.machine
+        for i in those:
+            v = float(self.now.velocities(t, self.y.tolist())[i])
+            self.y[self.now.names.index(machine.contact_states[i])] -= v
+
+    def _turned(self, t, sides, silent=False) -> None:
+        before = self.sides or sides
+        for i, (was, now) in enumerate(zip(before, sides, strict=True), start=1):
+            if was != now and not silent:
+                kind = "stick" if now == 0 else "reversal" if was else "slip_forward" if now > 0 else "slip_back"
+                self.events.append((self.origin + t, kind if i == 1 else f"{kind}_{i}"))
+                if was and now and not self.now.sticks[i - 1]:
+                    law, own = self.now.laws[i - 1], self.now.own[i - 1]
+                    self.y[own] = law.after_reversal(tuple(self.y[own]), now, self.now.law_load(i - 1))
+        self.sides = tuple(sides)
+        self.history.append((self.origin + t, self.sides))
+
+    def _guards(self, t, y) -> np.ndarray:
+        """Positive within the present mode: two for each contact, then of pieces of laws, loads and bounds."""
+        now, y = self.now, [float(value) for value in y]
+        v = now.velocities(t, y)
+        found: list[float] = []
+        force = loads = None
+        if now.follows or 0 in self.sides:
+            _, force, loads = now.flow(t, y, self.sides)
+        for i, side in enumerate(self.sides):
+            if side or not now.turns[i]:
+                found += [side * v[i] if now.turns[i] else 1.0, 1.0]
+            else:
+                least, most = now.held(i)
+                found += [most * loads[i] - force[i], force[i] - least * loads[i]]
+        for i, side in enumerate(self.sides):
+            if not now.sticks[i]:
+                found += now.laws[i].switches(v[i], tuple(y[now.own[i]]), side, now.law_load(i))
+        found += list(loads) if now.follows else []
+        found += list(now.machine.bounds(t, tuple(y[: now.states])))
+        return np.array(found, float)
+
+    def _segment(self, t, end) -> str:
+        """On to the end of a segment of the drive."""
+        while t < end:
+            t, which = self._until_event(t, end)
+            self.at = self.origin + t
+            if which < 0:
+                return "finished"
+            n, now = self.now.contacts, self.now
+            pieces = [
+                (i, k)
+                for i in range(n)
+                if not now.sticks[i]
+                for k in range(len(now.laws[i].switches(0.1, (0.0,) * len(now.laws[i].internal), 1, 1.0)))
+            ]
+            if which >= 2 * n + len(pieces):
+                return "lift off" if now.follows and which < 2 * n + len(pieces) + n else "stop reached"
+            if which >= 2 * n:
+                i, k = pieces[which - 2 * n]
+                v = float(now.velocities(t, self.y.tolist())[i])
+                self.y[now.own[i]] = now.laws[i].after_switch(
+                    k, v, tuple(self.y[now.own[i]]), self.sides[i], now.law_load(i)
+                )
+                continue
+            i = which // 2
+            if self.sides[i]:
+                self._still(t, [i])
+            v = np.array(now.velocities(t, self.y.tolist()), float)
+            asked = [k for k in range(n) if now.turns[k] and (k == i or self.sides[k] == 0 or abs(v[k]) <= STILL)]
+            came = {k for k in asked if self.sides[k]}
+            self._turned(t, now.decided(t, self.y.tolist(), self.sides, asked, came))
+        self.at = self.origin + t
+        return "finished"
+
+    def _until_event(self, t, end) -> tuple[float, int]:
+        """(time, guard that ended the mode or -1), with the state there."""
+        longest, sides, now = self.period / STEPS_PER_PERIOD, self.sides, self.now
+
+        def flow(s, y):
+            return now.flow(s, y, sides)[0]
+
+        def stepper(start, state, bound, first):
+            return DOP853(flow, start, state, bound, longest, *self.exact, first_step=min(first, bound - start))
+
+        solver = stepper(t, self.y, end, 1e-5 * self.period)
+        armed = self._guards(t, self.y) > CLEAR
+        while solver.status == "running":
+            old_t, old_y = solver.t, solver.y.copy()
+            if message := solver.step():
+                raise RuntimeError(message)
+            path = solver.dense_output()
+            times = np.linspace(old_t, solver.t, SAMPLES + 1)
+            values = np.array([self._guards(s, old_y if s == old_t else path(s)) for s in times])
+            found: list[tuple[float, int]] = []
+            for g in range(values.shape[1]):
+                for k in range(1, SAMPLES + 1):
+                    value = values[k, g]
+                    if not armed[g]:
+                        if value < -CLEAR:
+                            raise RuntimeError(
+                                f"at {self.origin + old_t!r} guard {g} of the mode {sides} fails at once"
+                            )
+                        armed[g] = value > CLEAR
+                        continue
+                    low, high = times[k - 1], times[k]
+                    if value > 0.0:
+                        if not (k < SAMPLES and value < min(values[k - 1, g], values[k + 1, g])):
+                            continue
+                        dip = minimize_scalar(
+                            lambda s, g=g, path=path: self._guards(s, path(s))[g],
+                            bounds=(low, times[k + 1]),
+                            method="bounded",
+                        )
+                        if dip.fun > 0.0:
+                            continue
+                        high = float(dip.x)
+
+                    def guard(s, g=g, path=path):
+                        return float(self._guards(s, path(s))[g])
+
+                    root = low if guard(low) <= 0.0 else brentq(guard, low, high, xtol=1e-15, rtol=1e-15)
+                    found.append((float(root), g))
+                    break
+            if found:
+                root, g = min(found)
+                slope = (guard_at(self, root + 1e-6, path, g) - guard_at(self, root - 1e-6, path, g)) / 2e-6
+                for _ in range(2):
+                    y = old_y.copy()
+                    if root > old_t:
+                        short = stepper(old_t, old_y, root, root - old_t)
+                        while short.status == "running":
+                            short.step()
+                        y = short.y
+                    value = self._guards(root, y)[g]
+                    if not slope < 0.0 or not abs(value / slope) < 1e-6 or root - value / slope <= old_t:
+                        break
+                    root -= value / slope
+                self.y = y.copy()
+                return root, g
+        self.y = solver.y.copy()
+        return end, -1
 
 
-if __name__ == "__main__":
-    main()
+def guard_at(solver: Solver, t: float, path: Any, g: int) -> float:
+    """Guard g on the dense output."""
+    return float(solver._guards(t, path(t))[g])
+
+
+def motion(system: Any, initial: Mapping[str, float], periods: float, exact: tuple[float, float] = EXACT) -> Motion:
+    """The motion of a system from a state by name (what is not named is 0) over so many periods."""
+    return Solver(system, initial, exact).run(periods)
+
+
+def random_problem(draw: np.random.Generator) -> tuple[Problem, list[int], set[int], dict[int, int]]:
+    """(problem, contacts at rest, those of them that slid, sides until now) of one to six contacts.
+
+    Bodies that share springs, bodies at imposed distances (half of these with none of them changing, so that contacts
+    can rest together), loads that follow friction a little; with and without drops, kinked contacts among them.
+    """
+    n, kind = int(draw.integers(1, 7)), int(draw.integers(4))
+    masses = draw.uniform(0.3, 2.0, n)
+    free, raised = draw.normal(0.0, 1.0, n) * draw.uniform(0.05, 1.0), np.zeros((n, n))
+    if kind in (0, 1):
+        response = np.full((n, n), 1.0 / np.sum(masses))
+        free = np.full(n, free[0]) if kind == 0 else free
+        if kind == 1 and n > 2:  # some of them keep their distance
+            free[1] = free[0]
+    else:
+        mixing = np.eye(n) + draw.normal(0.0, 0.3, (n, n)) * (draw.random() < 0.7)
+        response = mixing @ np.diag(1.0 / masses) @ mixing.T
+        if kind == 3:
+            raised = draw.uniform(-0.3, 0.3, (n, n)) / max(1, n - 1)
+    kinetic = draw.uniform(0.05, 0.4, (2, n))
+    static = kinetic * np.where(draw.random(n) < 0.5, 1.0, draw.uniform(1.0, 2.0, (2, n)))
+    kinked = draw.random(n) < 0.1
+    push = draw.uniform(-0.3, 0.3, n)
+    up, down = np.where(kinked, push, kinetic[0]), np.where(kinked, push, -kinetic[1])
+    most, least = np.where(kinked, push, static[0]), np.where(kinked, push, -static[1])
+    sides = draw.choice([-1, 1], n)
+    asked = [i for i in range(n) if draw.random() < 0.75] or [0]
+    sliding = np.where(sides > 0, up, down)
+    loads = draw.uniform(0.5, 1.5, n)
+    came = {i for i in asked if draw.random() < 0.3}
+    problem = Problem(free, response, loads, raised, sliding, least, most, down, up)
+    return problem, asked, came, dict(enumerate(sides.tolist()))

@@ -1,11 +1,10 @@
-"""Truncated Taylor series of one variable, in plain Python: what `independent_contacts.py` differentiates with.
+"""Truncated Taylor series of one variable, in plain Python: what `independent.py` differentiates with.
 
 The functions of machines, laws and drives are scalar code on `+ - * /` and a few elementary functions, so that they
 take a series in the place of a number. Nothing of the package's own series is used.
 """
 
 import math
-from typing import Any
 
 
 class Jet:
@@ -50,11 +49,14 @@ class Jet:
     def __rtruediv__(self, other):
         return Jet([other, *([0.0] * (len(self.c) - 1))]) / self
 
-    def __pow__(self, exponent: int):
-        found: Any = 1.0
-        for _ in range(exponent):
-            found = found * self
-        return found
+    def __pow__(self, exponent: float):
+        if exponent == int(exponent):
+            return math.prod([self] * int(exponent), start=1.0)
+        c, found = self.c, [max(0.0, self.c[0]) ** exponent]
+        for k in range(1, len(c)):  # from rest |v|^alpha begins beyond the first order: nothing of it is told
+            terms = ((i * (exponent + 1.0) - k) * c[i] * found[k - i] for i in range(1, k + 1))
+            found.append(sum(terms) / (k * c[0]) if c[0] > 0.0 else 0.0)
+        return Jet(found)
 
     def __lt__(self, other):
         return self.c[0] < (other.c[0] if isinstance(other, Jet) else other)

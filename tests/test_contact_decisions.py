@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import decided, random_problem
-from independent_contacts import motion as independent_motion
+from independent import decided, random_problem
+from independent import motion as independent_motion
 from plain_kernels import kernel_of
 from thinned import exhaustive_but
 

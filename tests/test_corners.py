@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import motion as independent_motion
+from independent import motion as independent_motion
 from thinned import exhaustive_but, slow_but
 from vibrocap.physics.drives.drive import segment_table
 

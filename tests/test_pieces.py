@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import motion as independent_motion
+from independent import motion as independent_motion
 from plain_kernels import kernel_of, running_on
 from plausible_cases import plausible_case
 from thinned import exhaustive_but

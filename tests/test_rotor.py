@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import motion as independent_motion
+from independent import motion as independent_motion
 from planted import planted
 from thinned import exhaustive_but
 from vibrocap.cli.main import main
@@ -38,7 +38,7 @@ def pulsed(**parameters):
 
 
 def gained(orbit):
-    """What the states gain in the period of an orbit, by the solver of `independent_contacts.py`."""
+    """What the states gain in the period of an orbit, by the solver of `independent.py`."""
     end = independent_motion(orbit.system, orbit.state, orbit.period / orbit.system.drive.period)
     assert end.status == "finished"
     return {name: end.state[name] - value for name, value in orbit.state.items()}

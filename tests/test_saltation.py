@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import motion as independent_motion
+from independent import motion as independent_motion
 from thinned import exhaustive_but
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import motion as independent_motion
+from independent import motion as independent_motion
 from mechanisms import MECHANISMS
 from renumbered import counterpart, renumbered
 from thinned import exhaustive_but, slow_but

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import Problem
+from independent import Problem
 from plain_kernels import kernel_of
 from test_contact_decisions import contacts_of, kernel_decision
 from vibrocap.arguments import ArgumentError

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent_contacts import motion as independent_motion
+from independent import motion as independent_motion
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 BRISTLES = {"coulomb_coefficient": 0.1, "static_coefficient": 0.2}
