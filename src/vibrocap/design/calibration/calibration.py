@@ -19,7 +19,7 @@ from vibrocap.design.calibration.table import MeasuredTable, read_table
 from vibrocap.design.calibration.table_model import TableModel, improbable, searched
 from vibrocap.design.search.goal import asked_case, measure_unit
 from vibrocap.design.search.variables import design_space
-from vibrocap.identification.inference.identifiability import WIDE, Direction, Verdict
+from vibrocap.identification.inference.identifiability import Direction, Verdict, combinations, verdict_within
 from vibrocap.identification.inference.uncertainty import inverse
 from vibrocap.measures.of_measure import MeasuresInUnits
 from vibrocap.motion.simulate import initial_state
@@ -36,6 +36,7 @@ from vibrocap.studies.plan.variation import refusal
 LEVEL = 0.95
 CLOSE = 1e-3  # in shares of the ranges, within which a parameter stands at its bound
 HALVINGS = 30  # to where an interval ends at values that a part refuses
+SINGULAR = 1e-12  # singular value of the slopes below which a combination does nothing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -236,7 +237,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         system=model.system.with_parameters(space.parameters(shares)),
         parameters=tuple(parameters),
         correlation=covariance / np.outer(deviation, deviation),
-        directions=() if verdict is Verdict.UNTRUSTED else _directions(space.paths, logs, widen),
+        directions=() if verdict is Verdict.UNTRUSTED else combinations(space.paths, logs, widen, SINGULAR),
         measured=table,
         predicted=known,
         residuals=every,
@@ -273,16 +274,11 @@ def _parameter(
     open_low, open_high = (cut or not 0.0 < end[k] < 1.0 for end, cut in ends)
     if np.sqrt(np.mean(slopes[:, k] ** 2)) < 1e-9:
         verdict = Verdict.NO_EFFECT
-    elif open_low and open_high:
-        verdict = Verdict.UNDETERMINED
-    elif doubted:
+    elif doubted and not (open_low and open_high):
         verdict = doubted
-    elif open_low or share < CLOSE:
-        verdict = Verdict.BOUNDED_ABOVE
-    elif open_high or share > 1.0 - CLOSE:
-        verdict = Verdict.BOUNDED_BELOW
     else:
-        verdict = Verdict.WIDE if low > 0.0 and high > WIDE * low else Verdict.DETERMINED
+        at_bounds = (open_low or share < CLOSE, open_high or share > 1.0 - CLOSE)
+        verdict = verdict_within(low, high, *at_bounds)
     return CalibratedParameter(path, value, low, high, error, verdict)
 
 
@@ -308,14 +304,3 @@ def _end(model: TableModel, shares: np.ndarray, way: np.ndarray, k: int) -> tupl
         middle = 0.5 * (low + high)
         low, high = (low, middle) if refused(middle) else (middle, high)
     return point(low), True
-
-
-def _directions(paths: Sequence[str], logs: np.ndarray, unit: float) -> tuple[Direction, ...]:
-    """Combinations of parameters, the best determined first; logs: slopes by the logarithms."""
-    _, singular, right = np.linalg.svd(logs, full_matrices=False)
-    directions = []
-    for value, row in zip(singular, right, strict=True):
-        signed = row * np.sign(row[np.argmax(np.abs(row))])
-        deviation = math.sqrt(unit) / float(value) if value > 1e-12 else math.inf
-        directions.append(Direction(dict(zip(paths, signed.tolist(), strict=True)), deviation))
-    return tuple(directions)

@@ -4,15 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.design.calibration.table_model import (
-    FIRST_STEPS,
-    KINDS,
-    UNLIKELY,
-    TableModel,
-    chance,
-    refined,
-    soft,
-)
+from vibrocap.design.calibration.table_model import FIRST_STEPS, KINDS, UNLIKELY, TableModel, chance, refined, soft
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.motion.trust import TRAVEL
 from vibrocap.studies.plan.variation import refusal

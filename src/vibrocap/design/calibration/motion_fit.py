@@ -278,12 +278,7 @@ def _found(
 
 
 def _parameter(
-    model: RecordModel,
-    k: int,
-    point: np.ndarray,
-    slopes: np.ndarray,
-    spread: Uncertainty,
-    doubt: Verdict | None,
+    model: RecordModel, k: int, point: np.ndarray, slopes: np.ndarray, spread: Uncertainty, doubt: Verdict | None
 ) -> CalibratedParameter:
     """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
 

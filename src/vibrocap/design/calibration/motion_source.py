@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.design.calibration.record_model import RecordModel
+from vibrocap.identification.inference.sampling import Source, normal_draws
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.differing import own_name
 from vibrocap.identification.problem.steady_prediction import steady_force
@@ -25,36 +26,27 @@ class Unseen:
     begun: int
 
 
-class MotionSource:
-    """See `posterior.Source`: coordinates are shares of the unknowns' ranges, then the free starts."""
+class MotionSource(Source):
+    """Coordinates are shares of the unknowns' ranges, then the free starts."""
 
     def __init__(self, model: RecordModel, point: np.ndarray, spread: Uncertainty, deviation: float):
-        self.model, self.begin, self.spread, self.bounds = model, point, spread.covariance, model.bounds
-        self.deviation, self.unseen = deviation, dict[str, Unseen]()
-        starts = [own_name("start", course.name) + f".{state}" for course in model.courses for state in course.free]
-        self.names = (*model.space.paths, *starts)
-        self.unit, self.time = spread.unit, float(np.exp(np.mean(np.log(spread.inflation))))
-        self.near = np.sqrt(self.time / spread.inflation)
+        starts = [f"{own_name('start', course.name)}.{state}" for course in model.courses for state in course.free]
+        names = (*model.space.paths, *starts)
+        super().__init__(names, point, spread.covariance, model.bounds, spread.unit, spread.inflation)
+        self.model, self.deviation, self.unseen = model, deviation, dict[str, Unseen]()
 
-    def density(self, table: np.ndarray) -> np.ndarray:
-        """Logarithm [m] at coordinates [m, p]."""
-        points = np.clip(self.begin + (table - self.begin) * self.near, *self.bounds)
-        counts = self.model.counts(1.0)
-        asked = [(k, point, count) for point in points for k, count in enumerate(counts)]
-        squares = np.sum(self.model.at(asked).reshape(len(points), sum(counts)) ** 2, axis=1)
-        known = np.array([np.sum(self.model.known(point) ** 2) for point in points])
-        return -0.5 * (squares + known) / (self.unit * self.time)
+    def cost(self, table: np.ndarray) -> np.ndarray:
+        points, counts = np.clip(table, *self.bounds), self.model.counts(1.0)
+        runs = [(k, point, count) for point in points for k, count in enumerate(counts)]
+        squares = np.sum(self.model.at(runs).reshape(len(points), sum(counts)) ** 2, axis=1)
+        return 0.5 * (squares + np.array([np.sum(self.model.known(point) ** 2) for point in points]))
 
     def values(self, table: np.ndarray) -> np.ndarray:
-        """Unknowns and starts [m, p]."""
-        return np.array([[*self.model.values(row), *self._starts(row)] for row in table])
-
-    def _starts(self, point: np.ndarray) -> list[float]:
-        starts = [(self.model.start(k, point), course) for k, course in enumerate(self.model.courses)]
-        return [start[state] for start, each in starts for state in each.free]
+        courses = list(enumerate(self.model.courses))
+        starts = [[self.model.start(k, row)[state] for k, course in courses for state in course.free] for row in table]
+        return np.array([[*self.model.values(row), *start] for row, start in zip(table, starts, strict=True)])
 
     def curve(self, table: np.ndarray, velocity: np.ndarray, load: float, section: str = "friction") -> np.ndarray:
-        """Steady friction [m, k] at velocities [k], of the law in a section of the case."""
         model, system = self.model, self.model.system
         units: Any = None if system.units is None else system.si
         turning = units is not None and units.of_part(section).effort == "torque"
@@ -69,7 +61,6 @@ class MotionSource:
         return np.array(forces)
 
     def record(self, name: str, table: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """(time [n], predictions [m, n], standard deviation of a measurement about them) of a record."""
         names = [course.name for course in self.model.courses]
         if name not in (*names, *self.unseen):
             raise ArgumentError("record", f"there is none called {name!r}; {suggestion(name, (*names, *self.unseen))}")
@@ -78,17 +69,16 @@ class MotionSource:
         else:
             model, k = self.unseen[name].model, 0
             points, begun = self._unseen_points(self.unseen[name], table), self.unseen[name].begun
-        each = model.courses[k]
-        made = np.array([model.predicted(k, point, len(each.instants))[begun:] for point in points])
-        time = each.instants[begun:] * model.system.result_units.factor("time")
-        return time, made, self.deviation * each.size
+        course = model.courses[k]
+        motions = np.array([model.predicted(k, point, len(course.instants))[begun:] for point in points])
+        time = course.instants[begun:] * model.system.result_units.factor("time")
+        return time, motions, self.deviation * course.size
 
     def _unseen_points(self, unseen: Unseen, table: np.ndarray) -> np.ndarray:
         """Points of an unseen record: its start follows the unknowns, about where its first tenth put it."""
         many = len(self.model.space.paths)
         shares = table[:, :many]
-        values, vectors = np.linalg.eigh(unseen.covariance)
-        random = np.random.default_rng(len(table)).standard_normal((len(table), len(values)))
-        own = random @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+        random = np.random.default_rng(len(table)).standard_normal((len(table), len(unseen.covariance)))
+        own = normal_draws(unseen.covariance, random)
         starts = unseen.point[many:] + (shares - unseen.point[:many]) @ unseen.follows.T + own
         return np.hstack([shares, starts])

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,8 @@ from vibrocap.results import Result
 
 FEWEST_RECORDS = 4
 BLOCKS = 20  # stretches that a single record is cut into
-LARGE = 10_000  # samples from which thinned records are fitted
+LARGE = 10_000  # samples from which thinned records are fitted, and sampled
+ENDS = (0.025, 0.975)  # of an interval
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -51,8 +51,8 @@ def bootstrap(
 
     over: "records" draws whole records, which asks for at least four; "blocks" draws stretches of each record (20 of
     them, so that stretches are longer than the errors' correlation where that is below a twentieth of the record).
-    The law is
-    driven through whole records in either case; drawn is how often a sample counts. None: records where there are four.
+    The law is driven through whole records in either case; drawn is how often a sample counts.
+    None: records where there are four.
     progress: True for a bar, or a function that is called with the share done
     What it tells beyond the profiles: whether records want different parameters, with no model of their errors.
     """
@@ -72,41 +72,34 @@ def bootstrap(
     rng = np.random.default_rng(seed)
     begin = _refit(base, problem.best.u, problem)
     columns = [base.space.names.index(name) for name in base.law_names]
-    refits, failed = [], 0
+    refits = []
     with reporting(progress, "Refitting") as report:
         for done in range(replicates):
-            u = _refit(_drawn(base, over, rng), begin.u, problem)
-            if np.isfinite(u.cost):
-                refits.append(base.space.values(u.u)[columns])
-            else:
-                failed += 1
+            minimum = _refit(_drawn(base, over, rng), begin.u, problem)
+            if np.isfinite(minimum.cost):
+                refits.append(base.space.values(minimum.u)[columns])
             if report is not None:
                 report((done + 1) / replicates)
     values = np.array(refits)
-    names, ends = base.law_names, np.quantile(values, [0.025, 0.975], axis=0).tolist()
-    low, high = (dict(zip(names, end, strict=True)) for end in ends)
-    return Bootstrap(names, values, over, low, high, failed)
+    low, high = (dict(zip(base.law_names, end, strict=True)) for end in np.quantile(values, ENDS, axis=0).tolist())
+    return Bootstrap(base.law_names, values, over, low, high, replicates - len(refits))
 
 
 def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Prediction:
-    """The same records, in which a sample that was drawn k times counts k times."""
-    units: list[Any] = []
+    """The same records, in which a sample that was drawn k times counts k times: its unit is infinite for none."""
+
+    def counts(number: int) -> np.ndarray:
+        return np.bincount(rng.integers(0, number, number), minlength=number)
+
+    records = prediction.records
     if over == "records":
-        number = len(prediction.records)
-        counts = np.bincount(rng.integers(0, number, number), minlength=number)
-        units = [_unit(unit, np.array(float(k))) for unit, k in zip(prediction.units, counts, strict=True)]
+        drawn = list(counts(len(records)))
     else:
-        for record, unit in zip(prediction.records, prediction.units, strict=True):
-            block = np.minimum(np.arange(len(record)) * BLOCKS // len(record), BLOCKS - 1)
-            counts = np.bincount(rng.integers(0, BLOCKS, BLOCKS), minlength=BLOCKS)
-            units.append(_unit(unit, counts[block].astype(float)))
-    return prediction.of(prediction.records, units)
-
-
-def _unit(unit: Any, count: np.ndarray) -> np.ndarray:
-    """Unit of an error that counts `count` times; infinite for none."""
+        drawn = [counts(BLOCKS)[np.arange(len(record)) * BLOCKS // len(record)] for record in records]
     with np.errstate(divide="ignore"):
-        return unit / np.sqrt(count)
+        return prediction.of(
+            records, [unit / np.sqrt(count) for unit, count in zip(prediction.units, drawn, strict=True)]
+        )
 
 
 def _refit(prediction: Prediction, start: np.ndarray, problem: Problem) -> Minimum:

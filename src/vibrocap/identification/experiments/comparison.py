@@ -70,18 +70,11 @@ class Comparison:
     def summary(self) -> str:
         """The comparison as text."""
         head = ("law", "held out", "fitted", "parameters", "AIC", "BIC", "time")
-        rows = [
-            (
-                law.law,
-                f"{100 * law.held_out:.1f} %" if math.isfinite(law.held_out) else "failed",
-                f"{100 * law.relative_rmse:.1f} %" if math.isfinite(law.relative_rmse) else "failed",
-                str(law.parameters),
-                f"{law.aic:+.1f}",
-                f"{law.bic:+.1f}",
-                f"{law.seconds:.1f} s",
-            )
-            for law in self.laws
-        ]
+        rows = []
+        for law in self.laws:
+            errors = [f"{100 * x:.1f} %" if math.isfinite(x) else "failed" for x in (law.held_out, law.relative_rmse)]
+            criteria = f"{law.aic:+.1f}", f"{law.bic:+.1f}"
+            rows.append((law.law, *errors, str(law.parameters), *criteria, f"{law.seconds:.1f} s"))
         over = f"over the least, for {self.effective_samples:.0f} effective samples"
         tail = f"Held out: {self.method}. AIC and BIC: {over}."
         return "\n".join([*table([head, *rows]), "", tail])
@@ -119,27 +112,23 @@ def compare(
             raise ArgumentError("laws", f"{name!r} is given twice")
     fitted, unseen = split_records(records, held_out, load)
     folds, method = _folds(fitted, unseen)
-    said = told(progress) or (lambda _: None)
-    settings = {"intervals": "covariance", **settings}
+    report = told(progress) or (lambda _: None)
     rows, done, total = [], 0, len(laws) * (1 + len(folds))
     for law, name in zip(laws, names, strict=True):
         begin = clock.perf_counter()
-        own = {**settings, **(options or {}).get(name, {})}
-        whole = fit(fitted, law, held_out=unseen, **own)
-        done += 1
-        said(done / total)
-        measured, predicted = [], []
-        if unseen and whole.ok:
-            held = [r for r in whole.records if r.held_out]
-            measured, predicted = [r.measured for r in held], [r.predicted for r in held]
-        for seen, hidden in folds:
-            part = fit(seen, law, held_out=hidden, **own)
+        own = {"intervals": "covariance", **settings, **(options or {}).get(name, {})}
+        fits = []
+        for seen, hidden in [(fitted, unseen), *folds]:
+            fits.append(fit(seen, law, held_out=hidden, **own))
             done += 1
-            said(done / total)
+            report(done / total)
+        results = [r for r in fits[0].records if r.held_out]
+        measured, predicted = [r.measured for r in results], [r.predicted for r in results]
+        for part, (_, hidden) in zip(fits[1:], folds, strict=True):
             results = [r for r in part.records if r.held_out]
             measured += [r.measured for r in results] or [record.force for record in hidden]
             predicted += [r.predicted for r in results] or [np.full(len(record), math.nan) for record in hidden]
-        rows.append((name, whole, relative_rmse(measured, predicted)[0], clock.perf_counter() - begin))
+        rows.append((name, fits[0], relative_rmse(measured, predicted)[0], clock.perf_counter() - begin))
     return _ranked(rows, method)
 
 
@@ -152,11 +141,9 @@ def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[lis
         cut = int(KEPT * len(only))
         tail = dataclasses.replace(only.between(cut, len(only)), name=f"{only.name}, last third")
         return [([only.between(0, cut)], [tail])], "the last third of the record"
-    if len(fitted) <= FEW:
-        return [([record for record in fitted if record is not one], [one]) for one in fitted], "each record in turn"
-    folds = [fitted[i::FEW] for i in range(FEW)]
-    split = [([record for record in fitted if record not in hidden], hidden) for hidden in folds]
-    return split, f"an {FEW}th of the records in turn"
+    split = [fitted[i::FEW] for i in range(min(FEW, len(fitted)))]
+    folds = [([record for record in fitted if record not in hidden], hidden) for hidden in split]
+    return folds, "each record in turn" if len(fitted) <= FEW else f"an {FEW}th of the records in turn"
 
 
 def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Comparison:
@@ -169,10 +156,8 @@ def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Compariso
         fit_term = effective * math.log(square) if whole.ok and square > 0 else math.nan
         aic, bic = fit_term + 2 * count, fit_term + count * math.log(max(effective, 2.0))
         compared.append(ComparedLaw(name, count, whole.relative_rmse, held, aic, bic, seconds, whole))
-    least = [
-        min((getattr(each, k) for each in compared if math.isfinite(getattr(each, k))), default=0.0)
-        for k in ("aic", "bic")
-    ]
-    compared = [dataclasses.replace(each, aic=each.aic - least[0], bic=each.bic - least[1]) for each in compared]
+    least_aic = min((law.aic for law in compared if math.isfinite(law.aic)), default=0.0)
+    least_bic = min((law.bic for law in compared if math.isfinite(law.bic)), default=0.0)
+    compared = [dataclasses.replace(law, aic=law.aic - least_aic, bic=law.bic - least_bic) for law in compared]
     compared.sort(key=lambda law: law.held_out if math.isfinite(law.held_out) else math.inf)
     return Comparison(tuple(compared), method, effective)

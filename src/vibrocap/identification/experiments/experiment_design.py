@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, suggestion
-from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid
-from vibrocap.identification.inference.identifiability import LOOSE
+from vibrocap.identification.experiments.motions import Motion, checked_range, multisine, ramp, sinusoid
+from vibrocap.identification.inference.identifiability import LOOSE, beside
 from vibrocap.identification.problem.parameter_roles import role
-from vibrocap.identification.problem.prediction import Prediction, is_nuisance
-from vibrocap.identification.result.fit_result import Chapter, Fit
+from vibrocap.identification.result.fit_result import Chapter, Fit, Problem
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
@@ -83,9 +82,8 @@ def candidate_motions(
     the rig's largest, which leaves out what is faster (by default what the largest sinusoid asks for). unit: rad where
     the contact turns.
     """
-    for name, (low, high) in (("amplitude", amplitude), ("frequency", frequency)):
-        if not 0 < low < high:
-            raise ArgumentError(name, f"should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
+    for name, ends in (("amplitude", amplitude), ("frequency", frequency)):
+        checked_range(name, ends)
     largest = speed or 2 * math.pi * amplitude[1] * frequency[1]
     grid = itertools.product(np.geomspace(*amplitude, 4).tolist(), np.geomspace(*frequency, 3).tolist())
     motions = [sinusoid(a, f, samples=samples, unit=unit) for a, f in grid]
@@ -136,20 +134,19 @@ def experiment_design(
     if not candidates:
         raise ArgumentError("candidates", "there is none")
     names = _names(base, parameters, fitted)
+    problem = None if fitted is None else fitted.problem
     if load is None:
-        problem = None if fitted is None else fitted.problem
-        load = (
-            1.0 if problem is None else float(np.mean([np.mean(record.load) for record in problem.prediction.records]))
-        )
-    known = np.eye(len(names)) / VAGUE**2 + (_known(fitted, names) if fitted is not None else 0.0)
+        loads = [1.0] if problem is None else [np.mean(record.load) for record in problem.prediction.records]
+        load = float(np.mean(loads))
+    known = np.eye(len(names)) / VAGUE**2 + (0.0 if problem is None else _known(problem, names))
     informations = [(motion, _information(base, names, motion, noise, load)) for motion in candidates]
-    told = [(motion, information) for motion, information in informations if information is not None]
-    if not told:
+    driven = [(motion, information) for motion, information in informations if information is not None]
+    if not driven:
         raise ArgumentError("candidates", f"{base.name} can be driven through none of them")
-    rated = sorted((_rated(m, names, known, i, criterion) for m, i in told), key=lambda experiment: -experiment.gain)
+    rated = sorted((_rated(m, names, known, i, criterion) for m, i in driven), key=lambda experiment: -experiment.gain)
     chosen, so_far = [], known
-    for _ in range(min(experiments, len(told))):
-        best = max(((_rated(m, names, so_far, i, criterion), i) for m, i in told), key=lambda pair: pair[0].gain)
+    for _ in range(min(experiments, len(driven))):
+        best = max(((_rated(m, names, so_far, i, criterion), i) for m, i in driven), key=lambda pair: pair[0].gain)
         chosen.append(best[0])
         so_far = so_far + best[1]
     before, after = _deviations(names, known), _deviations(names, so_far)
@@ -168,9 +165,8 @@ def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tu
     chosen = tuple(parameters)
     for name in chosen:
         if name not in numbers:
-            raise ArgumentError(
-                "parameters", f"{law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}"
-            )
+            complaint = f"{law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}"
+            raise ArgumentError("parameters", complaint)
     if not chosen:
         raise ArgumentError("parameters", "there is none")
     return chosen
@@ -188,27 +184,22 @@ def _information(law: Law, names: Sequence[str], motion: Motion, noise: float, l
     return slopes @ slopes.T
 
 
-def _known(fit: Fit, names: Sequence[str]) -> np.ndarray:
-    """Information of the fit's records on the logarithms, after the nuisance parameters have taken their share."""
-    problem = fit.problem
-    assert problem is not None
-    prediction: Prediction = problem.prediction
-    space, best = prediction.space, problem.best
-    to_parameters = np.linalg.inv(space.slopes(best.u))
+def _known(problem: Problem, names: Sequence[str]) -> np.ndarray:
+    """Information of a fit's records on the logarithms, after the nuisance parameters have taken their share."""
+    space, best = problem.prediction.space, problem.best
     values = space.named(best.u)
-    slopes = best.slopes @ to_parameters
-    others = [j for j, name in enumerate(space.names) if is_nuisance(name)]
-    mine = slopes[:, [space.names.index(name) for name in names]] * [values[name] for name in names]
+    slopes = best.slopes @ np.linalg.inv(space.slopes(best.u))
+    others = [j for j, coordinate in enumerate(space.coordinates) if coordinate.nuisance]
+    own = slopes[:, [space.names.index(name) for name in names]] * [values[name] for name in names]
     if others:
-        basis, _ = np.linalg.qr(slopes[:, others])
-        mine = mine - basis @ (basis.T @ mine)
-    return mine.T @ mine / (problem.uncertainty.unit * float(np.median(problem.uncertainty.inflation)))
+        own = beside(own, slopes[:, others])
+    return own.T @ own / (problem.uncertainty.unit * float(np.median(problem.uncertainty.inflation)))
 
 
-def _rated(motion: Motion, names: Sequence[str], known: np.ndarray, told: np.ndarray, criterion: str) -> RatedMotion:
-    before, after = _deviations(names, known), _deviations(names, known + told)
+def _rated(motion: Motion, names: Sequence[str], known: np.ndarray, more: np.ndarray, criterion: str) -> RatedMotion:
+    before, after = _deviations(names, known), _deviations(names, known + more)
     if criterion == "D":
-        gain = float(np.linalg.slogdet(known + told)[1] - np.linalg.slogdet(known)[1])
+        gain = float(np.linalg.slogdet(known + more)[1] - np.linalg.slogdet(known)[1])
     else:
         gain = float(sum(d * d for d in before.values()) - sum(d * d for d in after.values()))
     new = tuple(name for name in names if after[name] < LOOSE <= before[name])
@@ -227,11 +218,7 @@ def _sentences(
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> tuple[str, ...]:
-    sentences = [
-        f"{experiment.motion.name} determines {', '.join(experiment.determines)}."
-        for experiment in chosen
-        if experiment.determines
-    ]
+    sentences = [f"{m.motion.name} determines {', '.join(m.determines)}." for m in chosen if m.determines]
     still = [name for name in names if after[name] >= LOOSE]
     if still:
         others = "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)

@@ -1,14 +1,13 @@
 """Matched laws: the parameters of one law that bring it closest to another, and the difference that remains."""
 
 import dataclasses
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.identification.experiments.motions import Motion, synthetic_record
+from vibrocap.identification.experiments.motions import Motion, checked_range, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.samples import Samples
@@ -81,7 +80,7 @@ def match(
         over, time, speeds, target = f"the motion {motion.name}", record.time, record.velocity, record.force
     else:
         assert velocity is not None
-        low, high = _range(velocity)
+        low, high = checked_range("velocity", velocity)
         if spacing not in ("even", "logarithmic"):
             raise ArgumentError("spacing", f"should be 'even' or 'logarithmic', got {spacing!r}")
         speeds = values_between(low, high, CURVE, spacing == "logarithmic")
@@ -99,13 +98,3 @@ def match(
     relative = float(np.sqrt(np.mean(difference**2) / np.mean(target**2)))
     where = float(speeds[at]) if abs(speeds[at]) > AT_REST * np.abs(speeds).max() else 0.0
     return Match(fitted.law, to, over, relative, float(difference[at]), where, time, speeds, target, matched, fitted)
-
-
-def _range(velocity: Any) -> tuple[float, float]:
-    try:
-        low, high = (float(end) for end in velocity)
-    except (TypeError, ValueError):
-        low = high = math.nan
-    if not (0 < low < high < math.inf):
-        raise ArgumentError("velocity", f"should be (lowest, highest) with 0 < lowest < highest, got {velocity!r}")
-    return low, high

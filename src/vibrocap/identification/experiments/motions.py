@@ -1,13 +1,17 @@
 """Motions to impose on a contact: sinusoids, ramps, steps, multi-sines, and records that a law would give."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.law import Law
+from vibrocap.records.checks import integral
+from vibrocap.records.record import Record
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -21,8 +25,7 @@ class Motion:
     @property
     def displacement(self) -> np.ndarray:
         """Displacement from the start, m."""
-        steps = 0.5 * (self.velocity[1:] + self.velocity[:-1]) * np.diff(self.time)
-        return np.concatenate(([0.0], np.cumsum(steps)))
+        return integral(self.time, self.velocity)
 
 
 def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int = 600, unit: str = "m") -> Motion:
@@ -68,8 +71,9 @@ def multisine(
     time = np.linspace(0.0, 4 / lowest, samples)
     phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, len(frequencies))
     velocity = sum(np.sin(2 * np.pi * f * time + phase) for f, phase in zip(frequencies, phases, strict=True))
-    velocity = velocity * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1)
-    velocity = velocity - np.mean(velocity) * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1) / 0.9
+    swelling = np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1)
+    velocity = velocity * swelling
+    velocity = velocity - np.mean(velocity) * swelling / 0.9
     motion = Motion("", time, velocity)
     scale = amplitude / max(0.5 * float(np.ptp(motion.displacement)), 1e-300)
     name = f"multi-sine of {amplitude:.3g} {unit} with {', '.join(f'{f:.3g}' for f in frequencies)} Hz"
@@ -87,14 +91,11 @@ def joined(motions: Sequence[Motion], name: str = "") -> Motion:
     return Motion(name or ", ".join(m.name for m in motions), np.concatenate(times), np.concatenate(velocities))
 
 
-def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: float = 1.0, seed: int = 0) -> Any:
+def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: float = 1.0, seed: int = 0) -> Record:
     """The `Record` that a law would give under a motion, with white noise on the force.
 
     noise: its standard deviation over that of the force. Raises ValueError where the law cannot be driven so.
     """
-    from vibrocap.laboratory.driven import driven_force
-    from vibrocap.records.record import Record
-
     driven = driven_force(law, motion.time, motion.velocity, load=load)
     if not driven.status.ok:
         raise ArgumentError("law", f"{law.name} cannot be driven by {motion.name}: {driven.status}")
@@ -110,6 +111,17 @@ def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: floa
         normal_force=load,
         source=f"{law.name} law, {100 * noise:g} % noise, seed {seed}",
     )
+
+
+def checked_range(name: str, ends: Any) -> tuple[float, float]:
+    """(lowest, highest) > 0, or ArgumentError."""
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not 0 < low < high < math.inf:
+        raise ArgumentError(name, f"should be (lowest, highest) with 0 < lowest < highest, got {ends!r}")
+    return low, high
 
 
 def _check(**numbers: float) -> None:

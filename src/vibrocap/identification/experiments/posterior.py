@@ -1,56 +1,21 @@
-"""Posterior: samples of all that a fit leaves uncertain, jointly, with the bands of curves and motions that follow.
-
-The density is exp(-cost/s^2) as in the profiles, with priors, flat in the coordinates of the search (logarithms of
-positive parameters) within their bounds. Errors that are correlated count as their correlation times say: with tau_j of
-coordinate j and T, the geometric mean of all,
-
-    ln density(u) = -cost(u*)/(s^2 T),    u*_j = best_j + (u_j - best_j) sqrt(T/tau_j)
-
-has the covariance of `uncertainty` where the fit is linear, and the shape of the cost elsewhere.
-"""
+"""Posterior: samples of all that a fit leaves uncertain, jointly, with the bands of curves and motions that follow."""
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, require, suggestion
-from vibrocap.identification.inference.sampling import chain
+from vibrocap.identification.experiments.bootstrap import ENDS, LARGE
+from vibrocap.identification.inference.sampling import Source, chain
 from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.result.fit_result import Chapter, Problem, number
 from vibrocap.identification.search.loss import finite
 from vibrocap.progress import Progress, reporting
 from vibrocap.results import Result
 
-LARGE = 10_000  # samples from which thinned records are used
 DRAWN = 200  # draws that a band is made of
-ENDS = (0.025, 0.975)
-
-
-class Source(Protocol):
-    """What is sampled: the density of coordinates [m, p], and what follows from them."""
-
-    names: tuple[str, ...]
-    begin: np.ndarray
-    spread: np.ndarray
-    bounds: tuple[np.ndarray, np.ndarray]
-
-    def density(self, table: np.ndarray) -> np.ndarray:
-        """Logarithm [m] at coordinates [m, p]."""
-        ...
-
-    def values(self, table: np.ndarray) -> np.ndarray:
-        """Parameters [m, p] at coordinates."""
-        ...
-
-    def curve(self, table: np.ndarray, velocity: np.ndarray, load: float, section: str) -> np.ndarray:
-        """Steady friction [m, k] at velocities [k]; section: of the law in a case."""
-        ...
-
-    def record(self, name: str, table: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """(time [n], predictions [m, n], standard deviation of a measurement about them) of a record."""
-        ...
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -85,16 +50,13 @@ class Posterior(Result):
 
     @property
     def low(self) -> Mapping[str, float]:
-        """Lower ends of the intervals."""
         return dict(zip(self.names, np.quantile(self.values, ENDS[0], axis=0).tolist(), strict=True))
 
     @property
     def high(self) -> Mapping[str, float]:
-        """Upper ends of the intervals."""
         return dict(zip(self.names, np.quantile(self.values, ENDS[1], axis=0).tolist(), strict=True))
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The samples of a parameter."""
         if name not in self.names:
             raise KeyError(f"{name!r}; {suggestion(name, self.names)}")
         return self.values[:, self.names.index(name)]
@@ -121,55 +83,43 @@ class Posterior(Result):
     def friction_curve(self, velocity: Any, load: float = 1.0, law: str = "friction") -> Band:
         """Band of the steady friction at velocities [k], N; load: as in the fit; law: its section of a case."""
         speeds = np.asarray(velocity, float)
-        return _band(speeds, self.source.curve(self._drawn, speeds, load, law))
+        return _band(speeds, self.source.curve(self.coordinates[:DRAWN], speeds, load, law))
 
     def prediction(self, record: str, seed: int = 0) -> Band:
         """Band over time of a new measurement of a record, fitted or held out."""
-        time, made, deviation = self.source.record(record, self._drawn)
-        noise = deviation * np.random.default_rng(seed).standard_normal(made.shape)
-        return _band(time, made + noise)
-
-    @property
-    def _drawn(self) -> np.ndarray:
-        return self.coordinates[:DRAWN]
+        time, forces, deviation = self.source.record(record, self.coordinates[:DRAWN])
+        noise = deviation * np.random.default_rng(seed).standard_normal(forces.shape)
+        return _band(time, forces + noise)
 
 
-def _band(x: np.ndarray, made: np.ndarray) -> Band:
-    low, middle, high = np.nanquantile(made, [ENDS[0], 0.5, ENDS[1]], axis=0)
+def _band(x: np.ndarray, samples: np.ndarray) -> Band:
+    low, middle, high = np.nanquantile(samples, [ENDS[0], 0.5, ENDS[1]], axis=0)
     return Band(x, low, middle, high)
 
 
-class DrivenSource:
+class DrivenSource(Source):
     """A law that is driven through its records."""
 
     def __init__(self, problem: Problem):
-        thin = problem.prediction.size > LARGE
-        self.base, self.full = problem.draft if thin else problem.prediction, problem.prediction
-        self.loss, spread, space = problem.loss, problem.uncertainty, self.full.space
-        self.names, self.begin, self.bounds = space.names, problem.best.u, (space.low, space.high)
-        back = np.linalg.inv(space.slopes(self.begin))
-        self.spread = back @ spread.covariance @ back.T
-        self.unit = spread.unit * self.base.size / self.full.size
-        self.time = float(np.exp(np.mean(np.log(spread.inflation))))
-        self.near = np.sqrt(self.time / spread.inflation)
+        self.full, self.loss, spread = problem.prediction, problem.loss, problem.uncertainty
+        self.base = problem.draft if self.full.size > LARGE else self.full
+        space, unit = self.full.space, spread.unit * self.base.size / self.full.size
+        back, bounds = np.linalg.inv(space.slopes(problem.best.u)), (space.low, space.high)
+        own = back @ spread.covariance @ back.T
+        super().__init__(space.names, problem.best.u, own, bounds, unit, spread.inflation)
 
-    def density(self, table: np.ndarray) -> np.ndarray:
-        """Logarithm [m] at coordinates [m, p]."""
-        errors = finite(self.base.error_table(self.begin + (table - self.begin) * self.near))
-        return -np.asarray(self.loss.cost(errors)) / (self.unit * self.time)
+    def cost(self, table: np.ndarray) -> np.ndarray:
+        return self.loss.cost(finite(self.base.error_table(table)))
 
     def values(self, table: np.ndarray) -> np.ndarray:
-        """Parameters [m, p] at coordinates."""
         return self.full.space.values(table)
 
     def curve(self, table: np.ndarray, velocity: np.ndarray, load: float, section: str) -> np.ndarray:
-        """Steady friction [m, k] at velocities [k]."""
         values = self.values(table)
         columns = {name: values[:, [self.names.index(name)]] for name in self.full.law_names}
         return steady_force(self.full.template, np.broadcast_to(velocity, (len(table), len(velocity))), load, columns)
 
     def record(self, name: str, table: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """(time [n], predictions [m, n], standard deviation of a measurement about them) of a record."""
         names = [record.name for record in self.full.records]
         if name not in names:
             raise ArgumentError("record", f"no record of the fit is called {name!r}; {suggestion(name, names)}")
@@ -190,20 +140,11 @@ def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progres
     require("posterior", "emcee")
     source: Source = DrivenSource(fit.problem) if isinstance(fit.problem, Problem) else fit.problem
     with reporting(progress, "Sampling") as report:
-        sampled_chain = chain(source.density, source.begin, source.spread, source.bounds, samples, seed, report)
-    values = source.values(sampled_chain.draws)
-    name = getattr(fit, "law_name", "")
-    if name:
-        units = {each.name: each.unit for each in (*fit.parameters, *fit.nuisances)}
+        draws, *length = chain(source, samples, seed, report)
+    law = getattr(fit, "law_name", "")
+    if law:
+        known = {parameter.name: parameter.unit for parameter in (*fit.parameters, *fit.nuisances)}
     else:
-        units = {each.path: each.unit_of("value") for each in fit.parameters}
-    return Posterior(
-        source.names,
-        tuple(units.get(each, "1") for each in source.names),
-        values,
-        name,
-        sampled_chain.effective,
-        sampled_chain.settled,
-        sampled_chain.draws,
-        source,
-    )
+        known = {parameter.path: parameter.unit_of("value") for parameter in fit.parameters}
+    units = tuple(known.get(name, "1") for name in source.names)
+    return Posterior(source.names, units, source.values(draws), law, *length, draws, source)

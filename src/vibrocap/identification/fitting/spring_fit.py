@@ -308,11 +308,12 @@ def spring_fit(
     extra, starts_at = [], []
     if machine_stiffness is None:
         spring = 2.0 * rise / distance
-        extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, spread=0.5))
+        ends = 0.01 * spring, 100 * spring
+        extra.append(Coordinate("machine_stiffness", "log", *ends, spread=0.5, nuisance=True))
         starts_at.append(math.log(spring))
     if drift:
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
-        extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0))
+        extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0, nuisance=True))
         starts_at.append(0.0)
     space, all_starts = chosen.space.with_more(tuple(extra)), np.concatenate([chosen.start, starts_at])
     chosen = dataclasses.replace(chosen, space=space, start=all_starts, own_start=None)

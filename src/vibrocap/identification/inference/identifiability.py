@@ -104,32 +104,41 @@ def identifiability(
     n = len(slopes)
     effects = {name: float(np.linalg.norm(slopes[:, i]) / math.sqrt(n)) for i, name in enumerate(names)}
     if nuisances.shape[1]:
-        basis, _ = np.linalg.qr(nuisances)
-        slopes = slopes - basis @ (basis.T @ slopes)
-    directions = _directions(names, slopes, unit * inflation)
+        slopes = beside(slopes, nuisances)
+    directions = combinations(names, slopes, unit * inflation, NO_EFFECT * math.sqrt(n))
     verdicts = {name: _verdict(effects[name], intervals.get(name)) for name in names}
     sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
     combined = [direction for direction in directions if len(_members(direction)) > 1]
-    for each in combined:
-        if each.determined:
+    firm = [direction for direction in combined if direction.determined]
+    for loose in combined:
+        if loose.determined:
             continue
-        # the best determined combination of the same parameters
-        firm = next((other for other in combined if other.determined and _members(other) <= _members(each)), None)
+        best = next((other for other in firm if _members(other) <= _members(loose)), None)  # of the same parameters
         sentences.append(
-            f"The combination {each} is not determined (its logarithm has a standard deviation of "
-            f"{_number(each.deviation)})" + (f"; what is determined is {firm}." if firm else ".")
+            f"The combination {loose} is not determined (its logarithm has a standard deviation of "
+            f"{_number(loose.deviation)})" + (f"; what is determined is {best}." if best else ".")
         )
     open_ones = [name for name in names if verdicts[name] not in (Verdict.DETERMINED, Verdict.HELD)]
     experiments = {name: f"{role(law, name).experiment.rstrip(',')} would determine {name}" for name in open_ones}
     return Identifiability(verdicts, directions, effects, tuple(s for s in sentences if s), experiments)
 
 
-def _directions(names: Sequence[str], slopes: np.ndarray, unit: float) -> tuple[Direction, ...]:
+def beside(slopes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Slopes [n, p] less what other columns [n, q] explain of them."""
+    basis, _ = np.linalg.qr(others)
+    return slopes - basis @ (basis.T @ slopes)
+
+
+def combinations(names: Sequence[str], slopes: np.ndarray, unit: float, least: float) -> tuple[Direction, ...]:
+    """Combinations of parameters, the best determined first, of slopes [n, p] by their logarithms.
+
+    unit: variance of an error; least: singular value below which a combination does nothing
+    """
     _, singular, right = np.linalg.svd(slopes, full_matrices=False)
     directions = []
     for value, row in zip(singular, right, strict=True):
         row = np.where(np.abs(row) > ROUNDING, row * np.sign(row[np.argmax(np.abs(row))]), 0.0)
-        deviation = math.sqrt(unit) / value if value > NO_EFFECT * math.sqrt(len(slopes)) else math.inf
+        deviation = math.sqrt(unit) / value if value > least else math.inf
         directions.append(Direction(dict(zip(names, row.tolist(), strict=True)), float(deviation)))
     return tuple(directions)
 
@@ -139,15 +148,17 @@ def _verdict(effect: float, interval: Interval | None) -> Verdict:
         return Verdict.NO_EFFECT
     if interval is None:
         return Verdict.UNDETERMINED
-    if interval.low_open and interval.high_open:
-        return Verdict.UNDETERMINED
-    if interval.high_open:
-        return Verdict.BOUNDED_BELOW
-    if interval.low_open:
-        return Verdict.BOUNDED_ABOVE
-    if interval.low > 0 and interval.high > WIDE * interval.low:
-        return Verdict.WIDE
-    return Verdict.DETERMINED
+    return verdict_within(interval.low, interval.high, interval.low_open, interval.high_open)
+
+
+def verdict_within(low: float, high: float, low_open: bool, high_open: bool, whole: Verdict | None = None) -> Verdict:
+    """The verdict on an interval, and on which sides it is open; whole: on a closed one, whatever its ends."""
+    if low_open or high_open:
+        open_ends = {(True, True): Verdict.UNDETERMINED, (False, True): Verdict.BOUNDED_BELOW}
+        return open_ends.get((low_open, high_open), Verdict.BOUNDED_ABOVE)
+    if whole is not None:
+        return whole
+    return Verdict.WIDE if low > 0 and high > WIDE * low else Verdict.DETERMINED
 
 
 def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | None) -> str:

@@ -13,8 +13,8 @@ import numpy as np
 
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse
-from vibrocap.identification.problem.coordinates import LARGEST_RATIO, Coordinate
-from vibrocap.identification.problem.prediction import START, Prediction
+from vibrocap.identification.problem.coordinates import LARGEST_RATIO, WHOSE, Coordinate
+from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.search.loss import Loss, Minimum
 
@@ -51,7 +51,7 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
     -(J^T J)^-1 g_k without it, as far as a straight line tells.
     """
     space = prediction.space
-    names = [name for name in space.names if not name.startswith(START)]
+    names = [coordinate.name for coordinate in space.coordinates if not coordinate.state]
     to_parameters = space.slopes(best.u)
     weighted = loss.slope(best.errors)[:, None] * best.slopes
     gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)
@@ -75,44 +75,35 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
         ]
         side = "low" if (at < 0) != (coordinate.form == "below") else "high"
         text = _text(coordinate, at, side, float(values[j]))
-        limits.append(
-            ReachedLimit(
-                coordinate.name, side, float(values[j]), coordinate.whose_limit(at), text, tuple(held), pressed
-            )
-        )
+        of = coordinate.name, side, float(values[j]), coordinate.whose_limit(at)
+        limits.append(ReachedLimit(*of, text, tuple(held), pressed))
     return tuple(limits)
 
 
 def opened(
-    found: Mapping[str, Interval], limits: Sequence[ReachedLimit], prediction: Prediction, best: Minimum
+    intervals: Mapping[str, Interval], limits: Sequence[ReachedLimit], prediction: Prediction, best: Minimum
 ) -> dict[str, Interval]:
     """The intervals, open on the sides that limits hold."""
     space = prediction.space
-    forms = {coordinate.name: coordinate for coordinate in space.coordinates}
-    result = dict(found)
-    to_parameters = space.slopes(best.u)
+    coordinates = dict(zip(space.names, space.coordinates, strict=True))
+    result, to_parameters = dict(intervals), space.slopes(best.u)
     for limit in limits:
         j = space.names.index(limit.parameter)
-        outward = forms[limit.parameter].at_limit(best.u[j])
+        outward = coordinates[limit.parameter].at_limit(best.u[j])
         for name in limit.holds:
             # the direction in which a parameter goes with the coordinate, where it depends on it; else up
             follows = float(np.sign(to_parameters[space.names.index(name), j])) or 1.0
+            least = -math.inf if coordinates[name].form == "linear" else 0.0
             up = limit.side == "high" if name == limit.parameter else follows * outward > 0
-            result[name] = _open(result[name], up, limit.text, forms[name])
+            side = {"high": math.inf, "high_open": True} if up else {"low": least, "low_open": True}
+            result[name] = dataclasses.replace(result[name], **side, limit=limit.text)
     return result
-
-
-def _open(interval: Interval, up: bool, text: str, coordinate: Coordinate) -> Interval:
-    if up:
-        return dataclasses.replace(interval, high=math.inf, high_open=True, limit=text)
-    least = -math.inf if coordinate.form == "linear" else 0.0
-    return dataclasses.replace(interval, low=least, low_open=True, limit=text)
 
 
 def _text(coordinate: Coordinate, at: int, side: str, value: float) -> str:
     name, number = coordinate.name, f"{value:.4g}"
     end = {"low": "lower", "high": "upper"}[side]
-    whose = {"law": "of the law", "search": "of the search", "given": "that was given"}[coordinate.whose_limit(at)]
+    whose = WHOSE[coordinate.whose_limit(at)]
     if name in TERMS and not TERMS[name].signed and at < 0:
         return f"{name} is at 0, and no {name} is negative"
     if coordinate.form in ("above", "below"):

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse, uncertainty
-from vibrocap.identification.problem.prediction import Prediction, is_nuisance
+from vibrocap.identification.problem.coordinates import WHOSE
+from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.search.descent import descent, warm_descent
 from vibrocap.identification.search.loss import Loss, Minimum
 
@@ -192,19 +193,14 @@ class _Profile:
         for k, gain in self._gains(errors, slopes, u).items():
             if gain - self.first_gains.get(k, 0.0) > PRESSED * self.spread.unit * self.threshold**2:
                 coordinate = self.prediction.space.coordinates[k]
-                whose = (
-                    "of the search"
-                    if coordinate.whose_limit(coordinate.at_limit(u[k])) == "search"
-                    else "that was given"
-                )
-                return f"{coordinate.name} comes to a limit {whose}"
+                return f"{coordinate.name} comes to a limit {WHOSE[coordinate.whose_limit(coordinate.at_limit(u[k]))]}"
         return ""
 
     def _gains(self, errors: np.ndarray, slopes: np.ndarray, u: np.ndarray) -> dict[int, float]:
         """By how much twice the cost would fall beyond each limit at which another parameter of the law stands."""
         gains = {}
         for k, coordinate in enumerate(self.prediction.space.coordinates):
-            at = coordinate.at_limit(u[k]) if k != self.j and not is_nuisance(coordinate.name) else 0
+            at = coordinate.at_limit(u[k]) if k != self.j and not coordinate.nuisance else 0
             if at and coordinate.whose_limit(at) != "law":
                 column = self.loss.slope(errors) * slopes[:, k]
                 pull, bend = -at * float(column @ errors), float(column @ slopes[:, k])

@@ -61,7 +61,7 @@ def uncertainty(
     from scipy.special import stdtrit
 
     n, p = slopes.shape
-    psi, bend = _influence(np.concatenate(errors), loss)
+    psi, bend = loss.influence(np.concatenate(errors))
     unit = float(np.sum(psi**2) / max(n - p, 1) / bend)
     priors = np.empty((0, p)) if priors is None else priors
     base = inverse(slopes.T @ slopes + priors.T @ priors)
@@ -149,17 +149,3 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     values = np.maximum(values, 1e-14)
     return (vectors / values) @ vectors.T / np.outer(scale, scale)
-
-
-def _influence(errors: np.ndarray, loss: Loss) -> tuple[np.ndarray, float]:
-    """psi, the derivative of the loss by the error, and the mean of its own derivative."""
-    z = (errors / loss.scale) ** 2
-    if loss.kind == "linear":
-        return errors, 1.0
-    bend = {
-        "soft_l1": (1 + z) ** -1.5,
-        "huber": (z <= 1).astype(float),
-        "cauchy": (1 - z) / (1 + z) ** 2,
-        "arctan": (1 - 3 * z * z) / (1 + z * z) ** 2,
-    }[loss.kind]
-    return errors * loss.slope(errors), max(float(np.mean(bend)), 0.05)

@@ -13,6 +13,7 @@ import numpy as np
 Form = Literal["log", "foot", "linear", "above", "below"]
 LARGEST_RATIO = 20.0
 RATIOS = ("law", "search")  # who sets the least and the largest ratio of two levels
+WHOSE = {"law": "of the law", "search": "of the search", "given": "that was given"}  # limit, in words
 STEP = 1e-4  # square root of the driven law's tolerance, where rounding and curvature meet
 COARSE_STEP = 2e-3  # over the steps that samples make when they pass from before a jump of the force to behind it
 AT_LIMIT = 1e-7  # of the range of a coordinate: it stands at its end
@@ -29,6 +30,8 @@ class Coordinate:
     the starts. step: change of u for differences; a coarse one for a law whose force is not smooth in a parameter;
     jumps: whether it is this one (a gap moves the instants at which a joint closes). whose: who sets the ends of the
     range of u: "law" (zero, the order of two levels), "search" (this package) or "given".
+    nuisance: whether it is a parameter of the measurement and not of the law. base: the parameter whose value in one
+    `record` it is, or whose change with a `condition`; state: that of the contact at the first sample of its record.
     """
 
     name: str
@@ -42,6 +45,11 @@ class Coordinate:
     step: float = STEP
     jumps: bool = False
     whose: tuple[str, str] = ("search", "search")
+    nuisance: bool = False
+    base: str = ""
+    record: str = ""
+    condition: str = ""
+    state: str = ""
 
     def at_limit(self, u: float) -> int:
         """-1 or 1 where a coordinate stands at the lower or the upper end of its range, 0 within."""
@@ -50,7 +58,7 @@ class Coordinate:
         return -1 if u <= low + near else 1 if u >= high - near else 0
 
     def whose_limit(self, at: int) -> str:
-        """Who sets the lower (-1) or upper (1) end of the range: "law", "search" or "given"."""
+        """Who sets the lower (-1) or upper (1) end of the range."""
         return self.whose[at > 0]
 
     @property
@@ -62,14 +70,12 @@ class Coordinate:
 
     def value(self, u: np.ndarray, partner: np.ndarray | float = 1.0) -> np.ndarray:
         """The parameter at a coordinate, where its partner has the given value."""
-        if self.form == "log":
-            number = np.exp(u)
-        elif self.form == "foot":
+        if self.form == "foot":
             number = self.scale * np.sinh(u)
         elif self.form == "linear":
             number = self.scale * u
         else:
-            number = partner * np.exp(u if self.form == "above" else -u)
+            number = partner * np.exp(-u if self.form == "below" else u)
         return np.clip(number, self.low, self.high)
 
     def inverse(self, value: float, partner: float = 1.0) -> float:
@@ -92,7 +98,7 @@ class Coordinate:
 
 @dataclasses.dataclass(frozen=True)
 class Space:
-    """The coordinates of a search, in an order in which each partner stands before what depends on it.
+    """The coordinates of a search, in an order in which each partner stands before what depends on it; their bounds.
 
     constants: values of partners that are not searched. shares: parameters whose sum stays below one; where it would
     not, the searched ones among them are scaled down.
@@ -104,17 +110,14 @@ class Space:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
         return tuple(coordinate.name for coordinate in self.coordinates)
 
     @property
     def low(self) -> np.ndarray:
-        """Lower bounds of the coordinates [p]."""
         return np.array([coordinate.range[0] for coordinate in self.coordinates])
 
     @property
     def high(self) -> np.ndarray:
-        """Upper bounds of the coordinates [p]."""
         return np.array([coordinate.range[1] for coordinate in self.coordinates])
 
     def values(self, u: np.ndarray) -> np.ndarray:
@@ -172,13 +175,11 @@ class Space:
         form: Form = "below" if own.form == "above" else "above"
         led = dataclasses.replace(other, form=form, partner=name, whose=RATIOS)
         swapped = {name: led, own.partner: leader}  # each takes the other's place, so that the leader stands first
-        order = [swapped.get(coordinate.name, coordinate) for coordinate in self.coordinates]
         # the led one may have followers of its own: they keep their place after it
+        order = [swapped.get(coordinate.name, coordinate) for coordinate in self.coordinates]
         return dataclasses.replace(self, coordinates=tuple(order))
 
-    def _partner(self, coordinate: Coordinate, found: np.ndarray) -> np.ndarray | float:
-        if not coordinate.partner:
-            return 1.0
+    def _partner(self, coordinate: Coordinate, values: np.ndarray) -> np.ndarray | float:
         if coordinate.partner in self.names:
-            return found[..., self.names.index(coordinate.partner)]
-        return self.constants[coordinate.partner]
+            return values[..., self.names.index(coordinate.partner)]
+        return self.constants.get(coordinate.partner, 1.0)

@@ -65,22 +65,18 @@ def condition_of(record: Samples, name: str) -> float:
 def in_record(differing: Sequence[Differing], names: Sequence[str], values: np.ndarray, record: Samples) -> np.ndarray:
     """Parameters [..., p] as they are in a record."""
     own_values = values.copy() if differing else values
-    for each in differing:
-        if each.name not in names:  # a gain, of which the first record's is 1
+    for parameter in differing:
+        if parameter.name not in names:  # a gain, of which the first record's is 1
             continue
-        at = names.index(each.name)
-        own_values[..., at] = each.value(values, names, record)
-        for name in each.followers:
+        at = names.index(parameter.name)
+        own_values[..., at] = parameter.value(values, names, record)
+        for name in parameter.followers:
             own_values[..., names.index(name)] *= own_values[..., at] / values[..., at]
     return own_values
 
 
 def differing_parameters(
-    space: Space,
-    start: np.ndarray,
-    records: Sequence[Samples],
-    by_record: Sequence[str],
-    along: Mapping[str, str],
+    space: Space, start: np.ndarray, records: Sequence[Samples], by_record: Sequence[str], along: Mapping[str, str]
 ) -> tuple[tuple[Differing, ...], tuple[Coordinate, ...]]:
     """What differs, and the further coordinates of it, which begin where nothing differs.
 
@@ -95,22 +91,28 @@ def differing_parameters(
             raise ArgumentError(argument, f"{name} is named twice")
         if len(records) < 2:
             raise ArgumentError(argument, "needs several records to fit")
-        each, begin = space.coordinates[space.names.index(name)], float(start[space.names.index(name)])
+        one, begin = space.coordinates[space.names.index(name)], float(start[space.names.index(name)])
         others = [other.name for other in space.coordinates if other.partner == name]
         followers = tuple(other for other in others if other not in by_record and other not in along)
         if name in by_record:
-            differing.append(Differing(name, each.low, each.high, followers=followers))
+            differing.append(Differing(name, one.low, one.high, followers=followers))
             for record in records[1:]:
-                partner = own_name(each.partner, record.name) if each.partner in by_record else each.partner
-                own = own_name(name, record.name)
-                more.append(dataclasses.replace(each, name=own, partner=partner, start=begin))
+                partner = own_name(one.partner, record.name) if one.partner in by_record else one.partner
+                more.append(dataclasses.replace(in_one_record(one, record.name, begin), partner=partner))
             continue
         conditions = [condition_of(record, along[name]) for record in records]
         half = 0.5 * (max(conditions) - min(conditions))
         if not half > 0.0:
             raise ArgumentError(argument, f"{along[name]} is the same in all records")
-        size = max(abs(float(space.values(start)[space.names.index(name)])), each.scale if each.form != "log" else 0.0)
-        differing.append(Differing(name, each.low, each.high, along[name], float(np.mean(conditions)), followers))
-        reach, scale = STEEPEST * size / half, 0.1 * size / half
-        more.append(Coordinate(slope_name(name, along[name]), "linear", -reach, reach, scale=scale, spread=0.0))
+        size = max(abs(float(space.values(start)[space.names.index(name)])), one.scale if one.form != "log" else 0.0)
+        differing.append(Differing(name, one.low, one.high, along[name], float(np.mean(conditions)), followers))
+        reach, slope = STEEPEST * size / half, slope_name(name, along[name])
+        of = {"nuisance": True, "base": name, "condition": along[name]}
+        more.append(Coordinate(slope, "linear", -reach, reach, scale=0.1 * size / half, spread=0.0, **of))
     return tuple(differing), tuple(more)
+
+
+def in_one_record(coordinate: Coordinate, record: str, start: float) -> Coordinate:
+    """The coordinate of a parameter's value in one record."""
+    of = {"nuisance": True, "base": coordinate.name, "record": record}
+    return dataclasses.replace(coordinate, name=own_name(coordinate.name, record), start=start, **of)

@@ -12,20 +12,13 @@ from vibrocap.identification.problem.coordinates import Coordinate, Space
 from vibrocap.identification.problem.differing import Differing, in_record, own_name
 from vibrocap.identification.problem.priors import Prior, prior_errors, prior_slopes
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.problem.terms import (
-    RIPPLES,
-    TERMS,
-    coordinate_of,
-    forces_of_terms,
-    length_name,
-    ripple_coordinates,
-)
+from vibrocap.identification.problem.terms import RIPPLES, TERMS, coordinate_of, forces_of_terms, ripple_coordinates
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 
 TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
 SMALL = 20_000  # samples, over all rows, below which starting threads takes longer than the work they share
-START = "start"  # prefix of the nuisance parameters that are the state of the contact at the first sample
+START = "start"  # of a contact: its states at the first sample of a record
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -37,9 +30,8 @@ class Prediction:
     The normal force is measured like the force and is late with it already.
 
     template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
-    nuisances: `TERMS`, "delay" (s) and "start[<record>].<state>": the internal state at the first
-    sample over its natural size (`internal_scales`). units [records] N: error that counts as 1, of a record or of each
-    of its samples.
+    nuisances: `TERMS`, `BESIDE` and the internal states at the first samples over their natural sizes
+    (`internal_scales`). units [records] N: error that counts as 1, of a record or of each of its samples.
     """
 
     template: Law
@@ -54,7 +46,7 @@ class Prediction:
     @property
     def law_names(self) -> tuple[str, ...]:
         """The searched parameters that belong to the law."""
-        return tuple(name for name in self.space.names if not is_nuisance(name))
+        return tuple(coordinate.name for coordinate in self.space.coordinates if not coordinate.nuisance)
 
     @property
     def size(self) -> int:
@@ -74,13 +66,11 @@ class Prediction:
         """Predicted force [m, n] of record number `which` at coordinates [m, p]; NaN where a run failed."""
         record = self.records[which]
         names, law_names = self.space.names, self.law_names
-        values = in_record(self.differing, names, self.space.values(np.atleast_2d(table)), record)
-        columns = [names.index(name) for name in law_names]
-        law_values = values[:, columns]
+        values, law_values = self._values(table, record)
         lawful = np.array([self._lawful(row) for row in law_values.tolist()])
-        if not lawful.any():
-            return np.full((len(values), len(record)), np.nan)
         forces = np.full((len(values), len(record)), np.nan)
+        if not lawful.any():
+            return forces
         start = self._start(values, law_values, record)
         delays, adhesions = (self._beside(values, name, 0.0) for name in (DELAY, ADHESION))
         for delay, adhesion in np.unique(np.stack([delays, adhesions], axis=1)[lawful], axis=0):
@@ -99,6 +89,11 @@ class Prediction:
             late = functools.partial(_late, time=record.time, delay=delay)
             forces[rows] += forces_of_terms(names, values[rows], record, late, forces[rows])
         return forces * self._beside(values, own_name(GAIN, record.name), self._beside(values, GAIN, 1.0))[:, None]
+
+    def _values(self, table: np.ndarray, record: Samples) -> tuple[np.ndarray, np.ndarray]:
+        """(all parameters [m, p] in a record, those of the law [m, l]) at coordinates [m, p]."""
+        values = in_record(self.differing, self.space.names, self.space.values(np.atleast_2d(table)), record)
+        return values, values[:, [self.space.names.index(name) for name in self.law_names]]
 
     def _beside(self, values: np.ndarray, name: str, otherwise: Any) -> np.ndarray:
         """A parameter [m] of the measurement."""
@@ -143,7 +138,8 @@ class Prediction:
         begin = 0
         for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True)):
             end = begin + len(record)
-            moved = [j for j, name in enumerate(self.space.names) if j not in held and concerns(name, record.name)]
+            owners = (coordinate.record for coordinate in self.space.coordinates)
+            moved = [j for j, owner in enumerate(owners) if j not in held and owner in ("", record.name)]
             if moved:
                 table = np.tile(u, (len(moved) + (errors is None), 1))
                 table[range(len(moved)), moved] += steps[moved]
@@ -157,9 +153,7 @@ class Prediction:
     def start(self, u: np.ndarray, which: int) -> np.ndarray | None:
         """Internal states [k] at the first sample of record number `which`; None where the contact is relaxed."""
         record = self.records[which]
-        values = in_record(self.differing, self.space.names, self.space.values(u[None]), record)
-        columns = [self.space.names.index(name) for name in self.law_names]
-        states = self._start(values, values[:, columns], record)
+        states = self._start(*self._values(u, record), record)
         return None if states is None else states[0]
 
     @property
@@ -170,17 +164,21 @@ class Prediction:
 
     def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
         """Internal states [m, k] at the first sample of a record."""
-        prefix = f"{START}[{record.name}]."
-        mine = {name[len(prefix) :]: i for i, name in enumerate(self.space.names) if name.startswith(prefix)}
-        if not mine:
+        coordinates = enumerate(self.space.coordinates)
+        own = {
+            coordinate.state: i
+            for i, coordinate in coordinates
+            if coordinate.state and coordinate.record == record.name
+        }
+        if not own:
             return None
         states = self.template.internal
         load = float(np.ravel(record.load)[0])
         start_states = np.zeros((len(values), len(states)))
-        for row, (value, own) in enumerate(zip(values, law_values, strict=True)):
-            law = unchecked(self.template, dict(zip(self.law_names, own.tolist(), strict=True)))
+        for row, (value, parameters) in enumerate(zip(values, law_values, strict=True)):
+            law = unchecked(self.template, dict(zip(self.law_names, parameters.tolist(), strict=True)))
             scales = start_scales(law, load)
-            for state, i in mine.items():
+            for state, i in own.items():
                 for k in range(len(states)) if state == ALL_STATES else [states.index(state)]:
                     if states[k] not in self.template.switched:
                         start_states[row, k] = value[i] * scales[k]
@@ -220,45 +218,31 @@ def _late(column: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
     return np.interp(time - delay, time, column) if delay else column
 
 
-def is_nuisance(name: str) -> bool:
-    """Whether a name is that of a parameter of the measurement and not of the law."""
-    lengths = [length_name(ripple) for ripple in RIPPLES]
-    return name in (*TERMS, *BESIDE, *lengths, "machine_stiffness", "drift") or "[" in name or "." in name
-
-
-def concerns(name: str, record: str) -> bool:
-    """Whether a parameter changes what is predicted for this record."""
-    return "[" not in name or f"[{record}]" in name
-
-
 def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     """The time by which the force is late behind the motion."""
     interval = float(np.median(np.concatenate([np.diff(record.time) for record in records])))
     reach = max(LATEST * interval, LATEST_SHARE * min(float(record.time[-1]) for record in records))
-    step = LATE_STEP  # a coarse one: samples are joined by straight lines
-    return Coordinate(DELAY, "linear", -reach, reach, scale=interval, spread=0.0, step=step)
-
-
-def _adhesion_coordinate(records: Sequence[Samples]) -> Coordinate:
-    """The load of adhesion, or ArgumentError where no load tells it from a level."""
-    loads = np.concatenate([np.atleast_1d(record.load) for record in records])
-    least, most = float(np.min(loads)), float(np.max(loads))
-    if not least < most:
-        raise ArgumentError("terms", "adhesion needs normal forces that differ; with one load it is part of a level")
-    return Coordinate(ADHESION, "linear", (LEAST_LOAD - 1) * least, MOST_ADHESION * most, scale=0.1 * most, spread=0.0)
+    # samples are joined by straight lines, which a fine step would see
+    sizes = {"scale": interval, "spread": 0.0, "step": LATE_STEP}
+    return Coordinate(DELAY, "linear", -reach, reach, **sizes, nuisance=True)
 
 
 def _coordinates_beside(
     name: str, records: Sequence[Samples], level: float, lengths: Mapping[str, float]
 ) -> list[Coordinate]:
-    """The coordinates of a term of a driven fit."""
+    """The coordinates of a term of a driven fit, or ArgumentError for an adhesion that no load tells from a level."""
     if name == DELAY:
         return [delay_coordinate(records)]
-    if name == ADHESION:
-        return [_adhesion_coordinate(records)]
     if name == GAIN:
-        return [Coordinate(GAIN, "log", 1.0 / LARGEST_GAIN, LARGEST_GAIN, spread=0.0)]
-    return [*ripple_coordinates(name, lengths[name], records, level)] if name in lengths else []
+        return [Coordinate(GAIN, "log", 1.0 / LARGEST_GAIN, LARGEST_GAIN, spread=0.0, nuisance=True)]
+    if name != ADHESION:
+        return [*ripple_coordinates(name, lengths[name], records, level)] if name in lengths else []
+    loads = np.concatenate([np.atleast_1d(record.load) for record in records])
+    least, most = float(np.min(loads)), float(np.max(loads))
+    if not least < most:
+        raise ArgumentError("terms", "adhesion needs normal forces that differ; with one load it is part of a level")
+    ends = (LEAST_LOAD - 1) * least, MOST_ADHESION * most
+    return [Coordinate(ADHESION, "linear", *ends, scale=0.1 * most, spread=0.0, nuisance=True)]
 
 
 def nuisances(
@@ -288,5 +272,6 @@ def nuisances(
             for state, sign in states if len(states) <= 3 else [(ALL_STATES, -1)]:
                 # a state that changes sign with the motion cannot exceed its natural size, another may be far from it
                 reach = 1.0 if sign == -1 else 40.0
-                coordinates.append(Coordinate(f"{START}[{record.name}].{state}", "linear", -reach, reach, spread=0.3))
+                name, of = f"{own_name(START, record.name)}.{state}", {"record": record.name, "state": state}
+                coordinates.append(Coordinate(name, "linear", -reach, reach, spread=0.3, nuisance=True, **of))
     return tuple(coordinates)

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.records.checks import integral
+from vibrocap.records.preparation import prepared
 
 MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
 FEWEST_SAMPLES = 8
@@ -63,7 +64,6 @@ class Samples:
         return dataclasses.replace(self, **{name: means(getattr(self, name)) for name in COLUMNS})
 
     def between(self, start: int, stop: int) -> "Samples":
-        """The samples from number `start` to before `stop`."""
         return self.kept(slice(start, stop))
 
     def kept(self, which: Any) -> "Samples":
@@ -80,37 +80,27 @@ def samples(record: Any, load: float | None = None) -> Samples:
     """
     if isinstance(record, Samples):
         return record
-    place, velocity_made = getattr(record, "displacement", None), getattr(record, "velocity", None) is None
-    if getattr(record, "velocity", None) is None or getattr(record, "acceleration", None) is None:
-        from vibrocap.records.preparation import prepared
-
+    place, velocity_made = record.displacement, record.velocity is None
+    if record.velocity is None or record.acceleration is None:
         record = prepared(record)
-    time, force = np.asarray(record.time, float), np.asarray(record.force, float)
-    velocity = np.asarray(record.velocity, float)
-    if len(time) < FEWEST_SAMPLES:
-        raise ArgumentError(f"record {record.name!r}", f"has {len(time)} samples; at least {FEWEST_SAMPLES} are needed")
+    time, force, velocity = record.time, record.force, record.velocity
     known = record.normal_force if record.normal_force is not None else (1.0 if load is None else load)
-    acceleration = record.acceleration
-    acceleration = np.gradient(velocity, time) if acceleration is None else np.asarray(acceleration, float)
-    deviation = float(np.std(force))
-    if not (np.isfinite(deviation) and deviation > 0):
-        raise ArgumentError(f"record {record.name!r}", "its force is constant, which determines nothing")
     if not np.any(velocity):
         raise ArgumentError(f"record {record.name!r}", "nothing moves in it; friction needs a motion")
     return Samples(
         record.name,
-        time=np.ascontiguousarray(time - time[0]),
+        time=time - time[0],
         velocity=np.ascontiguousarray(velocity),
-        force=np.ascontiguousarray(force),
-        acceleration=np.ascontiguousarray(acceleration),
+        force=force,
+        acceleration=np.gradient(velocity, time) if record.acceleration is None else record.acceleration,
         load=float(known) if np.ndim(known) == 0 else np.ascontiguousarray(known, dtype=float),
-        deviation=deviation,
-        position=integral(time, velocity) if record.displacement is None else np.array(record.displacement, float),
-        rotary=bool(getattr(record, "rotary", False)),
-        guessed_units=dict(getattr(record, "guessed_units", {})),
-        place=None if place is None else np.ascontiguousarray(place, dtype=float),
+        deviation=float(np.std(force)),
+        position=integral(time, velocity) if record.displacement is None else record.displacement,
+        rotary=record.rotary,
+        guessed_units=record.guessed_units,
+        place=place,
         velocity_made=velocity_made,
-        conditions=dict(getattr(record, "conditions", {})),
+        conditions=record.conditions,
     )
 
 

@@ -32,36 +32,23 @@ class Term:
 
 
 TERMS = {
-    "offset": Term("constant force of the sensor", "N", lambda record: np.ones(len(record)), farthest=1.0),
-    "mass": Term("inertia that the sensor carries", "kg", lambda record: record.acceleration, signed=False),
-    "spring": Term("stiffness beside the contact", "N/m", lambda record: record.position),
-    "damping": Term("viscous damping beside the contact", "N s/m", lambda record: record.velocity, signed=False),
-    "damping_forward": Term(
-        "viscous damping of forward motion", "N s/m", lambda record: np.maximum(record.velocity, 0.0)
-    ),
-    "damping_back": Term(
-        "viscous damping of backward motion", "N s/m", lambda record: np.minimum(record.velocity, 0.0)
-    ),
-    "drag": Term("quadratic drag", "N s^2/m^2", lambda record: record.velocity * np.abs(record.velocity), signed=False),
-    "gravity": Term("weight times arm, times sin(angle)", "N", lambda record: np.sin(record.position), turning=True),
-    "gravity_cosine": Term(
-        "weight times arm, times cos(angle)", "N", lambda record: np.cos(record.position), turning=True
-    ),
+    "offset": Term("constant force of the sensor", "N", lambda x: np.ones(len(x)), farthest=1.0),
+    "mass": Term("inertia that the sensor carries", "kg", lambda x: x.acceleration, signed=False),
+    "spring": Term("stiffness beside the contact", "N/m", lambda x: x.position),
+    "damping": Term("viscous damping beside the contact", "N s/m", lambda x: x.velocity, signed=False),
+    "damping_forward": Term("viscous damping of forward motion", "N s/m", lambda x: np.maximum(x.velocity, 0.0)),
+    "damping_back": Term("viscous damping of backward motion", "N s/m", lambda x: np.minimum(x.velocity, 0.0)),
+    "drag": Term("quadratic drag", "N s^2/m^2", lambda x: x.velocity * np.abs(x.velocity), signed=False),
+    "gravity": Term("weight times arm, times sin(angle)", "N", lambda x: np.sin(x.position), turning=True),
+    "gravity_cosine": Term("weight times arm, times cos(angle)", "N", lambda x: np.cos(x.position), turning=True),
 }
 WAVES = {"sine": np.sin, "cosine": np.cos}
 RIPPLES = ("ripple", "friction_ripple")
 for _wave, _function in WAVES.items():
-    TERMS[f"ripple_{_wave}"] = Term(
-        f"{_wave} of a force periodic in position", "N", lambda x: x.position, wave=_function
-    )
-    TERMS[f"friction_ripple_{_wave}"] = Term(
-        f"{_wave} of friction periodic in position, over its mean",
-        "1",
-        lambda record: record.position,
-        farthest=1.0,
-        wave=_function,
-        of_friction=True,
-    )
+    _of_position: dict[str, Any] = {"column": lambda x: x.position, "wave": _function}
+    TERMS[f"ripple_{_wave}"] = Term(f"{_wave} of a force periodic in position", "N", **_of_position)
+    _meaning = f"{_wave} of friction periodic in position, over its mean"
+    TERMS[f"friction_ripple_{_wave}"] = Term(_meaning, "1", **_of_position, farthest=1.0, of_friction=True)
 
 
 def checked_terms(terms: str | Sequence[str], others: Sequence[str], records: Sequence[Samples]) -> list[str]:
@@ -89,7 +76,7 @@ def ripple_coordinates(
     low, high = (1.0 / (1.0 / length + side * 0.5 / path) for side in (1, -1))
     sine, cosine = (coordinate_of(f"{name}_{wave}", records, level) for wave in WAVES)
     start = float(np.log(length))
-    return sine, cosine, Coordinate(length_name(name), "log", low, high, start=start, spread=0.0)
+    return sine, cosine, Coordinate(length_name(name), "log", low, high, start=start, spread=0.0, nuisance=True)
 
 
 def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordinate:
@@ -97,10 +84,10 @@ def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordi
     term = TERMS[name]
     largest = 1.0 if term.wave else max(float(np.max(np.abs(term.column(record)))) for record in records)
     scale = 1.0 if term.of_friction else level / max(largest, 1e-300)
+    reach, common = term.farthest * scale, {"scale": 0.1 * scale, "spread": 0.0, "nuisance": True}
     if term.signed:
-        reach = term.farthest * scale
-        return Coordinate(name, "linear", -reach, reach, scale=0.1 * scale, spread=0.0)
-    return Coordinate(name, "foot", 0.0, term.farthest * scale, scale=0.1 * scale, spread=0.0, whose=("law", "search"))
+        return Coordinate(name, "linear", -reach, reach, **common)
+    return Coordinate(name, "foot", 0.0, reach, whose=("law", "search"), **common)
 
 
 def forces_of_terms(

@@ -13,9 +13,9 @@ from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.residuals import residual_report
 from vibrocap.identification.inference.uncertainty import correlation_time, inverse
 from vibrocap.identification.problem.coordinates import Coordinate
-from vibrocap.identification.problem.differing import own_name
+from vibrocap.identification.problem.differing import in_one_record
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance, nuisances
+from vibrocap.identification.problem.prediction import START, Prediction, nuisances
 from vibrocap.identification.problem.priors import MOST, SAYS_MORE
 from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
 from vibrocap.identification.problem.terms import RIPPLES, TERMS, length_name
@@ -122,7 +122,7 @@ def finished_fit(
                 {info.name: (info.meaning, unit_of(info, known_load)) for info in parameter_table(law)},
             )
             for coordinate in space.coordinates
-            if is_nuisance(coordinate.name)
+            if coordinate.nuisance
         ),
         records=tuple(results),
         relative_rmse=relative,
@@ -217,11 +217,13 @@ def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Predictio
     """(prediction of an unseen record, coordinates, samples that found what is of this record alone)."""
     space, (record,) = prediction.space, prediction.records
     more = list(nuisances(prediction.template, [record], terms=(), start=start, level=1.0))
-    for each in prediction.differing:
-        of_any = [k for k, name in enumerate(space.names) if name == each.name or name.startswith(f"{each.name}[")]
-        if not each.condition:
-            own = dataclasses.replace(space.coordinates[of_any[0]], name=own_name(each.name, record.name))
-            more.append(dataclasses.replace(own, start=float(u[of_any[0]])))
+    for parameter in prediction.differing:
+        if not parameter.condition:  # it begins at the value in any other record
+            values = [
+                (c, float(x)) for c, x in zip(space.coordinates, u, strict=True) if parameter.name in (c.name, c.base)
+            ]
+            coordinate, begin = values[0]
+            more.append(in_one_record(dataclasses.replace(coordinate, name=parameter.name), record.name, begin))
     if not more:
         return prediction, u, 0
     whole = dataclasses.replace(prediction, space=space.with_more(tuple(more)), priors=())
@@ -285,15 +287,14 @@ OTHERS = {
 }
 
 
-def _texts(name: str, law: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
+def _texts(coordinate: Coordinate, law: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
     """Meaning and unit of a parameter of the measurement; law: those of the law's parameters."""
-    whole, _, record = name.partition("[")
-    base, _, condition = whole.partition(".")
-    terms = {term: (each.meaning, each.unit) for term, each in TERMS.items()}
+    terms = {name: (term.meaning, term.unit) for name, term in TERMS.items()}
+    base = START if coordinate.state else coordinate.base or coordinate.name
     text, unit = {**law, **terms, **OTHERS}[base]
-    if condition:
-        return f"{text}, change with {condition}", f"{unit} per {condition}"
-    return (f"{text}, in {record.rstrip(']')}", unit) if record and base != START else (text, unit)
+    if coordinate.condition:
+        return f"{text}, change with {coordinate.condition}", f"{unit} per {coordinate.condition}"
+    return (f"{text}, in {coordinate.record}" if coordinate.record and not coordinate.state else text), unit
 
 
 def _nuisance(
@@ -307,11 +308,11 @@ def _nuisance(
 ) -> FittedParameter:
     """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
     name = coordinate.name
-    text, unit = _texts(name, law)
+    text, unit = _texts(coordinate, law)
     low, high = interval.low, interval.high
-    if name.startswith(START):
+    if coordinate.state:
         low, high = max(low, coordinate.low), min(high, coordinate.high)
-    determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
+    determined = interval.closed or (coordinate.state and not (interval.low_open and interval.high_open))
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
     if name in TERMS and not TERMS[name].signed and interval.low_open and not interval.high_open:
         verdict = Verdict.BOUNDED_ABOVE

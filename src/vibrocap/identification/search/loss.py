@@ -5,7 +5,19 @@ import enum
 
 import numpy as np
 
-LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+# kind: rho(z), rho'(z), d(psi)/d(error), of the squared error over the scale z and psi = error rho'(z)
+LOSSES = {
+    "linear": (lambda z: z, np.ones_like, np.ones_like),
+    "soft_l1": (lambda z: 2 * (np.sqrt(1 + z) - 1), lambda z: 1 / np.sqrt(1 + z), lambda z: (1 + z) ** -1.5),
+    "huber": (
+        lambda z: np.where(z <= 1, z, 2 * np.sqrt(z) - 1),
+        lambda z: np.where(z <= 1, 1.0, 1 / np.sqrt(np.maximum(z, 1))),
+        lambda z: (z <= 1).astype(float),
+    ),
+    "cauchy": (np.log1p, lambda z: 1 / (1 + z), lambda z: (1 - z) / (1 + z) ** 2),
+    "arctan": (np.arctan, lambda z: 1 / (1 + z * z), lambda z: (1 - 3 * z * z) / (1 + z * z) ** 2),
+}
+LEAST_BEND = 0.05  # mean of the last of these: where most samples are outliers, a squared loss has no curvature
 FAILED_ERROR = 1e2  # error of every sample of a run that failed: far above any fit's, so that the search turns back
 
 
@@ -41,29 +53,16 @@ class Loss:
 
     def cost(self, errors: np.ndarray) -> np.ndarray:
         """Half the sum of losses of errors [..., n]."""
-        z = (errors / self.scale) ** 2
-        if self.kind == "linear":
-            rho = z
-        elif self.kind == "soft_l1":
-            rho = 2 * (np.sqrt(1 + z) - 1)
-        elif self.kind == "huber":
-            rho = np.where(z <= 1, z, 2 * np.sqrt(z) - 1)
-        elif self.kind == "cauchy":
-            rho = np.log1p(z)
-        else:
-            rho = np.arctan(z)
-        return 0.5 * self.scale**2 * rho.sum(axis=-1)
+        return 0.5 * self.scale**2 * LOSSES[self.kind][0]((errors / self.scale) ** 2).sum(axis=-1)
 
     def slope(self, errors: np.ndarray) -> np.ndarray:
         """Derivative of the loss by z [n]: the weight that robust least squares gives to a sample."""
-        z = (errors / self.scale) ** 2
-        if self.kind == "linear":
-            return np.ones_like(z)
-        if self.kind == "soft_l1":
-            return 1 / np.sqrt(1 + z)
-        if self.kind == "huber":
-            return np.where(z <= 1, 1.0, 1 / np.sqrt(np.maximum(z, 1)))
-        return 1 / (1 + z) if self.kind == "cauchy" else 1 / (1 + z * z)
+        return LOSSES[self.kind][1]((errors / self.scale) ** 2)
+
+    def influence(self, errors: np.ndarray) -> tuple[np.ndarray, float]:
+        """(psi [n], the derivative of the loss by the error, and the mean of its own derivative)."""
+        bend = LOSSES[self.kind][2]((errors / self.scale) ** 2)
+        return errors * self.slope(errors), max(float(np.mean(bend)), LEAST_BEND)
 
 
 def finite(errors: np.ndarray) -> np.ndarray:

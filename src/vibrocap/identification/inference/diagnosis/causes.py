@@ -8,13 +8,7 @@ import numpy as np
 
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled, together
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
-from vibrocap.identification.inference.diagnosis.pattern_test import (
-    Pattern,
-    basis_of,
-    explained,
-    probability,
-    without,
-)
+from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
 from vibrocap.identification.inference.diagnosis.patterns import (
     about,
     constant,
