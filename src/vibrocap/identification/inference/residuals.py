@@ -8,17 +8,18 @@ negative work, it is the data that are wrong. Each of these is looked for (`diag
 import dataclasses
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.causes import SECOND, SHARE, Diagnosis, diagnosis
+from vibrocap.identification.inference.diagnosis.causes import SECOND, SHARE, Diagnosis, delay_cause, diagnosis
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
 from vibrocap.identification.inference.late_force import LateForce, late_force, moved_by_noise
 from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time
-from vibrocap.identification.problem.data_scales import DataScales, data_scales
+from vibrocap.identification.problem.data_scales import DataScales, data_scales, turns
 from vibrocap.identification.problem.prediction import DELAY, Prediction
+from vibrocap.identification.problem.priors import MOST
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.search.descent import descent
@@ -82,16 +83,6 @@ class ResidualReport:
         """Whether intervals may not hold: for more than what they, or a robust loss, allow for."""
         return any(kind not in ALLOWED_FOR for kind in self.kinds)
 
-    def with_held_out(self, relative: float) -> "ResidualReport":
-        """The same, knowing the error of held-out records over their deviation: 1 is that of a constant."""
-        worse = (_finding("held out", relative, f"{relative:.0%}"),) if relative >= 1.0 else ()
-        return dataclasses.replace(self, findings=(*worse, *self.findings))
-
-    def with_pulls(self, pulls: Mapping[str, float]) -> "ResidualReport":
-        """The same, knowing by how many standard deviations priors and data disagree, by parameter."""
-        findings = [_finding("prior", abs(away), name, f"{abs(away):.2g}") for name, away in pulls.items()]
-        return dataclasses.replace(self, findings=(*findings, *self.findings))
-
     def sentences(self) -> tuple[str, ...]:
         """The report in words."""
         phase = f"largest {self.largest}, {self.phases[self.largest]:.2g} times the mean" if self.phases else ""
@@ -101,17 +92,22 @@ class ResidualReport:
 
 
 def residual_report(
-    prediction: Prediction, best: Minimum, spread: Uncertainty, loss: Loss, limits: Sequence[ReachedLimit] = ()
+    prediction: Prediction,
+    best: Minimum,
+    spread: Uncertainty,
+    loss: Loss,
+    limits: Sequence[ReachedLimit],
+    held_out: float,
 ) -> ResidualReport:
     """What the errors of a minimum tell; samples that do not count are left out of the tests.
 
-    limits: that were reached.
+    limits: that were reached; held_out: error of the held-out records over their deviation: 1 is that of a constant.
     """
     records, scales = prediction.records, data_scales(prediction.records)
     held = any(limit.whose == "law" for limit in limits)
     causes, rest, late = _causes(prediction, best, loss, held)
-    seen = any(cause.kind in ("saturation", "quantisation", "delay") for cause in causes)
-    moved = {} if seen else moved_by_noise(prediction, best, spread)
+    faulty = any(cause.kind in ("saturation", "quantisation", "delay") for cause in causes)
+    moved = {} if faulty else moved_by_noise(prediction, best, spread)
     if moved:  # such errors of the motion go with what the force goes with
         causes = tuple(cause for cause in causes if cause.kind not in WITH_MOTION)
     parts = np.split(rest.rest, np.cumsum([int(count.sum()) for count in rest.counts])[:-1])
@@ -126,11 +122,15 @@ def residual_report(
     phases = _phases(records, prediction.counts, counted, scales) if best.cost > 0 else {}
     growth, sure = _growth(records, rest.counts, parts, tau)
     work = min(_work_ratio(record) for record in records)
-    rows = []
+    pulls = [(prior.name, abs(prior.pull)) for prior in prediction.priors if abs(prior.pull) > MOST]
+    rows = [_finding("prior", pull, name, f"{pull:.2g}") for name, pull in pulls]
+    if held_out >= 1.0:
+        rows.append(_finding("held out", held_out, f"{held_out:.0%}"))
     if work < -NEGATIVE:
         rows.append(_finding("work", work, f"{work:.0%}"))
-    said = [BORNE if cause.kind == "outliers" and loss.kind != "linear" else cause.kind for cause in causes]
-    rows += [_finding(kind, cause.amount, *cause.words) for kind, cause in zip(said, causes, strict=True)]
+    for cause in causes:
+        kind = BORNE if cause.kind == "outliers" and loss.kind != "linear" else cause.kind
+        rows.append(_finding(kind, cause.amount, *cause.words))
     if not white:
         rows.append(_finding("coloured", tau, f"{tau:.3g}"))
     if sure and not 1 / GROWTH < growth < GROWTH:
@@ -170,56 +170,39 @@ def _causes(
     timed = type(prediction) is Prediction and DELAY not in prediction.space.names
     first = diagnosis(record_errors(prediction, best.errors), _absorbed(prediction, best), refit, timed)
     causes = first.causes
-    told = sum(cause.share for cause in causes)
     if not timed or not (causes or held) or any(cause.kind in ("saturation", "quantisation") for cause in causes):
         return causes, first, None
     hint = next((cause.amount for cause in causes if cause.kind == "delay"), 0.0)
     late = late_force(prediction, best, loss, hint)
-    if late is None or late.explained < max(LESS * told, SHARE):
+    if late is None or late.explained < max(LESS * sum(cause.share for cause in causes), SHARE):
         return causes, first, None
     second = diagnosis(
         record_errors(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False
     )
-    left = 1.0 - late.explained
+    left, least = 1.0 - late.explained, max(SHARE, SECOND * late.explained)
     others = [dataclasses.replace(cause, share=left * cause.share) for cause in second.causes]
-    kept = [each for each in others if each.share > max(SHARE, SECOND * late.explained)]
-    interval = data_scales(prediction.records).interval
-    how, size = "lags" if late.delay > 0 else "leads", abs(late.delay)
-    words = (how, f"{size:.3g}", f"{size / interval:.2g}", f"{late.explained:.0%}")
-    return (Cause("delay", late.delay, late.explained, words), *kept), second, late
+    delay = delay_cause(late.delay, late.explained, data_scales(prediction.records).interval)
+    return (delay, *(cause for cause in others if cause.share > least)), second, late
 
 
 def record_errors(prediction: Prediction, errors: np.ndarray) -> list[RecordErrors]:
     """The records with the errors of a minimum, predicted less measured over the units, as a diagnosis reads them."""
-    found = []
+    all_errors = []
     rows = zip(prediction.records, prediction.units, prediction.counts, prediction.by_record(errors), strict=True)
     for record, units, count, error in rows:
-        unit = float(np.min(units))
-        finite_units = np.where(np.isfinite(units), units, 0.0)
-        found.append(
-            RecordErrors(
-                time=record.time,
-                velocity=record.velocity,
-                acceleration=record.acceleration,
-                place=record.displacement if record.place is None else record.place,
-                force=record.force,
-                predicted=record.force + error * finite_units,
-                unit=unit,
-                counts=np.array(count),
-                velocity_made=record.velocity_made,
-                rotary=record.rotary,
-            )
-        )
-    return found
+        same = ("time", "velocity", "acceleration", "force", "velocity_made", "rotary")
+        columns = {name: getattr(record, name) for name in same}
+        columns["place"] = record.displacement if record.place is None else record.place
+        predicted = record.force + error * np.where(np.isfinite(units), units, 0.0)
+        unit, counts = float(np.min(units)), np.array(count)
+        all_errors.append(RecordErrors(predicted=predicted, unit=unit, counts=counts, **columns))
+    return all_errors
 
 
 def _absorbed(prediction: Prediction, best: Minimum) -> np.ndarray:
     """Slopes of the errors by what the fit adapts; a mass of zero would have to become negative, and does not."""
-    space = prediction.space
-    kept = [
-        name not in TERMS or TERMS[name].signed or not coordinate.at_limit(u)
-        for name, coordinate, u in zip(space.names, space.coordinates, best.u, strict=True)
-    ]
+    coordinates = zip(prediction.space.coordinates, best.u, strict=True)
+    kept = [c.name not in TERMS or TERMS[c.name].signed or not c.at_limit(u) for c, u in coordinates]
     return best.slopes[: prediction.size, kept]
 
 
@@ -310,9 +293,9 @@ def _phases(
     mean = float(np.sqrt(np.mean(error**2)))
     phases = {}
     for number, name in enumerate(("at rest", "just after reversals", "in slow sliding", "in fast sliding")):
-        mine = error[labels == number]
-        if len(mine) >= 0.01 * len(error):
-            phases[name] = float(np.sqrt(np.mean(mine**2))) / mean
+        own = error[labels == number]
+        if len(own) >= 0.01 * len(error):
+            phases[name] = float(np.sqrt(np.mean(own**2))) / mean
     return phases
 
 
@@ -323,16 +306,12 @@ def _phase(record: Samples, scales: DataScales) -> np.ndarray:
     place = record.displacement
     turning = np.zeros(len(record), bool)
     reach = 2 * scales.level / scales.stiffness if scales.stiffness else 0.02 * scales.length
-    moving = np.flatnonzero(side)
-    turns = moving[1:][side[moving][1:] != side[moving][:-1]]
-    for begin, end in itertools.pairwise([*turns, len(record)]):
+    for begin, end in itertools.pairwise([*turns(side), len(record)]):
         turning[begin:end] = np.abs(place[begin:end] - place[begin]) < reach
     return np.where(side == 0, 0, np.where(turning, 1, np.where(speed < 0.3 * scales.speed, 2, 3)))
 
 
 def _work_ratio(record: Samples) -> float:
-    power = record.force * record.velocity
-    steps = np.diff(record.time)
-    signed = float(0.5 * (power[1:] + power[:-1]) @ steps)
-    size = float(0.5 * (np.abs(power[1:]) + np.abs(power[:-1])) @ steps)
+    power, steps = record.force * record.velocity, np.diff(record.time)
+    signed, size = (float(0.5 * (p[1:] + p[:-1]) @ steps) for p in (power, np.abs(power)))
     return signed / max(size, 1e-300)

@@ -1,6 +1,7 @@
 """Scales of measured data: levels, speed, length, stiffness and noise, from which fits start and get their bounds."""
 
 import dataclasses
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -36,9 +37,8 @@ class DataScales:
     def natural(self, dimension: Dimension) -> float:
         """Product of the scales of coefficient, force, length and time to the exponents of a dimension."""
         scales = (self.level / self.load, self.level, self.length, self.length / self.speed)
-        return float(
-            np.prod([scale**exponent for scale, exponent in zip(scales, dimension.exponents[:4], strict=True)])
-        )
+        powers = zip(scales, dimension.exponents[:4], strict=True)
+        return float(np.prod([scale**exponent for scale, exponent in powers]))
 
 
 def data_scales(all_samples: Sequence[Samples]) -> DataScales:
@@ -70,19 +70,26 @@ def data_scales(all_samples: Sequence[Samples]) -> DataScales:
 
 def _noise(all_samples: Sequence[Samples]) -> float:
     """Robust standard deviation of second differences of the force, which a smooth force does not have."""
-    second = np.concatenate([np.diff(sample.force, 2) for sample in all_samples])
+    return noise_of(np.concatenate([np.diff(sample.force, 2) for sample in all_samples]))
+
+
+def noise_of(second: np.ndarray) -> float:
+    """Standard deviation of white noise of which these are second differences, from their median."""
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
+
+
+def turns(side: np.ndarray) -> np.ndarray:
+    """Samples at which a direction of motion (-1, 0 at rest, 1) has turned."""
+    moving = np.flatnonzero(side)
+    return moving[1:][side[moving][1:] != side[moving][:-1]]
 
 
 def _stiffness(all_samples: Sequence[Samples], level: float) -> float | None:
     """Median slope of force against displacement from a reversal until the force has changed by half the level."""
     slopes = []
     for sample in all_samples:
-        displacement, side = sample.displacement, np.sign(sample.velocity)
-        moving = np.flatnonzero(side)
-        turns = moving[1:][side[moving][1:] != side[moving][:-1]]
-        ends = [*turns[1:], len(sample) - 1] if len(turns) else []
-        for turn, following in zip(turns, ends, strict=True):
+        displacement, reversals = sample.displacement, turns(np.sign(sample.velocity))
+        for turn, following in itertools.pairwise([*reversals, len(sample) - 1]):
             change = np.abs(sample.force[turn : following + 1] - sample.force[turn])
             reached = np.flatnonzero(change >= 0.5 * level)
             if len(reached):
@@ -103,7 +110,7 @@ def _drop_speed(velocity: np.ndarray, force: np.ndarray, speed: float, level: fl
     edges = np.quantile(np.abs(velocity[sliding]), np.linspace(0, 1, 21))
     places = np.clip(np.searchsorted(edges, np.abs(velocity[sliding])) - 1, 0, 19)
     bins = [np.abs(force[sliding][places == i]) for i in range(20)]
-    medians = np.array([np.median(each) if len(each) else np.nan for each in bins])
+    medians = np.array([np.median(forces) if len(forces) else np.nan for forces in bins])
     centres = 0.5 * (edges[1:] + edges[:-1])
     good = np.isfinite(medians)
     medians, centres = medians[good], centres[good]

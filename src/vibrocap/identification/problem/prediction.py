@@ -164,12 +164,7 @@ class Prediction:
 
     def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
         """Internal states [m, k] at the first sample of a record."""
-        coordinates = enumerate(self.space.coordinates)
-        own = {
-            coordinate.state: i
-            for i, coordinate in coordinates
-            if coordinate.state and coordinate.record == record.name
-        }
+        own = {c.state: i for i, c in enumerate(self.space.coordinates) if c.state and c.record == record.name}
         if not own:
             return None
         states = self.template.internal

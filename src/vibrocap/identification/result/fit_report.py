@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,9 @@ from vibrocap.identification.inference.uncertainty import correlation_time, inve
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.differing import in_one_record
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import START, Prediction, nuisances
-from vibrocap.identification.problem.priors import MOST, SAYS_MORE
+from vibrocap.identification.problem import prediction as predictions
+from vibrocap.identification.problem.prediction import START, Prediction
+from vibrocap.identification.problem.priors import SAYS_MORE
 from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
 from vibrocap.identification.problem.terms import RIPPLES, TERMS, length_name
 from vibrocap.identification.result.fit_result import (
@@ -52,25 +53,32 @@ def finished_fit(
     prediction, spread = problem.prediction, problem.uncertainty
     space = prediction.space
     values = space.named(best.u)
-    standard = dict(zip(space.names, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True))
-    thresholds = dict(zip(space.names, spread.threshold.tolist(), strict=True))
-    # quantiles for the standard errors, which carry the inflation already
-    inflation = dict(zip(space.names, np.sqrt(spread.inflation).tolist(), strict=True))
-    intervals = {
-        name: (profiles or {}).get(name)
-        or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], coordinate)
-        for name, coordinate in zip(space.names, space.coordinates, strict=True)
-    }
-    intervals = {
-        name: dataclasses.replace(interval, low=min(interval.low, values[name]), high=max(interval.high, values[name]))
-        for name, interval in intervals.items()
-    }
+    standard, thresholds, quantiles = (
+        dict(zip(space.names, numbers.tolist(), strict=True))
+        # the standard errors carry the inflation already
+        for numbers in (
+            np.sqrt(np.diag(spread.covariance)),
+            spread.threshold,
+            spread.threshold / np.sqrt(spread.inflation),
+        )
+    )
+    intervals = {}
+    for name, coordinate in zip(space.names, space.coordinates, strict=True):
+        value, profile = values[name], (profiles or {}).get(name)
+        interval = profile or _from_covariance(value, standard[name], quantiles[name], coordinate)
+        ends = {"low": min(interval.low, value), "high": max(interval.high, value)}
+        intervals[name] = dataclasses.replace(interval, **ends)
     limits = reached_limits(prediction, problem.best, problem.loss, spread)
     intervals = opened(intervals, limits, prediction, problem.best)
     report = _identifiability(problem, values, intervals)
     counted, parameters_in_all = int(sum(np.sum(count) for count in prediction.counts)), len(space.names)
     if counted < EACH * parameters_in_all:
-        report = _too_few(report, counted, parameters_in_all)
+        sentence = (
+            f"{counted} samples cannot carry {parameters_in_all} parameters, those of the measurement included: no "
+            f"interval holds with fewer than {EACH} samples for each."
+        )
+        alone = dataclasses.replace(report, experiments={})
+        report = _judged(alone, Verdict.TOO_FEW, [*report.verdicts], sentence, "more samples are needed")
         for name, interval in intervals.items():
             low = -math.inf if interval.low < 0 else 0.0
             intervals[name] = dataclasses.replace(interval, low=low, high=math.inf, low_open=True, high_open=True)
@@ -79,18 +87,21 @@ def finished_fit(
     unseen = [result for result in results if result.held_out]
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
     held_out_relative, _ = relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])
-    residuals = residual_report(prediction, problem.best, spread, problem.loss, limits).with_held_out(held_out_relative)
-    residuals = residuals.with_pulls({prior.name: prior.pull for prior in prediction.priors if abs(prior.pull) > MOST})
+    residuals = residual_report(prediction, problem.best, spread, problem.loss, limits, held_out_relative)
     beforehand = {prior.name for prior in prediction.priors if spread.known[space.names.index(prior.name)] > SAYS_MORE}
-    report = _beforehand(report, beforehand)
+    determined = [name for name, verdict in report.verdicts.items() if verdict == Verdict.DETERMINED]
+    report = _judged(report, Verdict.PRIOR, [name for name in determined if name in beforehand])
     if residuals.doubtful:
-        report = _doubted(report)
+        doubted = [name for name in determined if name not in beforehand]
+        named = ", ".join(doubted)
+        sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
+        report = _judged(report, Verdict.DOUBTED, doubted, sentence, "put right what the errors show")
     law = prediction.law(best.u)
     loads = [np.asarray(record.load) for record in prediction.records]
     known_load = options.get("load") is not None or any(np.any(load != 1.0) for load in loads)
     units = TURNING if any(record.rotary for record in prediction.records) else SLIDING
     guessed = {name: unit for record in prediction.records for name, unit in record.guessed_units.items()}
-    parameters = []
+    parameters, of_law = [], {info.name: (info.meaning, unit_of(info, known_load)) for info in parameter_table(law)}
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -106,24 +117,19 @@ def finished_fit(
             parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
         else:
             parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
+    nuisances = []
+    for coordinate in space.coordinates:
+        if coordinate.nuisance:
+            name = coordinate.name
+            verdict = Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if name in beforehand else None
+            numbers = values[name], intervals[name], standard[name]
+            nuisances.append(_nuisance(coordinate, *numbers, units, verdict, of_law))
     return Fit(
         law=law,
         law_name=law.name,
         status=best.status,
         parameters=tuple(parameters),
-        nuisances=tuple(
-            _nuisance(
-                coordinate,
-                values[coordinate.name],
-                intervals[coordinate.name],
-                standard[coordinate.name],
-                units,
-                Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if coordinate.name in beforehand else None,
-                {info.name: (info.meaning, unit_of(info, known_load)) for info in parameter_table(law)},
-            )
-            for coordinate in space.coordinates
-            if coordinate.nuisance
-        ),
+        nuisances=tuple(nuisances),
         records=tuple(results),
         relative_rmse=relative,
         rmse=absolute,
@@ -146,52 +152,24 @@ def failed_fit(
     law_name: str, starts: tuple[Start, ...], samples: int, options: Mapping[str, Any], seconds: float
 ) -> Fit:
     """The `Fit` of which no start could be driven through the records."""
+    nothing = dict.fromkeys(("parameters", "nuisances", "records"), ())
     numbers = ("relative_rmse", "rmse", "held_out_relative_rmse", "effective_samples", "cost", "unit")
-    return Fit(
-        law=None,
-        law_name=law_name,
-        status=SearchStatus.FAILED,
-        parameters=(),
-        nuisances=(),
-        records=(),
-        **dict.fromkeys(numbers, math.nan),
-        samples=samples,
-        identifiability=None,
-        starts=starts,
-        seconds=seconds,
-        options=dict(options),
-    )
+    how: dict[str, Any] = {"starts": starts, "seconds": seconds, "options": dict(options), "identifiability": None}
+    unknown = nothing | dict.fromkeys(numbers, math.nan)
+    return Fit(law=None, law_name=law_name, status=SearchStatus.FAILED, samples=samples, **unknown, **how)
 
 
-def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifiability:
-    """The report where the samples cannot carry the parameters: nothing is determined."""
-    sentence = (
-        f"{samples} samples cannot carry {parameters} parameters, those of the measurement included: no interval holds "
-        f"with fewer than {EACH} samples for each."
-    )
-    verdicts = dict.fromkeys(report.verdicts, Verdict.TOO_FEW)
-    experiments = dict.fromkeys(report.verdicts, "more samples are needed")
-    sentences = (sentence, *report.sentences)
-    return dataclasses.replace(report, verdicts=verdicts, sentences=sentences, experiments=experiments)
-
-
-def _beforehand(report: Identifiability, known: Collection[str]) -> Identifiability:
-    """The report where priors say more of some parameters than the data: these determine none of them."""
-    verdicts = {k: Verdict.PRIOR if k in known and v == Verdict.DETERMINED else v for k, v in report.verdicts.items()}
-    return dataclasses.replace(report, verdicts=verdicts)
-
-
-def _doubted(report: Identifiability) -> Identifiability:
-    """The report where the errors show a fault of the data or of the law: nothing is called determined."""
-    verdicts = {
-        name: Verdict.DOUBTED if verdict == Verdict.DETERMINED else verdict for name, verdict in report.verdicts.items()
-    }
-    first = {name: "put right what the errors show" for name, verdict in verdicts.items() if verdict == Verdict.DOUBTED}
-    named = ", ".join(first)
-    sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
-    sentences = (sentence, *report.sentences) if first else report.sentences
+def _judged(
+    report: Identifiability, verdict: Verdict, names: Sequence[str], sentence: str = "", advice: str = ""
+) -> Identifiability:
+    """The report with another verdict on some parameters, with the reason and what would help."""
+    if not names:
+        return report
     return dataclasses.replace(
-        report, verdicts=verdicts, sentences=sentences, experiments={**report.experiments, **first}
+        report,
+        verdicts={**report.verdicts, **dict.fromkeys(names, verdict)},
+        sentences=(*filter(None, [sentence]), *report.sentences),
+        experiments={**report.experiments, **(dict.fromkeys(names, advice) if advice else {})},
     )
 
 
@@ -205,25 +183,22 @@ def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples],
 
 def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool, begun: int) -> RecordResult:
     """What a fit makes of a record, judged from sample number `begun` on."""
-    record, predicted = prediction.records[which], prediction.forces(u, which)[0]
-    columns = [each[begun:] for each in (record.time, record.velocity, record.force, predicted)]
-    relative, absolute = relative_rmse([columns[2]], [columns[3]])
-    tau = correlation_time(columns[3] - columns[2]) if np.isfinite(absolute) else math.nan
-    time, velocity, force, made = columns
-    return RecordResult(record.name, hidden, time, velocity, force, made, absolute, relative, tau)
+    record, forces = prediction.records[which], prediction.forces(u, which)[0]
+    motion, force, predicted = (record.time[begun:], record.velocity[begun:]), record.force[begun:], forces[begun:]
+    relative, absolute = relative_rmse([force], [predicted])
+    tau = correlation_time(predicted - force) if np.isfinite(absolute) else math.nan
+    return RecordResult(record.name, hidden, *motion, force, predicted, absolute, relative, tau)
 
 
 def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Prediction, np.ndarray, int]:
     """(prediction of an unseen record, coordinates, samples that found what is of this record alone)."""
     space, (record,) = prediction.space, prediction.records
-    more = list(nuisances(prediction.template, [record], terms=(), start=start, level=1.0))
+    more = list(predictions.nuisances(prediction.template, [record], terms=(), start=start, level=1.0))
     for parameter in prediction.differing:
         if not parameter.condition:  # it begins at the value in any other record
-            values = [
-                (c, float(x)) for c, x in zip(space.coordinates, u, strict=True) if parameter.name in (c.name, c.base)
-            ]
-            coordinate, begin = values[0]
-            more.append(in_one_record(dataclasses.replace(coordinate, name=parameter.name), record.name, begin))
+            at = next(k for k, c in enumerate(space.coordinates) if parameter.name in (c.name, c.base))
+            coordinate = dataclasses.replace(space.coordinates[at], name=parameter.name)
+            more.append(in_one_record(coordinate, record.name, float(u[at])))
     if not more:
         return prediction, u, 0
     whole = dataclasses.replace(prediction, space=space.with_more(tuple(more)), priors=())
@@ -239,7 +214,7 @@ def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Predictio
     return whole, point, count
 
 
-def _identifiability(problem: Problem, values: Mapping[str, float], found: Mapping[str, Interval]) -> Identifiability:
+def _identifiability(problem: Problem, values: Mapping[str, float], all_of: Mapping[str, Interval]) -> Identifiability:
     """The report, from the slopes by the logarithms of the law's parameters."""
     prediction, best = problem.prediction, problem.best
     space, names = prediction.space, prediction.law_names
@@ -249,7 +224,7 @@ def _identifiability(problem: Problem, values: Mapping[str, float], found: Mappi
     weighted = np.sqrt(problem.loss.slope(best.errors))[:, None] * best.slopes
     slopes = weighted @ to_parameters[:, columns] * amounts
     others = [j for j in range(len(space.names)) if j not in columns]
-    intervals = {name: found[name] for name in names}
+    intervals = {name: all_of[name] for name in names}
     spread = (problem.uncertainty.unit, float(np.median(problem.uncertainty.inflation)))
     return identifiability(prediction.template, names, slopes, weighted[:, others], *spread, intervals)
 
@@ -261,19 +236,19 @@ def _amount(coordinate: Any, value: float) -> float:
 
 def _from_covariance(value: float, error: float, threshold: float, coordinate: Coordinate) -> Interval:
     """Interval from the covariance: symmetric in the logarithm, or in the parameter where it may be zero."""
-    reach = threshold * error
-    if coordinate.form == "linear":
+    reach, far = threshold * error, False
+    if coordinate.form in ("linear", "foot"):
         low, high = value - reach, value + reach
-        low_open, high_open = low <= coordinate.low, high >= coordinate.high
-        return Interval(-math.inf if low_open else low, math.inf if high_open else high, low_open, high_open)
-    if coordinate.form == "foot":
-        low, high = value - reach, value + reach
-        return Interval(max(low, 0.0), high if high < coordinate.high else math.inf, low <= 0, high >= coordinate.high)
-    factor = math.exp(min(reach / value, 700.0))
-    low, high = value / factor, value * factor
-    # a factor of the square of WIDE is beyond what a straight line says of a logarithm: the profile knows
-    low_open, high_open = low <= coordinate.low or factor > WIDE**2, high >= coordinate.high or factor > WIDE**2
-    return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
+    else:
+        factor = math.exp(min(reach / value, 700.0))
+        low, high = value / factor, value * factor
+        far = factor > WIDE**2  # beyond what a straight line says of a logarithm: the profile knows
+    least = -math.inf if coordinate.form == "linear" else 0.0
+    low_open, high_open = (
+        low <= (0.0 if coordinate.form == "foot" else coordinate.low) or far,
+        high >= coordinate.high or far,
+    )
+    return Interval(least if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
 OTHERS = {

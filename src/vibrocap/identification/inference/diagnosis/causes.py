@@ -9,22 +9,7 @@ import numpy as np
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled, together
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
-from vibrocap.identification.inference.diagnosis.patterns import (
-    about,
-    constant,
-    direction,
-    drift,
-    inertia,
-    odd_in_velocity,
-    position,
-    presliding,
-    restoring,
-    ripple,
-    shift,
-    speed,
-    swinging,
-    waves,
-)
+from vibrocap.identification.inference.diagnosis import patterns
 
 FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
 SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
@@ -63,38 +48,39 @@ def diagnosis(
     cut, touched = saturation(records)
     if cut is not None:
         causes.append(cut)
-        kept = [~one for one in touched]
+        kept = [~samples for samples in touched]
         if np.mean(np.concatenate(kept)) < REMAINING:
-            errors = np.concatenate([record.error[record.counts] for record in records])
-            return Diagnosis((cut,), errors, tuple(record.counts for record in records))
+            return Diagnosis((cut,), together(records, "error"), tuple(record.counts for record in records))
         if refit is not None:
             records, slopes = refit(kept)
-        records = [
-            dataclasses.replace(record, counts=record.counts & one) for record, one in zip(records, kept, strict=True)
-        ]
+        pairs = zip(records, kept, strict=True)
+        records = [dataclasses.replace(record, counts=record.counts & samples) for record, samples in pairs]
     coarse = quantisation(records)
     if coarse is not None:
         causes.append(coarse)
-    largest = 0.0 if cut is None else 1.0
-    told, rest = _patterns(records, [record.error for record in records], slopes, largest, timed and coarse is None)
+    largest, timed = 0.0 if cut is None else 1.0, timed and coarse is None
+    errors, counts = [record.error for record in records], tuple(record.counts for record in records)
+    named, rest = _patterns(records, errors, slopes, largest, timed)
     single, cleaned = outliers(records, rest)
-    squares = [
-        sum(float(np.sum(one[record.counts] ** 2)) for one, record in zip(errors, records, strict=True))
-        for errors in (rest, [record.error for record in records])
-    ]
-    if single is not None and single.share * squares[0] > SHARE * squares[1]:
-        kept = [record.error + one - left for record, one, left in zip(records, cleaned, rest, strict=True)]
-        again, rest = _patterns(records, kept, slopes, largest, timed and coarse is None)
-        known = {cause.kind for cause in told}
-        told = [single, *(cause for cause in again if cause.kind in known)]
+    if single is not None and single.share * _squares(rest, counts) > SHARE * _squares(errors, counts):
+        smooth = [error + clean - left for error, clean, left in zip(errors, cleaned, rest, strict=True)]
+        again, rest = _patterns(records, smooth, slopes, largest, timed)
+        known = {cause.kind for cause in named}
+        named = [single, *(cause for cause in again if cause.kind in known)]
     if coarse is None:  # errors of the motion go with everything that the force goes with
-        causes += told
+        causes += named
     if not any(cause.kind in WITH_CONSTANT for cause in causes):
         causes += _offset(records, slopes)
-    counts = tuple(record.counts for record in records)
-    return Diagnosis(
-        tuple(causes), np.concatenate([one[count] for one, count in zip(rest, counts, strict=True)]), counts
-    )
+    return Diagnosis(tuple(causes), np.concatenate(_of(rest, counts)), counts)
+
+
+def _of(columns: Sequence[np.ndarray], counts: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """The samples that count of a column [n] of each record."""
+    return [column[count] for column, count in zip(columns, counts, strict=True)]
+
+
+def _squares(errors: Sequence[np.ndarray], counts: Sequence[np.ndarray]) -> float:
+    return sum(float(np.sum(error**2)) for error in _of(errors, counts))
 
 
 def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
@@ -104,10 +90,10 @@ def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
     bins of the speed, times the direction; and it counts from the share that matters on, whatever else there is.
     """
     some = sampled(records)
-    error, absorbed, cuts = _counted(some, [each.error for each in some], slopes)
+    error, absorbed, cuts = _counted(some, [record.error for record in some], slopes)
     total = float(error @ error)
-    odd = basis_of(np.concatenate([absorbed, odd_in_velocity(some)], axis=1))
-    left, pattern = without(error, odd), constant(some)
+    odd = basis_of(np.concatenate([absorbed, patterns.odd_in_velocity(some)], axis=1))
+    left, pattern = without(error, odd), patterns.constant(some)
     _, rest = explained(left, odd, pattern)
     share = float(left @ left - rest @ rest) / max(total, 1e-300)
     if share < SHARE or probability(left, odd, pattern, rest, cuts) >= FALSE_ALARMS / (len(MAKERS) + 3):
@@ -127,8 +113,8 @@ def _patterns(
     error, absorbed, cuts = _counted(records, errors, slopes)
     rest = without(error, basis_of(np.concatenate([absorbed, *(make(records) for make in columns)], axis=1)))
     whole = [error.copy() for error in errors]
-    for one, record, part in zip(whole, records, np.split(rest, cuts), strict=True):
-        one[record.counts] = part
+    for left, record, part in zip(whole, records, np.split(rest, cuts), strict=True):
+        left[record.counts] = part
     return causes, whole
 
 
@@ -138,7 +124,7 @@ def _counted(
     """(errors without what the fit can absorb, a basis of that, where records begin), of the samples that count."""
     counts = [record.counts for record in records]
     absorbed = basis_of(np.nan_to_num(slopes[np.concatenate(counts)]))
-    error = without(np.concatenate([one[count] for one, count in zip(errors, counts, strict=True)]), absorbed)
+    error = without(np.concatenate(_of(errors, counts)), absorbed)
     return error, absorbed, np.cumsum([int(count.sum()) for count in counts])[:-1].tolist()
 
 
@@ -163,12 +149,12 @@ def _found(
     least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
     for _ in range(MOST if total > 0 else 0):
         tried: dict[str, tuple[Pattern, float, Columns]]
-        tried = {name: (pattern, 0.0, functools.partial(_made, name)) for name, pattern in fixed.items()}
-        length, directed, sines = ripple(records, error)
-        tried["ripple"] = (sines, length, functools.partial(waves, length=length, directed=directed))
+        tried = {name: (pattern, 0.0, functools.partial(_columns, name)) for name, pattern in fixed.items()}
+        length, directed, sines = patterns.ripple(records, error)
+        tried["ripple"] = (sines, length, functools.partial(patterns.waves, length=length, directed=directed))
         if timed and all(cause.kind != "delay" for cause in causes):
-            delay, lateness = shift(records, error, absorbed)
-            tried["delay"] = (lateness, delay, functools.partial(about, delay=delay))
+            delay, lateness = patterns.shift(records, error, absorbed)
+            tried["delay"] = (lateness, delay, functools.partial(patterns.about, delay=delay))
         now = float(error @ error)
         shares = {name: explained(error, absorbed, pattern) for name, (pattern, *_) in tried.items()}
         for name in POSITIVE:
@@ -177,7 +163,7 @@ def _found(
         if turns and length > 0.0 and not directed and abs(turns * (2 * np.pi / length - 1)) < SAME_WAVE:
             shares["ripple"] = (0.0, error)  # it is gravity
         weights = {name: share * loss.get(name, 1.0) for name, (share, _) in shares.items()}
-        for name in sorted(weights, key=lambda each: -weights[each]):
+        for name in sorted(weights, key=lambda name: -weights[name]):
             pattern, amount, make = tried[name]
             share = shares[name][0] * now / total
             if share < max(SHARE, SECOND * largest, least if not causes else 0.0):
@@ -196,20 +182,20 @@ def _found(
     return causes, columns
 
 
-def _made(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
+def _columns(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
     return MAKERS[name](records).columns
 
 
 SWINGING = "swinging"  # told as inertia and restoring: where they nearly cancel, none of both shows alone
 MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
-    "direction": direction,
-    "inertia": inertia,
-    "restoring": restoring,
-    SWINGING: swinging,
-    "drift": drift,
-    "speed": speed,
-    "position": position,
-    "presliding": presliding,
+    "direction": patterns.direction,
+    "inertia": patterns.inertia,
+    "restoring": patterns.restoring,
+    SWINGING: patterns.swinging,
+    "drift": patterns.drift,
+    "speed": patterns.speed,
+    "position": patterns.position,
+    "presliding": patterns.presliding,
 }
 POSITIVE = ("inertia", "restoring", SWINGING)  # no mass and no stiffness is negative
 WITH_CONSTANT = ("direction", "restoring", "drift")
@@ -237,10 +223,7 @@ def _named(
     """The causes with their size: a delay in s, a wavelength in m, a mass in kg, a stiffness in N/m, else its share."""
     turning = any(record.rotary for record in records)
     if name == "delay":
-        interval = float(np.median(np.diff(records[0].time)))
-        how = "lags" if amount > 0 else "leads"
-        words = (how, f"{abs(amount):.3g}", f"{abs(amount) / interval:.2g}", f"{share:.0%}")
-        return [Cause(name, amount, share, words)]
+        return [delay_cause(amount, share, float(np.median(np.diff(records[0].time))))]
     if name == "ripple":
         unit = "rad" if turning else "m"
         return [Cause(name, amount, share, (f"{amount:.3g} {unit}", f"{share:.0%}"))]
@@ -256,3 +239,9 @@ def _named(
             causes.append(Cause(kind, size, own, (f"{size:.3g} {units[kind][turning]}", f"{own:.0%}")))
         return causes
     return [Cause(name, share, share, (f"{share:.0%}",))]
+
+
+def delay_cause(delay: float, share: float, interval: float) -> Cause:
+    """A delay of the force behind the motion, s; interval: between samples, s."""
+    how, size = "lags" if delay > 0 else "leads", abs(delay)
+    return Cause("delay", delay, share, (how, f"{size:.3g}", f"{size / interval:.2g}", f"{share:.0%}"))

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibrocap.identification.problem.data_scales import noise_of, turns
+
 REST = 1e-3  # of the typical speed
 WINDOW = 9  # samples over which what is smooth is a cubic
 LARGEST, BESIDE = 25_000, 20  # samples in which patterns are looked for, and on either side of a turn
@@ -44,9 +46,9 @@ class RecordErrors:
     @property
     def turned(self) -> np.ndarray:
         """Samples [n] at which the motion has turned."""
-        side = self.side
-        last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
-        return np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
+        turned = np.zeros(len(self.time), bool)
+        turned[turns(self.side)] = True
+        return turned
 
 
 def roughness(values: np.ndarray) -> np.ndarray:
@@ -82,9 +84,7 @@ def together(records: Sequence[RecordErrors], name: str) -> np.ndarray:
 
 def noise_level(values: np.ndarray) -> float:
     """Robust standard deviation of what changes from sample to sample: of second differences."""
-    if len(values) < 3:
-        return 0.0
-    return float(np.median(np.abs(np.diff(values, 2))) / 0.6745 / np.sqrt(6.0))
+    return noise_of(np.diff(values, 2)) if len(values) >= 3 else 0.0
 
 
 @dataclasses.dataclass(frozen=True)

@@ -167,8 +167,10 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
         cleaned.append(np.where(far, error - alone, error))
     if number_before < LONELY:
         return None, list(errors)
-    pairs = [zip(one, records, strict=True) for one in (errors, cleaned)]
-    before, after = (sum(float(np.sum(error[each.counts] ** 2)) for error, each in pair) for pair in pairs)
+    before, after = (
+        sum(float(np.sum(error[record.counts] ** 2)) for error, record in zip(all_of, records, strict=True))
+        for all_of in (errors, cleaned)
+    )
     share = number / looked
     return Cause("outliers", share, max(1 - after / max(before, 1e-300), 0.0), (f"{share:.2g}",)), cleaned
 

@@ -1,7 +1,7 @@
 """Patterns that faults add to a force: with place, with time, with direction, speed and acceleration."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,25 +16,30 @@ FINER = 4  # points of the spectrum for each wave along the path
 REFINED = 12  # halvings about the spectrum's peak
 
 
-def over_units(records: Sequence[RecordErrors], values: Sequence[np.ndarray]) -> np.ndarray:
-    """Columns in newtons of each record, over its unit, of the samples that count."""
-    return np.concatenate([(one / record.unit)[record.counts] for record, one in zip(records, values, strict=True)])
+Column = Callable[[RecordErrors], np.ndarray]  # a force in N
+
+
+def columns_of(records: Sequence[RecordErrors], *columns: Column) -> np.ndarray:
+    """Forces [n, columns] of all records, over their units, of the samples that count."""
+    parts = [[(column(record) / record.unit)[record.counts] for record in records] for column in columns]
+    return np.stack([np.concatenate(part) for part in parts], axis=1)
+
+
+def one(record: RecordErrors) -> np.ndarray:
+    return np.ones_like(record.time)
 
 
 def inertia(records: Sequence[RecordErrors]) -> Pattern:
     """A mass that the sensor carries: the acceleration."""
-    return Pattern(over_units(records, [record.acceleration for record in records])[:, None])
+    return Pattern(columns_of(records, lambda record: record.acceleration))
 
 
 def restoring(records: Sequence[RecordErrors]) -> Pattern:
     """A spring, or gravity on what turns: the place, or its sine and cosine; and a constant, for its middle."""
     turning = any(record.rotary for record in records)
-    if turning:
-        waves = [over_units(records, [wave(record.place) for record in records]) for wave in (np.sin, np.cos)]
-    else:
-        waves = [over_units(records, [record.place - record.place.mean() for record in records])]
-    columns = [*waves, over_units(records, [np.ones_like(record.time) for record in records])]
-    return Pattern(np.stack(columns, axis=1), waves=turning)
+    gravity: tuple[Column, ...] = (lambda record: np.sin(record.place), lambda record: np.cos(record.place))
+    spring: tuple[Column, ...] = (lambda record: record.place - record.place.mean(),)
+    return Pattern(columns_of(records, *(gravity if turning else spring), one), waves=turning)
 
 
 def swinging(records: Sequence[RecordErrors]) -> Pattern:
@@ -45,26 +50,22 @@ def swinging(records: Sequence[RecordErrors]) -> Pattern:
 
 def drift(records: Sequence[RecordErrors]) -> Pattern:
     """A sensor's zero, or the level of friction, that changes in the course of a record: polynomials in time."""
-    columns = [over_units(records, [np.ones_like(record.time) for record in records])]
+    columns: list[Column] = [one]
     for power in range(1, DEGREE + 1):
         legendre = np.polynomial.legendre.Legendre.basis(power)
-        of_time = [legendre(2 * record.time / record.time[-1] - 1) for record in records]
-        columns.append(over_units(records, of_time))
-        columns.append(
-            over_units(records, [one * record.predicted for one, record in zip(of_time, records, strict=True)])
-        )
-    return Pattern(np.stack(columns, axis=1))
+        columns.append(lambda record, of=legendre: of(2 * record.time / record.time[-1] - 1))
+        columns.append(lambda record, of=legendre: of(2 * record.time / record.time[-1] - 1) * record.predicted)
+    return Pattern(columns_of(records, *columns))
 
 
 def direction(records: Sequence[RecordErrors]) -> Pattern:
     """Levels that differ by direction: a constant, and the direction."""
-    ones = over_units(records, [np.ones_like(record.time) for record in records])
-    return Pattern(np.stack([ones, over_units(records, [record.side for record in records])], axis=1))
+    return Pattern(columns_of(records, one, lambda record: record.side))
 
 
 def constant(records: Sequence[RecordErrors]) -> Pattern:
     """An offset of the force sensor: a constant."""
-    return Pattern(over_units(records, [np.ones_like(record.time) for record in records])[:, None])
+    return Pattern(columns_of(records, one))
 
 
 def odd_in_velocity(records: Sequence[RecordErrors]) -> np.ndarray:
@@ -88,16 +89,16 @@ def presliding(records: Sequence[RecordErrors]) -> Pattern:
 
     The bins end at doubling shares of the longest such distance.
     """
-    ways, turns = [], 0
+    paths, turns = [], 0
     for record in records:
         turns += int(np.sum(record.turned))
         begin = np.maximum.accumulate(np.where(record.turned, np.arange(len(record.time)), 0))
-        ways.append(np.abs(record.place - record.place[begin])[record.counts])
-    way = np.concatenate(ways)
+        paths.append(np.abs(record.place - record.place[begin])[record.counts])
+    path = np.concatenate(paths)
     if turns < FEWEST_TURNS:
-        return Pattern(np.empty((len(way), 0)))
-    edges = float(way.max()) * 0.5 ** np.arange(BINS - 1, 0, -1)
-    return Pattern(_indicators(np.searchsorted(edges, way)) * together(records, "side")[:, None])
+        return Pattern(np.empty((len(path), 0)))
+    edges = float(path.max()) * 0.5 ** np.arange(BINS - 1, 0, -1)
+    return Pattern(_indicators(np.searchsorted(edges, path)) * together(records, "side")[:, None])
 
 
 def _bins(column: np.ndarray) -> Pattern:
@@ -111,10 +112,12 @@ def _indicators(bins: np.ndarray) -> np.ndarray:
 
 def waves(records: Sequence[RecordErrors], length: float, directed: bool) -> np.ndarray:
     """Cosine and sine [n, 2] of a wavelength along the place, times the direction or not."""
-    phases = [2 * np.pi / length * record.place[record.counts] for record in records]
-    sizes = [(record.side[record.counts] if directed else 1.0) / record.unit for record in records]
-    pair = [[wave(p) * size for p, size in zip(phases, sizes, strict=True)] for wave in (np.cos, np.sin)]
-    return np.stack([np.concatenate(one) for one in pair], axis=1)
+    pairs = []
+    for record in records:
+        phase = 2 * np.pi / length * record.place[record.counts]
+        size = (record.side[record.counts] if directed else 1.0) / record.unit
+        pairs.append(np.stack([np.cos(phase) * size, np.sin(phase) * size], axis=1))
+    return np.concatenate(pairs)
 
 
 def ripple(
@@ -131,9 +134,8 @@ def ripple(
     steps = np.concatenate([np.abs(np.diff(record.place)) for record in records])
     fast = float(np.quantile(steps, 0.9))
     most = int(min(path / max(PER_WAVE * fast, 1e-300), MOST_WAVES, len(place) / 20))
-    none = 0.0, False, Pattern(np.empty((len(error), 0)))
     if not path > 0 or most < 2 * LEAST_WAVES:
-        return none
+        return 0.0, False, Pattern(np.empty((len(error), 0)))
     bins = 8 * most
     which = np.minimum(((place - place.min()) / path * bins).astype(int), bins - 1)
     numbers = np.arange(FINER * most + 1) / FINER
@@ -199,7 +201,7 @@ def about(records: Sequence[RecordErrors], delay: float) -> np.ndarray:
     """Columns [n, 3] of a delay that is known to about a part of a sample: its own, a sample more and a sample less."""
     interval = float(np.median(np.diff(records[0].time)))
     own, *others = (late(records, delay + share * interval) for share in (0.0, -1.0, 1.0))
-    return np.stack([own, *(each - own for each in others)], axis=1)
+    return np.stack([own, *(other - own for other in others)], axis=1)
 
 
 def late(records: Sequence[RecordErrors], delay: float) -> np.ndarray:
