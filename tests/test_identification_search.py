@@ -263,7 +263,7 @@ def test_losses_are_those_of_scipy(kind):
         assert loss.slope(np.array([error]))[0] * error == pytest.approx(rise, rel=1e-8)
 
 
-@pytest.mark.parametrize("kind", LOSSES[1:])
+@pytest.mark.parametrize("kind", [*LOSSES][1:])
 def test_every_robust_loss_lets_outliers_pull_less(kind):
     """A twentieth of the samples far off: the levels stay, where squares are drawn away."""
     law, motion = Exponential(0.3, 0.5, 4.0), ramp(0.4, 6.0, 300)

@@ -234,6 +234,20 @@ def test_samples_of_a_fitted_case_stand_by_their_paths_and_units():
     assert found.deviation > 0.0
 
 
+@pytest.mark.parametrize(
+    ("name", "unit", "said"),
+    [
+        ("machine.mass", "kg", "machine.mass: is without unit in the case, and in kg in the fit"),
+        ("machine.mass_kg", "kg", "machine: the samples are of another case: machine.mass_kg: "),
+        ("friction.coulomb_coefficient,friction.static_coefficient", "1", "shared by several parameters"),
+    ],
+)
+def test_samples_of_another_case_are_refused_with_the_reason(name, unit, said):
+    drawn = vc.Posterior((name,), (unit,), np.ones((100, 1)), "", 100.0, True, np.ones((100, 1)), None)
+    with pytest.raises(CaseError, match=said):
+        vc.robustness(BLOCK, {"machine": drawn}, "position_range", samples=8)
+
+
 @pytest.mark.slow
 def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     vc.save_case(BLOCK, tmp_path / "block.toml")

@@ -77,17 +77,11 @@ def performance_bounds(system: System) -> tuple[PerformanceBound, ...]:
 
     Raises ValueError where no bound of the system is known, with the reason for each.
     """
-    bounds: list[PerformanceBound] = []
-    refused: list[str] = []
-    for bound in (_least_cost, _largest_velocity):
-        bound_found = bound(system)
-        if isinstance(bound_found, str):
-            refused.append(bound_found)
-        else:
-            bounds.append(bound_found)
-    if not bounds:
-        raise ArgumentError("system", f"no bound is known of this system: {'; '.join(refused)}")
-    return tuple(bounds)
+    bounds = [_least_cost(system), _largest_velocity(system)]
+    known = tuple(bound for bound in bounds if not isinstance(bound, str))
+    if not known:
+        raise ArgumentError("system", f"no bound is known of this system: {'; '.join(map(str, bounds))}")
+    return known
 
 
 def _least_cost(system: System) -> PerformanceBound | str:

@@ -151,52 +151,38 @@ def pareto_front(
         raise ArgumentError("objectives", f"should be two measures, got {shown(objectives)}")
     if isinstance(senses, str) or len(list(senses)) != 2:
         raise ArgumentError("senses", f"should be two, one for each objective, got {shown(senses)}")
-    problem = stated_problem(
-        system,
-        over,
-        list(objectives),
-        list(senses),
-        subject_to,
-        starts,
-        through=through,
-        periods=periods,
-        settle=settle,
-        tolerance=tolerance,
-        margin=margin,
-        threads=threads,
-        evaluations=(evaluations, 1),
-        points=(points, 1),
-        seed=(seed, 0),
-    )
+    runs = {"periods": periods, "settle": settle, "tolerance": tolerance, "margin": margin, "threads": threads}
+    further = {"through": through, "evaluations": (evaluations, 1), "points": (points, 1), "seed": (seed, 0)}
+    problem = stated_problem(system, over, list(objectives), list(senses), subject_to, starts, **runs, **further)
     require("pareto_front", "pymoo")
     kept = None if store is None else opened_store(store, problem.record(seed, method="nsga2"), resume)
-    made = Evaluations(problem, evaluations, kept, told(progress))
-    _search(made, seed)
-    every = together(problem, made.found)
+    search = Evaluations(problem, evaluations, kept, told(progress))
+    _search(search, seed)
+    every = together(problem, search.found)
     designs, rejected = _closed(problem, every, points)
     return _front(problem, every, designs, rejected)
 
 
-def _search(made: Evaluations, seed: int) -> None:
+def _search(search: Evaluations, seed: int) -> None:
     """Search the ends of the front one by one, then all of it by NSGA-II, begun from the best of what is known."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.problem import Problem as Cube
 
-    problem, variables = made.problem, len(made.problem.space.variables)
+    problem, variables = search.problem, len(search.problem.space.variables)
     for k in range(2):
-        evolve(made, k, seed, round((k + 1) * ENDS * made.most))
+        evolve(search, k, seed, round((k + 1) * ENDS * search.most))
     begun = first_designs(variables, MEMBERS, np.random.default_rng([seed, 2]))
-    if made.found:
-        known = together(problem, made.found)
+    if search.found:
+        known = together(problem, search.found)
         best = known.shares[_best(known, MEMBERS // 2)]
         begun[: len(best)] = best
     method = NSGA2(pop_size=MEMBERS, sampling=begun)  # type: ignore[arg-type]
     cube = Cube(n_var=variables, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
-    method.setup(cube, termination=("n_gen", made.most), seed=seed, verbose=False)
+    method.setup(cube, termination=("n_gen", search.most), seed=seed, verbose=False)
     try:
         while True:
             asked: Any = method.ask()
-            population = made.of(np.ascontiguousarray(asked.get("X")))
+            population = search.of(np.ascontiguousarray(asked.get("X")))
             own = np.arange(len(population)), population.best_start
             costs = np.stack([cost[own] for cost in population.costs], axis=1)
             asked.set("F", np.where(costs < INFEASIBLE, costs, 0.0), "G", _violation(costs)[:, None])
@@ -207,7 +193,7 @@ def _search(made: Evaluations, seed: int) -> None:
 
 def _best(population: Population, many: int) -> np.ndarray:
     """At most so many designs that no other betters, spread along their front."""
-    design, costs = _allowed(population)[0], _allowed(population)[2]
+    design, _, costs = _allowed(population)
     front = not_dominated(costs)
     return np.unique(design[front[_spread(costs[front], many)]]) if len(front) else front
 
@@ -262,31 +248,30 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
             designs.append(near.best)
     exact = np.array([[-goal.merit(one.found[goal.measure]) for goal in problem.goals] for one in designs])
     kept = not_dominated(exact) if designs else np.array([], dtype=int)
-    beaten = len(designs) - len(kept)
-    if beaten:
+    if beaten := len(designs) - len(kept):
         rejected["bettered by another's orbit"] = beaten
     return [designs[k] for k in kept], rejected
 
 
-def _front(problem: Problem, every: Population, found: list[Refined], rejected: dict[str, int]) -> ParetoFront:
-    counts, goals = every.counts(), problem.goals
-    status = OptimumStatus.FOUND if found else OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
-    scaled = [measure_unit(problem.system, goal.measure) for goal in goals]
-    values = np.array([[one.found[goal.measure] for goal in goals] for one in found]).reshape(-1, 2)
-    sized, scales = (goals[0].size, goals[1].size), (scaled[0][1], scaled[1][1])
+def _front(problem: Problem, every: Population, designs: list[Refined], rejected: dict[str, int]) -> ParetoFront:
+    one, other = problem.goals
+    status = OptimumStatus.FOUND if designs else OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
+    units, scales = zip(*(measure_unit(problem.system, goal.measure) for goal in problem.goals), strict=True)
+    values = np.array([[design.found[goal.measure] for goal in problem.goals] for design in designs]).reshape(-1, 2)
+    sized = one.size, other.size
     return ParetoFront(
         status=status,
         system=problem.system,
-        designs=tuple(problem.space.design(one.shares) for one in found),
-        measures=(goals[0].measure, goals[1].measure),
-        units=(scaled[0][0], scaled[1][0]),
-        maximised=(goals[0].maximise, goals[1].maximise),
+        designs=tuple(problem.space.design(design.shares) for design in designs),
+        measures=(one.measure, other.measure),
+        units=units,
+        maximised=(one.maximise, other.maximise),
         sized=sized,
         scales=scales,
         values=np.where(sized, np.abs(values), values) * scales,
-        orbits=tuple(Orbit.of(one.solution) for one in found),
-        multipliers=np.array([np.max(np.abs(one.solution.multipliers), initial=0.0) for one in found]),
-        counts=counts,
+        orbits=tuple(Orbit.of(design.solution) for design in designs),
+        multipliers=np.array([np.max(np.abs(design.solution.multipliers), initial=0.0) for design in designs]),
+        counts=every.counts(),
         rejected=rejected,
         population=every,
     )

@@ -12,7 +12,7 @@ from vibrocap.design.search.evolution import best_designs, searched
 from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, Goal, measure_unit
 from vibrocap.design.search.population import REFUSED, Population, evaluated, together
 from vibrocap.design.search.problem import Problem, stated_problem
-from vibrocap.design.search.refinement import ClosedDesigns, Refined
+from vibrocap.design.search.refinement import ClosedDesigns
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import MeasuresInUnits, Slopes
@@ -210,28 +210,11 @@ def optimise(
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
     ArgumentError for another argument, before any work.
     """
-    problem = stated_problem(
-        system,
-        over,
-        [objective],
-        [sense],
-        subject_to,
-        starts,
-        through=through,
-        periods=periods,
-        settle=settle,
-        tolerance=tolerance,
-        margin=margin,
-        threads=threads,
-        uncertain=uncertain,
-        robust=robust,
-        samples=samples,
-        guesses=guesses,
-        evaluations=(evaluations, 1),
-        seed=(seed, 0),
-        refinement=(0 if refinement is None else refinement, 0),
-        spread_starts=(spread_starts, 0),
-    )
+    runs = {"periods": periods, "settle": settle, "tolerance": tolerance, "margin": margin, "threads": threads}
+    further = {"through": through, "uncertain": uncertain, "robust": robust, "samples": samples, "guesses": guesses}
+    counts = {"evaluations": (evaluations, 1), "seed": (seed, 0), "spread_starts": (spread_starts, 0)}
+    counts["refinement"] = (0 if refinement is None else refinement, 0)
+    problem = stated_problem(system, over, [objective], [sense], subject_to, starts, **runs, **further, **counts)
     kept = None if store is None else opened_store(store, problem.record(seed), resume)
     populations = searched(problem, evaluations, seed, kept, told(progress))
     if refinement is None:
@@ -256,7 +239,7 @@ def _refined(
             continue
         accepted += 1
         near.refine(refinement // len(near.near))
-        if best is None or _of(near).merit > _of(best).merit:
+        if best is None or near.top.merit > best.top.merit:
             best = near
     return best, tuple(rejected)
 
@@ -271,11 +254,6 @@ def closed_near(problem: Problem, shares: np.ndarray, state: dict[str, float]) -
     return None, reason_against(steady, near, problem.goal)
 
 
-def _of(found: ClosedDesigns) -> Refined:
-    assert found.best is not None
-    return found.best
-
-
 def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
     """Why a candidate does not win."""
     if steady.continuum:
@@ -284,11 +262,8 @@ def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str
         return f"its orbit: {steady.status.value}"
     if near.best.margins[-1] < 0.0:
         return f"largest multiplier {np.max(np.abs(steady.multipliers)):.6g}"
-    broken = [
-        constraint.words
-        for constraint, margin in zip(goal.constraints, near.best.margins, strict=False)
-        if margin < 0.0
-    ]
+    margins = zip(goal.constraints, near.best.margins, strict=False)
+    broken = [constraint.words for constraint, margin in margins if margin < 0.0]
     return f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
 
 
@@ -304,15 +279,13 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
     elif cost < INFEASIBLE:
         why = "its orbit is not stable, or does not fulfil the constraints"
     else:
-        known = [
-            (constraint, float(every.found[constraint.measure][k, start])) for constraint in problem.goal.constraints
-        ]
-        lacking = [(design, x) for design, x in known if not design.margin(x) >= 0.0]
-        scaled = [(design, x * measure_unit(problem.system, design.measure)[1]) for design, x in lacking]
-        why = (
-            ", ".join(f"{design.measure} {x:.6g}, not {design.words}" for design, x in scaled)
-            or "no value of the measure"
-        )
+        lacking = []
+        for constraint in problem.goal.constraints:
+            value = float(every.found[constraint.measure][k, start])
+            if not constraint.margin(value) >= 0.0:
+                value *= measure_unit(problem.system, constraint.measure)[1]
+                lacking.append(f"{constraint.measure} {value:.6g}, not {constraint.words}")
+        why = ", ".join(lacking) or "no value of the measure"
     return problem.space.design(every.shares[k]), why
 
 
@@ -340,13 +313,13 @@ def _optimum(
         nothing |= {"attractors": None, "attractor": None, "nearest": None if stands else _nearest(problem, every)}
         known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
         return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
-    best = _of(near)
+    best = near.top
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
-    best_design = None
+    others = None
     if spread_starts:
         system, start = steady.system, problem.starts[0]
         begun = within_room(system, {name: start.get(name, 0.0) for name in system.state_names})
-        best_design = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
+        others = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
     turned = goal.size and value < 0.0 and steady.system.mirrored
     steady = steady.twin() if turned else steady
@@ -374,8 +347,8 @@ def _optimum(
         slopes=slopes,  # type: ignore[arg-type]
         starts=starts,
         reached_from=tuple(map(int, reached)),
-        attractors=best_design,
-        attractor=None if best_design is None else best_design.of(steady),
+        attractors=others,
+        attractor=None if others is None else others.of(steady),
         counts=every.counts(),
         rejected=rejected,
         nearest=None,

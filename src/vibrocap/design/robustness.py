@@ -70,41 +70,32 @@ class Robustness(Result):
         "first_order total"
     )
 
-    @property
-    def _finite(self) -> Numbers:
-        return self.values[~np.isnan(self.values)]
+    def _of_values(self, statistic: Callable[[np.ndarray], Any], least: int = 1) -> float:
+        """A statistic of the samples that have a value, NaN where these are fewer than `least`."""
+        finite = self.values[~np.isnan(self.values)]
+        return float(statistic(finite)) if len(finite) >= least else float("nan")
 
     @property
     def mean(self) -> NumberInUnit:
-        """Over all samples."""
-        return float(np.mean(self._finite)) if len(self._finite) else float("nan")
+        return self._of_values(np.mean)
 
     @property
     def deviation(self) -> NumberInUnit:
-        """Standard deviation of the samples."""
-        return float(np.std(self._finite, ddof=1)) if len(self._finite) > 1 else float("nan")
+        return self._of_values(lambda x: np.std(x, ddof=1), 2)
 
     @property
     def quantiles(self) -> dict[Number, NumberInUnit]:
         """Values that the share of samples given by each key stays below."""
-        return {
-            quantile: float(np.quantile(self._finite, quantile)) if len(self._finite) else float("nan")
-            for quantile in QUANTILES
-        }
+        return {share: self._of_values(lambda x, share=share: np.quantile(x, share)) for share in QUANTILES}
 
     @property
     def worst(self) -> NumberInUnit:
-        """The worst sample."""
-        if not len(self._finite):
-            return float("nan")
-        return float(np.min(self._finite) if self.worst_is_least else np.max(self._finite))
+        return self._of_values(np.min if self.worst_is_least else np.max)
 
     @property
     def tail_mean(self) -> NumberInUnit:
-        """The mean of the worst tenth of the samples."""
-        ordered = np.sort(self._finite)
-        many = int(np.ceil(TAIL * len(ordered)))
-        return float(np.mean(ordered[:many] if self.worst_is_least else ordered[::-1][:many])) if many else float("nan")
+        order = 1 if self.worst_is_least else -1
+        return self._of_values(lambda x: np.mean(np.sort(x)[::order][: int(np.ceil(TAIL * len(x)))]))
 
     @property
     def most_influential(self) -> str | None:
@@ -200,16 +191,9 @@ def robustness(
     drawn = sampled(quantities, shares)
     over = drawn if through is None else {path: np.asarray(x, dtype=float) for path, x in through(**drawn).items()}
     over = {path: np.append(column, system.parameter(path)) for path, column in over.items()}  # the nominal run, last
-    runs = ensemble(
-        system,
-        over,
-        measures=measures,
-        initial=dict(case.initial if initial is None else initial),
-        periods=periods,
-        settle=settle,
-        tolerance=tolerance,
-        threads=threads,
-    )
+    until: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
+    begun = dict(case.initial if initial is None else initial)
+    runs = ensemble(system, over, measures=measures, initial=begun, **until)
     unit, scale = measure_unit(system, measures[0])
     values = scale * runs[goal.measure].astype(float)
     trust = Trust.of_runs(runs, scale * residue(system, goal.measure, settle))

@@ -102,9 +102,8 @@ class Goal:
         with np.errstate(invalid="ignore", over="ignore"):
             violation = np.zeros(settled.shape)
             for constraint in self.constraints:
-                lacking = np.maximum(-constraint.margin(found[constraint.measure]), 0.0) / max(
-                    abs(constraint.limit), 1e-3
-                )
+                lacking = np.maximum(-constraint.margin(found[constraint.measure]), 0.0)
+                lacking = lacking / max(abs(constraint.limit), 1e-3)
                 violation += np.where(np.isnan(lacking), np.inf, lacking)
             cost = -self.merit(found[self.measure])
             share = np.where(np.isinf(violation), 1.0, violation / (1.0 + np.where(np.isinf(violation), 0, violation)))
@@ -136,8 +135,8 @@ def goal_of(
             if lacking := unavailable(needed, system):
                 raise ArgumentError(field, next(iter(lacking.values())))
         except ValueError as error:
-            said = getattr(error, "complaint", None)
-            complaints.add(field, said.text if said else str(error))
+            complaint = getattr(error, "complaint", None)
+            complaints.add(field, complaint.text if complaint else str(error))
             continue
         if getattr(measures[0].how, "text", False):
             complaints.add(field, f"{measures[0].name!r} is a text; give a measure that is a number")
@@ -147,7 +146,10 @@ def goal_of(
             check_one_of(fields[1], sense, SENSES)
     if complaints:
         return nothing, ()
-    constraints = tuple(_scaled(system, *part) for part in split if part)
+    constraints = tuple(
+        Constraint(measure, at_least, limit / measure_unit(system, measure)[1], words)
+        for measure, at_least, limit, words in filter(None, split)
+    )
     name = objective.name if isinstance(objective, Measure) else objective
     maximise = name not in MINIMISED if sense is None else sense == "maximise"
     size = name in TRAVEL and system.mirrored
@@ -185,10 +187,6 @@ def _split(text: Any, complaints: Complaints) -> tuple[str, bool, float, str] | 
         complaints.add("subject_to", f"should be {FORM}, got {shown(text)}")
         return None
     return match[1], match[2][0] == ">", limit, f"{match[1]} {match[2]} {match[3]}"
-
-
-def _scaled(system: System, measure: str, at_least: bool, limit: float, words: str) -> Constraint:
-    return Constraint(measure, at_least, limit / measure_unit(system, measure)[1], words)
 
 
 def measure_unit(system: System, measure: str | Measure) -> tuple[str, float]:

@@ -130,25 +130,14 @@ def stated_problem(
     if uncertain is not None:
         drawn = _samples(system, space, uncertain, robust, samples, complaints)
     begun = []
-    for each in given:
+    for start in given:
         with complaints.collected():
-            begun.append(initial_state(system, each))
+            begun.append(initial_state(system, start))
     if complaints:
         raise CaseError(complaints, "the search")
-    return Problem(
-        system,
-        space,
-        tuple(goals),
-        tuple(measures),
-        tuple(begun),
-        periods,
-        settle,
-        tolerance,
-        margin,
-        threads,
-        drawn,
-        tuple(first),
-    )
+    runs: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
+    further: dict[str, Any] = {"margin": margin, "samples": drawn, "guesses": tuple(first)}
+    return Problem(system, space, tuple(goals), tuple(measures), tuple(begun), **runs, **further)
 
 
 def _samples(
@@ -165,11 +154,10 @@ def _samples(
         return None
     middle = space.parameters(np.full(len(space.variables), 0.5))
     varied_too = {quantity(path, system).plain: path for path in middle}
-    for each in quantities:
-        for path in each.paths:
-            given = varied_too.get(quantity(path, system).plain)
-            if given is not None and (given != path or not each.nominal):
-                complaints.add(
-                    path, f"is a design variable; its uncertainty should be {given}=factor:..., a factor of it"
-                )
+    for uncertain_one in quantities:
+        for path in uncertain_one.paths:
+            variable = varied_too.get(quantity(path, system).plain)
+            if variable is not None and (variable != path or not uncertain_one.nominal):
+                advice = f"its uncertainty should be {variable}=factor:..., a factor of it"
+                complaints.add(path, f"is a design variable; {advice}")
     return samples_of(quantities, samples, robust)

@@ -80,6 +80,12 @@ class ClosedDesigns:
         if self.best is not None:
             self.near = self.best.solutions
 
+    @property
+    def top(self) -> Refined:
+        """The best design, where there is one."""
+        assert self.best is not None
+        return self.best
+
     def at(self, shares: np.ndarray) -> Refined | None:
         """The design at some shares; None where no orbit closes, or its motion did not go to its end."""
         shares = np.clip(shares, 0.0, 1.0)
@@ -95,7 +101,7 @@ class ClosedDesigns:
         if steady[0] is None:
             return None
         solution, found = steady[0]
-        solutions = [None if one is None else one[0] for one in steady]
+        solutions = [one and one[0] for one in steady]
         if samples is not None:
             kept = np.array([one is not None and self._room(one[0]) >= 0.0 for one in steady[1:]])
             solutions = [solution, *(one if keep else None for one, keep in zip(solutions[1:], kept, strict=True))]
@@ -133,20 +139,20 @@ class ClosedDesigns:
             steady["mean_velocity"] = solution.mean_velocity
         return solution, steady
 
-    def gradient(self, found: Refined) -> np.ndarray | None:
+    def gradient(self, design: Refined) -> np.ndarray | None:
         """d(measure)/d(share) of a design by each continuous variable, exactly; None where there is none."""
-        key = found.shares.tobytes()
+        key = design.shares.tobytes()
         if key not in self.gradients:
-            value = found.found[self.problem.goal.measure]
-            self.gradients[key] = slopes_by_share(self.problem, found.solution, found.shares, value)
+            value = design.found[self.problem.goal.measure]
+            self.gradients[key] = slopes_by_share(self.problem, design.solution, design.shares, value)
         return self.gradients[key]
 
-    def _rise(self, found: Refined) -> np.ndarray | None:
+    def _rise(self, design: Refined) -> np.ndarray | None:
         """d(merit)/d(share), exactly."""
-        gradient, goal = self.gradient(found), self.problem.goal
+        gradient, goal = self.gradient(design), self.problem.goal
         if gradient is None:
             return None
-        turned = goal.size and found.found[goal.measure] < 0.0
+        turned = goal.size and design.found[goal.measure] < 0.0
         return -gradient if turned == goal.maximise else gradient
 
     def refine(self, evaluations: int) -> None:
@@ -160,13 +166,13 @@ class ClosedDesigns:
         moving = self.problem.space.continuous
         if self.best is None or not len(moving) or evaluations == 0:
             return
-        base, size = self.best.shares.copy(), max(abs(self.best.merit), 1e-12)
+        base, size = self.top.shares.copy(), max(abs(self.top.merit), 1e-12)
 
         def at(x: np.ndarray) -> Refined | None:
             shares = base.copy()
             shares[moving] = x
             refined = self.at(shares)
-            if refined is not None and refined.allowed and self.best is not None and refined.merit > self.best.merit:
+            if refined is not None and refined.allowed and refined.merit > self.top.merit:
                 self.best, self.near = refined, refined.solutions
             return refined
 
@@ -176,41 +182,30 @@ class ClosedDesigns:
             return None if design is None or rise is None else (design.merit, rise)
 
         def arrived() -> bool:
-            assert self.best is not None
-            top = ascend(self.best.shares[moving], slopes, evaluations)
-            found = None if top is None else at(top)
-            if found is not None:  # as good to rounding as the best so far, and flatter
-                self.best, self.near = found, found.solutions
-            return found is not None
+            end = ascend(self.top.shares[moving], slopes, evaluations)
+            flat = None if end is None else at(end)
+            if flat is not None:  # as good to rounding as the best so far, and flatter
+                self.best, self.near = flat, flat.solutions
+            return flat is not None
 
         if arrived():
             return
 
         def cost(x: np.ndarray) -> float:
-            found = at(x)
-            return 1.0 if found is None else -found.merit / size
+            design = at(x)
+            return 1.0 if design is None else -design.merit / size
 
         def margins(x: np.ndarray) -> np.ndarray:
-            found = at(x)
-            return np.full(len(self.problem.goal.constraints) + 1, -1.0) if found is None else found.margins
+            design = at(x)
+            return np.full(len(self.problem.goal.constraints) + 1, -1.0) if design is None else design.margins
 
+        bounds: Any = Bounds(np.zeros(len(moving)), np.ones(len(moving)))
+        within = [NonlinearConstraint(margins, 0.0, np.inf)]
+        options = {"final_tr_radius": REGION[1], "maxfev": evaluations, "feasibility_tol": ALLOWED}
         for radius in (REGION[0], REGION[0] / 10.0):
-            assert self.best is not None
-            before = self.best.merit
-            minimize(
-                cost,
-                self.best.shares[moving],
-                method="COBYQA",
-                bounds=Bounds(np.zeros(len(moving)), np.ones(len(moving))),  # type: ignore[arg-type]
-                constraints=[NonlinearConstraint(margins, 0.0, np.inf)],
-                options={
-                    "initial_tr_radius": radius,
-                    "final_tr_radius": REGION[1],
-                    "maxfev": evaluations,
-                    "feasibility_tol": ALLOWED,
-                },
-            )
-            if self.best.merit - before <= 1e-11 * size:
+            before, options["initial_tr_radius"] = self.top.merit, radius
+            minimize(cost, self.top.shares[moving], method="COBYQA", bounds=bounds, constraints=within, options=options)
+            if self.top.merit - before <= 1e-11 * size:
                 break
         arrived()
 
@@ -220,8 +215,7 @@ class ClosedDesigns:
         Exact where the measure has gradients and the mode sequence continues; beyond a change of it the slope there is
         extrapolated to the design, with the error of the square of the step.
         """
-        best, space = self.best, self.problem.space
-        assert best is not None
+        best, space = self.top, self.problem.space
         slopes = {}
         for place, i in enumerate(map(int, space.continuous)):
             sides = (self._slope(place, i, sign) for sign in (-1.0, 1.0))
@@ -232,8 +226,7 @@ class ClosedDesigns:
 
     def _slope(self, place: int, variable: int, sign: float) -> float | None:
         """d(measure)/d(share) of a variable to one side of the best design; place: its number among the continuous."""
-        best, near, name = self.best, self._beside(variable, sign), self.problem.goal.measure
-        assert best is not None
+        best, near, name = self.top, self._beside(variable, sign), self.problem.goal.measure
         if near is None:
             return None
         own, there = self.gradient(best), self.gradient(near)
@@ -249,16 +242,13 @@ class ClosedDesigns:
 
     def _beside(self, variable: int, sign: float) -> Refined | None:
         """The design a little below or above the best one; None beyond a bound."""
-        assert self.best is not None
-        shares = self.best.shares.copy()
+        shares = self.top.shares.copy()
         shares[variable] += sign * STEP
         return self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None
 
     def limits(self) -> tuple[str, ...]:
         """What keeps the best design from being better, by name: what is active there."""
-        best = self.best
-        assert best is not None
-        space, goal = self.problem.space, self.problem.goal
+        best, space, goal = self.top, self.problem.space, self.problem.goal
         limits = []
         for i in map(int, space.continuous):
             for end, name in ((0.0, "lower"), (1.0, "upper")):
@@ -280,8 +270,7 @@ class ClosedDesigns:
 
     def _flatness(self) -> str:
         """What is said where nothing has a name: whether the slopes vanish."""
-        best, moving = self.best, self.problem.space.continuous
-        assert best is not None
+        best, moving = self.top, self.problem.space.continuous
         own, level = self.gradient(best), FLAT * max(abs(best.merit), 1e-12)
         if own is not None and vanishes(best.shares[moving], best.merit, own):
             return "nothing: the slopes vanish"

@@ -26,7 +26,7 @@ from vibrocap.case.sections import is_kind
 from vibrocap.design.search.goal import twice
 from vibrocap.design.search.variables import FACTOR, factored
 from vibrocap.inputs import read_input
-from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.physics.dimensions.conversion import quantity, quantity_in_si
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
@@ -36,39 +36,26 @@ LARGEST = 2**28  # bytes of it
 APART = 1e-3  # relative difference from which a value of the case is not that of the fit
 
 
-@dataclasses.dataclass(frozen=True)
-class Combination:
-    """A combination of parameters: paths, powers, and the standard deviation of its logarithm."""
-
-    name: str
-    paths: tuple[str, ...]
-    powers: tuple[float, ...]
-    deviation: float
-
-
-def is_fit(given: Any) -> bool:
-    """Whether the joint uncertainty of a fit is given: a `Fit`, or "fit:FILE.json"."""
-    return hasattr(given, "identifiability") or (isinstance(given, str) and given.startswith(PREFIX))
-
-
-def combinations_of_fit(system: System, section: str, given: Any) -> list[Combination] | Complaint:
+def _combinations_of_fit(system: System, section: str, fit: Any) -> "list[Uncertain] | Complaint":
     """What a fit of the law in a section (friction, friction_2, ...) leaves uncertain, or what is wrong.
 
-    given: a `Fit`, or "fit:FILE.json" as `vibrocap fit --out` writes it
+    fit: a `Fit`, or "fit:FILE.json" as `vibrocap fit --out` writes it
     """
+    from scipy import stats
+
     law = system.parts.get(section)
     if law is None or not section.startswith("friction"):
         sections = ", ".join(part for part in system.parts if part.startswith("friction"))
         return Complaint(section, f"has no fitted law; give the fit for {sections}")
-    known = _read(given)
+    known = _read(fit)
     if isinstance(known, str):
         return Complaint(section, known)
-    if known["law"] != law.name:
-        return Complaint(section, f"is {law.name!r} in the case, and {known['law']!r} in the fit")
-    directions = known["directions"]
+    fitted, parameters, directions = known
+    if fitted != law.name:
+        return Complaint(section, f"is {law.name!r} in the case, and {fitted!r} in the fit")
     if not directions:
         return Complaint(section, "should be a fit with intervals; this one has determined nothing")
-    for name, value, unit in known["parameters"]:
+    for name, value, unit in parameters:
         place = quantity_in_si(f"{section}.{name}", system)
         own = system.parameter(place.path)
         if unit == place.unit and not math.isclose(own, value, rel_tol=APART):
@@ -82,45 +69,33 @@ def combinations_of_fit(system: System, section: str, given: Any) -> list[Combin
             advice = f"give distributions of {', '.join(moving)} instead"
             return Complaint(section, f"the data of the fit do not determine {words}; {advice}")
         paths = tuple(quantity_in_si(f"{section}.{name}", system).path for name in moving)
-        combinations.append(Combination(f"{section}: {words}", paths, tuple(moving.values()), float(deviation)))
+        nominal = tuple(float(system.parameter(path)) for path in paths)
+        name, deviation = f"{section}: {words}", float(deviation)
+        law, record = stats.lognorm(deviation), f"{name}=lognormal:1:{deviation!r}"
+        combinations.append(Uncertain(paths, law, record, nominal, tuple(moving.values()), name))
     return combinations
 
 
-def _read(given: Any) -> dict[str, Any] | str:
-    """Law, parameters as (name, value, unit) and directions as (exponents, deviation) of a fit, or what is wrong."""
-    if not isinstance(given, str):
-        report = given.identifiability
-        return {
-            "law": given.law_name,
-            "parameters": [(parameter.name, parameter.value, parameter.unit) for parameter in given.parameters],
-            "directions": []
-            if report is None
-            else [(direction.exponents, direction.deviation) for direction in report.directions],
-        }
-    path = given.removeprefix(PREFIX)
+def _read(fit: Any) -> tuple[str, list[Any], list[Any]] | str:
+    """(law, parameters (name, value, unit), directions (exponents, deviation)) of a fit, or what is wrong."""
+    if not isinstance(fit, str):
+        directions = fit.identifiability.directions if fit.identifiability is not None else ()
+        parameters = [(parameter.name, parameter.value, parameter.unit) for parameter in fit.parameters]
+        return fit.law_name, parameters, [(direction.exponents, direction.deviation) for direction in directions]
+    path = fit.removeprefix(PREFIX)
     try:
         record = json.loads(read_input(path, LARGEST))
-        report = record["identifiability"] or {"directions": []}
-        return {
-            "law": str(record["law_name"]),
-            "parameters": [(parameter["name"], *_with_unit(parameter["value"])) for parameter in record["parameters"]],
-            "directions": [
-                (_numbers(direction["exponents"]), direction["deviation"]) for direction in report["directions"]
-            ],
-        }
+        directions, parameters = [], []
+        for row in (record["identifiability"] or {"directions": []})["directions"]:
+            directions.append(({str(name): float(e) for name, e in row["exponents"].items()}, row["deviation"]))
+        for row in record["parameters"]:
+            value = row["value"] if isinstance(row["value"], dict) else {"value": row["value"], "unit": "1"}
+            parameters.append((row["name"], float(value["value"]), value["unit"]))
+        return str(record["law_name"]), parameters, directions
     except OSError as error:
         return f"{shown(path)} cannot be read ({error.strerror or error})"
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         return f"{shown(path)} is no fit.json as `vibrocap fit --out` writes it"
-
-
-def _with_unit(given: Any) -> tuple[float, str]:
-    """A number of a JSON record, and its unit."""
-    return (float(given["value"]), given["unit"]) if isinstance(given, dict) else (float(given), "1")
-
-
-def _numbers(given: Mapping[str, Any]) -> dict[str, float]:
-    return {str(name): float(value) for name, value in given.items()}
 
 
 FORM = (
@@ -148,7 +123,6 @@ class Uncertain:
 
     @property
     def name(self) -> str:
-        """What it is called."""
         return self.label or ",".join(self.paths)
 
     def columns(self, shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
@@ -173,19 +147,31 @@ class Drawn(Uncertain):
         return dict(zip(self.paths, rows.T, strict=True))
 
 
-def _posterior(given: Any) -> Any:
-    """A `Posterior`, given as it is or as "fit:posterior.json"; None where it is none."""
-    if not (isinstance(given, str) and given.startswith(PREFIX)):
-        return given if hasattr(given, "law_name") and hasattr(given, "coordinates") else None
+def _joint(system: System, key: str, samples: Any) -> "Sequence[Uncertain] | Complaint | None":
+    """What a posterior or a fit says of the law in the section `key`, or of a case; or what is wrong; None for neither.
+
+    Either is given as it is or as "fit:FILE.json".
+    """
+    of_file = isinstance(samples, str) and samples.startswith(PREFIX)
+    if posterior := _posterior(samples, of_file):
+        drawn = _drawn_quantity(system, key, posterior)
+        return drawn if isinstance(drawn, Complaint) else [drawn]
+    return _combinations_of_fit(system, key, samples) if of_file or hasattr(samples, "identifiability") else None
+
+
+def _posterior(samples: Any, of_file: bool) -> Any:
+    """A `Posterior`, or its record in a file; None where it is none."""
+    if not of_file:
+        return samples if hasattr(samples, "law_name") and hasattr(samples, "coordinates") else None
     try:
-        record = json.loads(read_input(given.removeprefix(PREFIX), LARGEST))
+        record = json.loads(read_input(samples.removeprefix(PREFIX), LARGEST))
         values = np.array(record["values"], dtype=float)
         return SimpleNamespace(**record | {"values": values}) if {"law_name", "units", "settled"} <= {*record} else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complaint:
+def _drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complaint:
     """The samples of a posterior, of the law in the section `key`, or of a case that was fitted; or what is wrong."""
     from scipy import stats
 
@@ -196,20 +182,26 @@ def drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complain
     known = [info.name for info in parameter_table(system.parts[key])] if posterior.law_name else []
     paths, columns = [], []
     for name, unit, column in zip(posterior.names, posterior.units, posterior.values.T, strict=True):
-        if name in known:
+        if posterior.law_name and name in known:
             place = quantity_in_si(f"{key}.{name}", system)
-            if unit != place.unit:
-                case, fit = ("without unit" if each == "1" else f"in {each}" for each in (place.unit, unit))
-                return Complaint(place.path, f"is {case} in the case, and {fit} in the fit")
-            paths.append(place.path)
-        elif not posterior.law_name and "[" not in name and not name.startswith("drive."):
-            paths.append(name)
-        else:
+        elif posterior.law_name or name.startswith(("start[", "drive.")):
             continue  # of the measurement, or a start
+        elif "," in name:
+            advice = "its samples are a factor of values that they do not hold; give distributions of these parameters"
+            return Complaint(name, f"is shared by several parameters of the fitted case: {advice}")
+        elif wrong := path_complaints([name], [system.parts], system.units):
+            return Complaint(key, f"the samples are of another case: {wrong[0]}")
+        else:
+            place = quantity(name, system)
+            place = quantity_in_si(place.plain, system) if place.unit == "1" else place
+        if unit != place.unit:
+            case, fit = ("without unit" if of == "1" else f"in {of}" for of in (place.unit, unit))
+            return Complaint(place.path, f"is {case} in the case, and {fit} in the fit")
+        paths.append(place.path)
         columns.append(column)
     draws = np.array(columns).T
-    seen = hashlib.sha256(np.ascontiguousarray(draws).tobytes()).hexdigest()[:16]
-    return Drawn(tuple(paths), stats.uniform(), f"samples {seen}", label=f"posterior of {key}", draws=draws)
+    digest = hashlib.sha256(np.ascontiguousarray(draws).tobytes()).hexdigest()[:16]
+    return Drawn(tuple(paths), stats.uniform(), f"samples {digest}", label=f"posterior of {key}", draws=draws)
 
 
 def uncertain_quantities(
@@ -230,29 +222,21 @@ def uncertain_quantities(
     for key, text in given.items():
         paths, factor, law, wrong = factored(key, text)
         if own:
-            quantity = _quantity(system, (str(key),), factor, law)
-            if not isinstance(quantity, str) and not str(key).isidentifier():
-                quantity = "should be a name such as 'mu', as it is an argument of `through`"
-            if isinstance(quantity, str):
-                complaints.add(str(key), quantity)
+            one = _quantity(system, (str(key),), factor, law)
+            if not isinstance(one, str) and not str(key).isidentifier():
+                one = "should be a name such as 'mu', as it is an argument of `through`"
+            if isinstance(one, str):
+                complaints.add(str(key), one)
             else:
-                quantities.append(quantity)
+                quantities.append(one)
             continue
-        if posterior := _posterior(text):
-            joint = drawn_quantity(system, ",".join(paths), posterior)
-            if isinstance(joint, Complaint):
-                complaints += [joint]
-            else:
-                named += joint.paths
-                quantities.append(joint)
+        joint = _joint(system, ",".join(paths), text)
+        if isinstance(joint, Complaint):
+            complaints += [joint]
             continue
-        if is_fit(text):
-            joint = combinations_of_fit(system, ",".join(paths), text)
-            if isinstance(joint, Complaint):
-                complaints += [joint]
-                continue
-            named += dict.fromkeys(path for combination in joint for path in combination.paths)
-            quantities += [_of_fit(system, combination) for combination in joint]
+        if joint is not None:
+            named += dict.fromkeys(path for one in joint for path in one.paths)
+            quantities += joint
             continue
         named += paths
         kinds = [path for path in paths if is_kind(path) or path.startswith("initial.")]
@@ -267,23 +251,14 @@ def uncertain_quantities(
                 if not is_number(system.parameter(path))
             ]
         if len(complaints) == begun:
-            quantity = _quantity(system, paths, factor, law)
-            if isinstance(quantity, str):
-                complaints.add(",".join(paths), quantity)
+            one = _quantity(system, paths, factor, law)
+            if isinstance(one, str):
+                complaints.add(",".join(paths), one)
             else:
-                quantities.append(quantity)
+                quantities.append(one)
     if len(complaints) == begun and (again := twice([*named], system)):
         complaints.add(again, "is given twice; give it once")
     return tuple(quantities)
-
-
-def _of_fit(system: System, joint: Combination) -> Uncertain:
-    """A combination of parameters that a fit leaves uncertain, as a factor with a power for each."""
-    from scipy import stats
-
-    nominal = tuple(float(system.parameter(path)) for path in joint.paths)
-    words = f"{joint.name}=lognormal:1:{joint.deviation!r}"
-    return Uncertain(joint.paths, stats.lognorm(joint.deviation), words, nominal, joint.powers, joint.name)
 
 
 def _quantity(system: System, paths: tuple[str, ...], factor: bool, given: Any) -> Uncertain | str:
@@ -329,8 +304,8 @@ def _distribution(text: str) -> Any:
 def sampled(quantities: Sequence[Uncertain], shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
     """Values [samples] by path at points [samples, quantities] of the unit cube; own: see `Uncertain.columns`."""
     samples: dict[str, np.ndarray] = {}
-    for i, quantity in enumerate(quantities):  # combinations of a fit share their paths: each multiplies what is there
-        samples |= quantity.columns(shares[:, i], {**own, **samples})
+    for i, one in enumerate(quantities):  # combinations of a fit share their paths: each multiplies what is there
+        samples |= one.columns(shares[:, i], {**own, **samples})
     return samples
 
 

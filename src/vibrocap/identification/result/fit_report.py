@@ -15,8 +15,7 @@ from vibrocap.identification.inference.uncertainty import correlation_time, inve
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.differing import in_one_record
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem import prediction as predictions
-from vibrocap.identification.problem.prediction import START, Prediction
+from vibrocap.identification.problem.prediction import START, Prediction, nuisances
 from vibrocap.identification.problem.priors import SAYS_MORE
 from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
 from vibrocap.identification.problem.terms import RIPPLES, TERMS, length_name
@@ -53,15 +52,9 @@ def finished_fit(
     prediction, spread = problem.prediction, problem.uncertainty
     space = prediction.space
     values = space.named(best.u)
-    standard, thresholds, quantiles = (
-        dict(zip(space.names, numbers.tolist(), strict=True))
-        # the standard errors carry the inflation already
-        for numbers in (
-            np.sqrt(np.diag(spread.covariance)),
-            spread.threshold,
-            spread.threshold / np.sqrt(spread.inflation),
-        )
-    )
+    columns = np.sqrt(np.diag(spread.covariance)), spread.threshold, spread.threshold / np.sqrt(spread.inflation)
+    # quantiles for the standard errors, which carry the inflation already
+    standard, thresholds, quantiles = (dict(zip(space.names, x.tolist(), strict=True)) for x in columns)
     intervals = {}
     for name, coordinate in zip(space.names, space.coordinates, strict=True):
         value, profile = values[name], (profiles or {}).get(name)
@@ -117,19 +110,19 @@ def finished_fit(
             parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
         else:
             parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
-    nuisances = []
+    of_measurement = []
     for coordinate in space.coordinates:
         if coordinate.nuisance:
             name = coordinate.name
             verdict = Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if name in beforehand else None
             numbers = values[name], intervals[name], standard[name]
-            nuisances.append(_nuisance(coordinate, *numbers, units, verdict, of_law))
+            of_measurement.append(_nuisance(coordinate, *numbers, units, verdict, of_law))
     return Fit(
         law=law,
         law_name=law.name,
         status=best.status,
         parameters=tuple(parameters),
-        nuisances=tuple(nuisances),
+        nuisances=tuple(of_measurement),
         records=tuple(results),
         relative_rmse=relative,
         rmse=absolute,
@@ -193,7 +186,7 @@ def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool, beg
 def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Prediction, np.ndarray, int]:
     """(prediction of an unseen record, coordinates, samples that found what is of this record alone)."""
     space, (record,) = prediction.space, prediction.records
-    more = list(predictions.nuisances(prediction.template, [record], terms=(), start=start, level=1.0))
+    more = list(nuisances(prediction.template, [record], terms=(), start=start, level=1.0))
     for parameter in prediction.differing:
         if not parameter.condition:  # it begins at the value in any other record
             at = next(k for k, c in enumerate(space.coordinates) if parameter.name in (c.name, c.base))
@@ -244,10 +237,8 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
         low, high = value / factor, value * factor
         far = factor > WIDE**2  # beyond what a straight line says of a logarithm: the profile knows
     least = -math.inf if coordinate.form == "linear" else 0.0
-    low_open, high_open = (
-        low <= (0.0 if coordinate.form == "foot" else coordinate.low) or far,
-        high >= coordinate.high or far,
-    )
+    end = 0.0 if coordinate.form == "foot" else coordinate.low
+    low_open, high_open = low <= end or far, high >= coordinate.high or far
     return Interval(least if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 

@@ -4,18 +4,8 @@ The slopes of a fit have tens of thousands of rows and ten columns. A step needs
 the rows. The square of J's condition number does no harm: what is lost below 1e-6 of the largest singular value belongs
 to combinations of parameters that the data do not determine, and these stay where they are.
 
-Measured against `scipy.optimize.least_squares` (trf, exact; one BLAS thread, bounds, losses and stops as here): fits of
-`benchmarks/fitting.py` to the four records of the rotary damper, processor time in s, one run each on a busy machine
-(a second run of the own one was within 20 %).
-
-    fit                                          own      SciPy     SciPy's cost over the own
-    lugre, covariance                            2.8       3.7      1
-    lugre, profiles                              6.9      11.0      1
-    anisotropic-lugre, covariance                2.7       3.0      1
-    backlash-anisotropic-lugre, covariance      27.7      35.5      0.999994
-
-The minima are the same and SciPy was quicker nowhere; profiles, which start warm here (`warm_descent`), took it 1.6
-times as long. So the own one stays.
+`scipy.optimize.least_squares` came to the same minima of the fits in `benchmarks/fitting.py` in 1.1 to 1.6 times the
+time, the most for profiles, which start warm here (`warm_descent`).
 """
 
 from collections.abc import Sequence

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from vibrocap.identification.inference.diagnosis import patterns
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled, together
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
-from vibrocap.identification.inference.diagnosis import patterns
 
 FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
 SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
