@@ -210,9 +210,9 @@ def optimise(
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
     ArgumentError for another argument, before any work.
     """
-    runs = {"periods": periods, "settle": settle, "tolerance": tolerance, "margin": margin, "threads": threads}
-    further = {"through": through, "uncertain": uncertain, "robust": robust, "samples": samples, "guesses": guesses}
-    counts = {"evaluations": (evaluations, 1), "seed": (seed, 0), "spread_starts": (spread_starts, 0)}
+    runs: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "margin": margin, "threads": threads}
+    further: dict[str, Any] = {"through": through, "uncertain": uncertain, "robust": robust, "samples": samples, "guesses": guesses}
+    counts: dict[str, Any] = {"evaluations": (evaluations, 1), "seed": (seed, 0), "spread_starts": (spread_starts, 0)}
     counts["refinement"] = (0 if refinement is None else refinement, 0)
     problem = stated_problem(system, over, [objective], [sense], subject_to, starts, **runs, **further, **counts)
     kept = None if store is None else opened_store(store, problem.record(seed), resume)

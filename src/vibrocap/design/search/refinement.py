@@ -199,7 +199,7 @@ class ClosedDesigns:
             design = at(x)
             return np.full(len(self.problem.goal.constraints) + 1, -1.0) if design is None else design.margins
 
-        bounds: Any = Bounds(np.zeros(len(moving)), np.ones(len(moving)))
+        bounds = Bounds(np.zeros(len(moving)), np.ones(len(moving)))  # type: ignore[arg-type]
         within = [NonlinearConstraint(margins, 0.0, np.inf)]
         options = {"final_tr_radius": REGION[1], "maxfev": evaluations, "feasibility_tol": ALLOWED}
         for radius in (REGION[0], REGION[0] / 10.0):

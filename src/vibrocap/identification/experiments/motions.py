@@ -91,7 +91,7 @@ def joined(motions: Sequence[Motion], name: str = "") -> Motion:
     return Motion(name or ", ".join(m.name for m in motions), np.concatenate(times), np.concatenate(velocities))
 
 
-def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: float = 1.0, seed: int = 0) -> Record:
+def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: float = 1.0, seed: int = 0) -> Any:
     """The `Record` that a law would give under a motion, with white noise on the force.
 
     noise: its standard deviation over that of the force. Raises ValueError where the law cannot be driven so.

@@ -140,11 +140,11 @@ def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progres
     require("posterior", "emcee")
     source: Source = DrivenSource(fit.problem) if isinstance(fit.problem, Problem) else fit.problem
     with reporting(progress, "Sampling") as report:
-        draws, *length = chain(source, samples, seed, report)
+        draws, effective, settled = chain(source, samples, seed, report)
     law = getattr(fit, "law_name", "")
     if law:
         known = {parameter.name: parameter.unit for parameter in (*fit.parameters, *fit.nuisances)}
     else:
         known = {parameter.path: parameter.unit_of("value") for parameter in fit.parameters}
     units = tuple(known.get(name, "1") for name in source.names)
-    return Posterior(source.names, units, source.values(draws), law, *length, draws, source)
+    return Posterior(source.names, units, source.values(draws), law, effective, settled, draws, source)

@@ -6,6 +6,7 @@ where that one differs.
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -107,12 +108,12 @@ def differing_parameters(
         size = max(abs(float(space.values(start)[space.names.index(name)])), one.scale if one.form != "log" else 0.0)
         differing.append(Differing(name, one.low, one.high, along[name], float(np.mean(conditions)), followers))
         reach, slope = STEEPEST * size / half, slope_name(name, along[name])
-        of = {"nuisance": True, "base": name, "condition": along[name]}
+        of: dict[str, Any] = {"nuisance": True, "base": name, "condition": along[name]}
         more.append(Coordinate(slope, "linear", -reach, reach, scale=0.1 * size / half, spread=0.0, **of))
     return tuple(differing), tuple(more)
 
 
 def in_one_record(coordinate: Coordinate, record: str, start: float) -> Coordinate:
     """The coordinate of a parameter's value in one record."""
-    of = {"nuisance": True, "base": coordinate.name, "record": record}
+    of: dict[str, Any] = {"nuisance": True, "base": coordinate.name, "record": record}
     return dataclasses.replace(coordinate, name=own_name(coordinate.name, record), start=start, **of)

@@ -218,7 +218,7 @@ def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     interval = float(np.median(np.concatenate([np.diff(record.time) for record in records])))
     reach = max(LATEST * interval, LATEST_SHARE * min(float(record.time[-1]) for record in records))
     # samples are joined by straight lines, which a fine step would see
-    sizes = {"scale": interval, "spread": 0.0, "step": LATE_STEP}
+    sizes: dict[str, Any] = {"scale": interval, "spread": 0.0, "step": LATE_STEP}
     return Coordinate(DELAY, "linear", -reach, reach, **sizes, nuisance=True)
 
 
@@ -267,6 +267,7 @@ def nuisances(
             for state, sign in states if len(states) <= 3 else [(ALL_STATES, -1)]:
                 # a state that changes sign with the motion cannot exceed its natural size, another may be far from it
                 reach = 1.0 if sign == -1 else 40.0
-                name, of = f"{own_name(START, record.name)}.{state}", {"record": record.name, "state": state}
-                coordinates.append(Coordinate(name, "linear", -reach, reach, spread=0.3, nuisance=True, **of))
+                of: dict[str, Any] = {"record": record.name, "state": state, "nuisance": True}
+                name = f"{own_name(START, record.name)}.{state}"
+                coordinates.append(Coordinate(name, "linear", -reach, reach, spread=0.3, **of))
     return tuple(coordinates)

@@ -84,7 +84,8 @@ def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordi
     term = TERMS[name]
     largest = 1.0 if term.wave else max(float(np.max(np.abs(term.column(record)))) for record in records)
     scale = 1.0 if term.of_friction else level / max(largest, 1e-300)
-    reach, common = term.farthest * scale, {"scale": 0.1 * scale, "spread": 0.0, "nuisance": True}
+    reach = term.farthest * scale
+    common: dict[str, Any] = {"scale": 0.1 * scale, "spread": 0.0, "nuisance": True}
     if term.signed:
         return Coordinate(name, "linear", -reach, reach, **common)
     return Coordinate(name, "foot", 0.0, reach, whose=("law", "search"), **common)
