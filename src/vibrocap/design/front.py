@@ -151,9 +151,10 @@ def pareto_front(
         raise ArgumentError("objectives", f"should be two measures, got {shown(objectives)}")
     if isinstance(senses, str) or len(list(senses)) != 2:
         raise ArgumentError("senses", f"should be two, one for each objective, got {shown(senses)}")
-    runs: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "margin": margin, "threads": threads}
-    further: dict[str, Any] = {"through": through, "evaluations": (evaluations, 1), "points": (points, 1), "seed": (seed, 0)}
-    problem = stated_problem(system, over, list(objectives), list(senses), subject_to, starts, **runs, **further)
+    asked: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
+    asked |= {"through": through, "margin": margin, "evaluations": (evaluations, 1), "points": (points, 1)}
+    asked["seed"] = (seed, 0)
+    problem = stated_problem(system, over, list(objectives), list(senses), subject_to, starts, **asked)
     require("pareto_front", "pymoo")
     kept = None if store is None else opened_store(store, problem.record(seed, method="nsga2"), resume)
     search = Evaluations(problem, evaluations, kept, told(progress))

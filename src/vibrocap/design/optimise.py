@@ -210,11 +210,11 @@ def optimise(
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
     ArgumentError for another argument, before any work.
     """
-    runs: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "margin": margin, "threads": threads}
-    further: dict[str, Any] = {"through": through, "uncertain": uncertain, "robust": robust, "samples": samples, "guesses": guesses}
-    counts: dict[str, Any] = {"evaluations": (evaluations, 1), "seed": (seed, 0), "spread_starts": (spread_starts, 0)}
-    counts["refinement"] = (0 if refinement is None else refinement, 0)
-    problem = stated_problem(system, over, [objective], [sense], subject_to, starts, **runs, **further, **counts)
+    asked: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
+    asked |= {"through": through, "uncertain": uncertain, "robust": robust, "samples": samples, "guesses": guesses}
+    asked |= {"evaluations": (evaluations, 1), "seed": (seed, 0), "spread_starts": (spread_starts, 0)}
+    asked |= {"margin": margin, "refinement": (0 if refinement is None else refinement, 0)}
+    problem = stated_problem(system, over, [objective], [sense], subject_to, starts, **asked)
     kept = None if store is None else opened_store(store, problem.record(seed), resume)
     populations = searched(problem, evaluations, seed, kept, told(progress))
     if refinement is None:
