@@ -12,12 +12,12 @@ from renumbered import renumbered
 from thinned import exhaustive_but
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.walk import brackets, segment, special_points
-from vibrocap.orbits.walk.branch_point import BranchPoint
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import followed, started
 from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
 from vibrocap.orbits.walk.newton import Levels, newton
+from vibrocap.orbits.walk.residual import Closing
 from vibrocap.orbits.walk.special_kind import SpecialKind
 
 STEP = 0.02
@@ -86,7 +86,7 @@ def test_neimark_sacker_point_of_the_delayed_logistic_map():
     (place,) = places(map_, found, SpecialKind.NEIMARK_SACKER)
     assert abs(place - 2.0) < 1e-2 * LOCATED
     (point,) = [each.point for _, each in found.special]
-    assert np.allclose(np.sort_complex(point.own_multipliers), np.exp(np.array([-1j, 1j]) * math.pi / 3), atol=1e-8)
+    assert np.allclose(np.sort_complex(point.closing.eigenvalues), np.exp(np.array([-1j, 1j]) * math.pi / 3), atol=1e-8)
 
 
 def test_pitchfork_is_the_multiplier_minus_one_of_the_half_period_map():
@@ -237,9 +237,7 @@ def test_planted_faults_are_noticed(fault, monkeypatch):
         monkeypatch.setattr(segment, "DISCONTINUOUS", 10.0)  # nor is it noticed that the ends are far apart,
         monkeypatch.setattr(segment.Bracket, "jumps", False)  # and that the function does not vanish there
     else:
-        monkeypatch.setattr(
-            BranchPoint, "own_multipliers", property(lambda point: -np.linalg.eigvals(point.closing.jacobian))
-        )
+        monkeypatch.setattr(Closing, "eigenvalues", property(lambda closing: -np.linalg.eigvals(closing.jacobian)))
     map_ = PlainMap(henon, (-1.0, 1.0))
     folds = places(map_, way(map_, (0.4, 0.4), 0.2, towards=-1.0), SpecialKind.FOLD)
     flips = places(map_, way(map_, (0.3, 0.3), 0.2), SpecialKind.FLIP)

@@ -15,7 +15,7 @@ import scipy.optimize
 
 import vibrocap as vc
 from thinned import exhaustive_but
-from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
+from vibrocap.orbits.closing.autonomous_orbit import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
 LOAD, REACH = 0.15, math.sin(math.pi / 3.0)  # friction over the weight, and how far the bob swings

@@ -345,29 +345,6 @@ def test_what_this_package_writes_is_read(tmp_path, how):
     assert verify_study(tmp_path / "a").finished
 
 
-def as_first_format(study):
-    """A store as the first format was: marks are empty, study.json is not sealed."""
-    record = record_of(study)
-    del record["files"]
-    record["format"] = "vibrocap study, format 1"
-    (study / "study.json").write_text(json.dumps(record))
-    for mark in (study / "done").iterdir():
-        mark.write_bytes(b"")
-
-
-def test_stores_of_the_first_format_are_read_and_not_gone_on_with(study, capsys):
-    before = open_study(study).load()
-    as_first_format(study)
-    xr.testing.assert_identical(open_study(study).load(), before)
-    assert (verify_study(study).ok, verify_study(study).checked) == (True, False)
-    assert main(["sweep", str(study), "--verify"]) == 0
-    assert "has no checksums" in capsys.readouterr().out
-    with pytest.raises(CaseError, match=r"an earlier format .* begin anew"):
-        stored(study, resume=True)
-    (study / "results.zarr" / "mode_sequence" / "c.0.0").unlink()
-    assert verify_study(study).damaged == {(0, 0): "mode_sequence is missing"}
-
-
 @pytest.mark.skipif(not places._BY_HANDLE, reason="folders are not reached by handles here")
 @pytest.mark.parametrize("work", ["read", "read below", "write below", "names", "remove below", "lock"])
 def test_a_link_that_comes_between_a_look_and_the_opening_is_not_followed(work, tmp_path, monkeypatch):

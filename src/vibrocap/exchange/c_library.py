@@ -68,10 +68,13 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     codes = _first_codes(stepped)
     firsts = {code: said for code, said in stepped.statuses.items() if codes[code] == code}
     same = {code: first for code, first in codes.items() if first != code}
+    statuses = {code: said.upper().replace(" ", "_") for code, said in firsts.items() if code > REFUSED}
+    defines = [f"#define {name.upper()}_{said} {code}" for code, said in statuses.items()]
     held, in_si = stepped.input is not None, stepped.system.units is not None
     words = {name: str(place) for name, place in (kernel.places | sizes).items()}
-    words |= {"name": name, "NAME": name.upper()}
     return words | {
+        "name": name,
+        "NAME": name.upper(),
         "drive_said": AN_INPUT if held else "The drive is that of the case.",
         "units_said": "All numbers are in SI, in the units that the tables of quantities tell."
         if in_si
@@ -86,11 +89,7 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
         "contact_kinds": str(stepped.contact_kinds),
         "counts": str(kernel.layout.counts),
         "same_statuses": "".join(f"    case {code}: return {other};\n" for code, other in same.items()),
-        "status_defines": "\n".join(
-            f"#define {name.upper()}_{said.upper().replace(' ', '_')} {code}"
-            for code, said in firsts.items()
-            if code > REFUSED
-        ),
+        "status_defines": "\n".join(defines),
         "statuses": "\n".join(f'    case {code}: return "{said}";' for code, said in firsts.items()),
         "event_names": ", ".join(f'"{event_kind}"' for event_kind in stepped.event_kinds),
         "time_infos": _infos([stepped.time]),
@@ -119,19 +118,14 @@ def _first_codes(stepped: SteppedCase) -> dict[int, int]:
 
 def _infos(ports: Sequence[Port]) -> str:
     """Initialisers of quantities; C has no empty arrays."""
-    rows = (
-        f'\n    {{"{port.name}", "{port.unit}", '
-        + ", ".join(map(number, (port.scale, port.in_unit, *port.bounds)))
-        + "}"
-        for port in ports
-    )
+    numbers = (", ".join(map(number, (port.scale, port.in_unit, *port.bounds))) for port in ports)
+    rows = (f'\n    {{"{port.name}", "{port.unit}", {row}}}' for port, row in zip(ports, numbers, strict=True))
     return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 
 
 def _settings(array: str, values: np.ndarray) -> str:
     """Statements that set what is not zero."""
-    fromnumbers = ((int(i), values[i].item()) for i in np.flatnonzero(values))
-    return "\n".join(f"  c->{array}[{i}] = {number(value)};" for i, value in fromnumbers)
+    return "\n".join(f"  c->{array}[{i}] = {number(values[i].item())};" for i in np.flatnonzero(values).tolist())
 
 
 def number(value: float | int) -> str:

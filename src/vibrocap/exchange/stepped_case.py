@@ -7,7 +7,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -103,12 +103,10 @@ class SteppedCase:
 
     @functools.cached_property
     def equations(self) -> Equations:
-        """Recorded."""
         return equations(self.system)
 
     @functools.cached_property
     def kernel(self) -> StepperKernel:
-        """The stepper."""
         recorded, values = self.equations, parameter_values(self.system)
         return stepper_kernel(recorded, recorded.observables, self.case.tolerance, self.input is not None, values)
 
@@ -121,7 +119,6 @@ class SteppedCase:
 
     @functools.cached_property
     def time(self) -> Port:
-        """Time."""
         return self._of_motion("time")
 
     @functools.cached_property
@@ -181,8 +178,12 @@ class SteppedCase:
         return Port(name, self.system.si.unit(name), self.system.si.factor(name), value)
 
     @functools.cached_property
+    def names(self) -> tuple[str, ...]:
+        """What is seen: states, then observables."""
+        return (*(port.name for port in self.states), *self.kernel.observed)
+
+    @functools.cached_property
     def contacts(self) -> int:
-        """How many there are."""
         return len(self.equations.contacts)
 
     @functools.cached_property
@@ -208,3 +209,54 @@ class SteppedCase:
         """What each status is called."""
         named = {code: status.value for code, status in STATUSES.items() if code != codes.DONE}
         return {codes.RUNNING: "running", AT_EVENT: "at an event", REFUSED: "refused", **named}
+
+
+class Stepped:
+    """What motions that are moved on from outside have in common, one or many: what can be seen, units, keeping.
+
+    A subclass binds its memory in `_bind(memory, scales)` and copies it in `_copied`.
+    """
+
+    stepped: SteppedCase
+    _memory: Any
+    _scales: PortScales
+
+    def _bind(self, memory: Any, scales: PortScales) -> None:
+        raise NotImplementedError
+
+    def _copied(self) -> Any:
+        raise NotImplementedError
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What can be asked for by name, the order of `values`: states, then observables."""
+        return self.stepped.names
+
+    @property
+    def dimensionless(self) -> Self:
+        """The same, not a copy, that takes and answers in numbers without units."""
+        return stepped_again(type(self), self.stepped, self._memory, NO_UNITS)
+
+    @property
+    def in_si(self) -> Self:
+        """The same, not a copy, that takes and answers in SI; the numbers without units where nothing is."""
+        return stepped_again(type(self), self.stepped, self._memory, self.stepped.scales)
+
+    def unit_of(self, name: str) -> str:
+        """The SI unit of "time" or of a name; of inputs "drive", "drive_slope", "drive_curvature". "1": without."""
+        return self._scales.units.get(name, "1")
+
+    def copy(self) -> Self:
+        """The same once more, apart from this one."""
+        return stepped_again(type(self), self.stepped, self._copied(), self._scales)
+
+    def __reduce__(self):
+        return stepped_again, (type(self), self.stepped, self._copied(), self._scales)
+
+
+def stepped_again(kind: type[Stepped], stepped: SteppedCase, memory: Any, scales: PortScales) -> Any:
+    """What is stepped with a memory."""
+    made = object.__new__(kind)
+    made.stepped = stepped
+    made._bind(memory, scales)
+    return made

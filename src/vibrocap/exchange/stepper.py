@@ -7,13 +7,13 @@ makes it take and answer in SI.
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, overload
+from typing import Annotated, Any, Literal, overload
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.case.case import Case
-from vibrocap.exchange.stepped_case import NO_UNITS, Input, PortScales, SteppedCase
+from vibrocap.exchange.stepped_case import NO_UNITS, Input, PortScales, Stepped, SteppedCase
 from vibrocap.exchange.stepper_array import StepperArray
 from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.simulate import STATUSES
@@ -149,23 +149,28 @@ def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[dict[str, Any
     return rest, arrays
 
 
-class SteppedMotion:
+class SteppedMotion(Stepped):
     """One motion that is moved on from outside: what can be seen of it, and how it is kept (see `Stepper`)."""
 
     def __init__(self, stepped: SteppedCase):
-        self._bind(stepped, stepped.memory(), NO_UNITS)
+        self.stepped = stepped
+        self._bind(stepped.memory(), NO_UNITS)
         self._entry("begin_motion")(0)
 
-    def _bind(self, stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> None:
-        self.stepped, self._memory, self._scales = stepped, memory, scales
-        places = stepped.kernel.places
+    def _bind(self, memory: StepperMemory, scales: PortScales) -> None:
+        self._memory, self._scales, self._names = memory, scales, self.stepped.names
+        places = self.stepped.kernel.places
         self._time_scale, self._input_scales, self._value_scales = scales.time, scales.inputs, scales.values
         self._floats: Any = memory.floats.data  # faster, number by number, than arrays
         self._ints: Any = memory.ints.data
         self._length, self._ended, self._stopped = places["LENGTH"], places["ENDED"], places["STOPPED"]
         self._input, self._new_input = places["INPUT"], places["NEW_INPUT"]
         self._take, self._look = self._entry("take_step"), self._entry("look_at")
-        self._names = (*(port.name for port in self.stepped.states), *self.stepped.kernel.observed)
+
+    def _copied(self) -> StepperMemory:
+        own = self.stepped.memory()
+        own.take(self._memory)
+        return own
 
     def _entry(self, name: str) -> Any:
         return self.stepped.kernel.entry(name, self._memory)
@@ -181,11 +186,6 @@ class SteppedMotion:
         return self._ints[self._stopped] == 1
 
     # --- looking ------------------------------------------------------------------------------------------------------
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """What can be asked for by name: states, then observables."""
-        return self._names
 
     @property
     def time(self) -> float:
@@ -258,36 +258,11 @@ class SteppedMotion:
         now = said(self.time, self.unit_of("time"))
         return f"<{type(self).__name__}: t = {now}; {states}; {self.status or 'continues'}>"
 
-    # --- units --------------------------------------------------------------------------------------------------------
-
-    @property
-    def dimensionless(self) -> Self:
-        """The same motion, not a copy, that takes and answers in numbers without units."""
-        return _bound(type(self), self.stepped, self._memory, NO_UNITS)
-
-    @property
-    def in_si(self) -> Self:
-        """The same motion, not a copy, that takes and answers in SI; the numbers without units where nothing is."""
-        return _bound(type(self), self.stepped, self._memory, self.stepped.scales)
-
-    def unit_of(self, name: str) -> str:
-        """The SI unit of "time" or of a name; of inputs "drive", "drive_slope", "drive_curvature". "1": without."""
-        return self._scales.units.get(name, "1")
-
-    # --- keeping ------------------------------------------------------------------------------------------------------
-
-    def copy(self) -> Self:
-        """The same motion once more, apart from this one."""
-        return _remade(type(self), self.stepped, self._memory, self._scales)
-
     def restore(self, kept: "SteppedMotion") -> None:
         """Go back, or over, to a motion of the same case that was kept by `copy`."""
         if type(kept) is not type(self) or (kept.stepped is not self.stepped and kept.stepped != self.stepped):
             raise ArgumentError("kept", f"should be a copy of this motion, of the same case, got {shown(kept)}")
         self._memory.take(kept._memory)
-
-    def __reduce__(self):
-        return _remade, (type(self), self.stepped, self._memory, self._scales)
 
 
 class Stepper(SteppedMotion):
@@ -354,17 +329,3 @@ def _check_length(length: Any) -> None:
         right = False
     if not right:
         raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
-
-
-def _remade(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> Any:
-    """A stepper with what another carries."""
-    own = stepped.memory()
-    own.take(memory)
-    return _bound(kind, stepped, own, scales)
-
-
-def _bound(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> Any:
-    """A stepper of a memory."""
-    made = object.__new__(kind)
-    made._bind(stepped, memory, scales)
-    return made

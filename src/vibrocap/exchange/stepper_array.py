@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown, suggestion
-from vibrocap.exchange.stepped_case import NO_UNITS, PortScales, SteppedCase
+from vibrocap.exchange.stepped_case import NO_UNITS, PortScales, Stepped, SteppedCase
 from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.motion.simulate import STATUSES
@@ -14,7 +14,7 @@ from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory
 
 
-class StepperArray:
+class StepperArray(Stepped):
     """Many motions of one case, apart from one another; arrays of their numbers go in and come out.
 
     Each has the bits that it has alone (`Stepper`). One that cannot continue stays where it ended: `ended` says which
@@ -24,7 +24,7 @@ class StepperArray:
     def __init__(self, stepped: SteppedCase, count: int, columns: Mapping[str, Any]):
         self.stepped, self.count = stepped, count
         one, placed = stepped.memory(), self._placed(columns)
-        self._bind([np.tile(memory, (count, 1)) for memory in (one.floats, one.ints, one.trace)], NO_UNITS)
+        self._bind(tuple(np.tile(memory, (count, 1)) for memory in (one.floats, one.ints, one.trace)), NO_UNITS)
         for place, column in placed.items():
             self._floats[:, place] = column
         for memory in self._memories():
@@ -69,15 +69,19 @@ class StepperArray:
             raise ArgumentError(name, f"should be finite, got {shown(value)}")
         return np.broadcast_to(column, (self.count,))
 
-    def _bind(self, rows: list[np.ndarray], scales: PortScales) -> None:
-        self._scales = scales
-        self._floats, self._ints, self._trace = rows
+    def _bind(self, memory: tuple[np.ndarray, ...], scales: PortScales) -> None:
+        self._memory, self._scales = memory, scales
+        self._floats, self._ints, self._trace = memory
+        self.count = len(self._floats)
         self._places, kernel = self.stepped.kernel.places, self.stepped.kernel
         self._take = [kernel.entry("take_step", memory) for memory in self._memories()]
         self._look = [kernel.entry("look_at", memory) for memory in self._memories()]
 
     def _memories(self) -> list[StepperMemory]:
         return [StepperMemory(*memory) for memory in zip(self._floats, self._ints, self._trace, strict=True)]
+
+    def _copied(self) -> tuple[np.ndarray, ...]:
+        return tuple(rows.copy() for rows in self._memory)
 
     def step(self, *given: Any) -> None:
         """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count].
@@ -109,11 +113,6 @@ class StepperArray:
             for i, name in enumerate(INPUT_NAMES):
                 self._floats[:, self._places["INPUT"] + i] = columns.get(name, 0.0) / self._scales.inputs[i]
             self._ints[:, self._places["NEW_INPUT"]] = 1
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """What `values` holds: states, then observables."""
-        return (*(port.name for port in self.stepped.states), *self.stepped.kernel.observed)
 
     @property
     def time(self) -> np.ndarray:
@@ -162,38 +161,8 @@ class StepperArray:
     def __repr__(self) -> str:
         return f"<StepperArray: {self.count} motions, {np.count_nonzero(self.ended)} of them ended>"
 
-    def copy(self) -> "StepperArray":
-        """The same motions once more."""
-        rows = [memory.copy() for memory in (self._floats, self._ints, self._trace)]
-        return _bound(self.stepped, self.count, rows, self._scales)
-
-    @property
-    def dimensionless(self) -> "StepperArray":
-        """The same motions, no copies, that take and answer in numbers without units."""
-        return _bound(self.stepped, self.count, [self._floats, self._ints, self._trace], NO_UNITS)
-
-    @property
-    def in_si(self) -> "StepperArray":
-        """The same motions, no copies, that take and answer in SI; the numbers without units where nothing is."""
-        return _bound(self.stepped, self.count, [self._floats, self._ints, self._trace], self.stepped.scales)
-
-    def unit_of(self, name: str) -> str:
-        """As of `Stepper`."""
-        return self._scales.units.get(name, "1")
-
     def restore(self, kept: "StepperArray") -> None:
         """Go back to motions that were kept by `copy`."""
         if type(kept) is not type(self) or kept.count != self.count or kept.stepped != self.stepped:
             raise ArgumentError("kept", f"should be a copy of these motions, got {shown(kept)}")
         self._floats[:], self._ints[:], self._trace[:] = kept._floats, kept._ints, kept._trace
-
-    def __reduce__(self):
-        return _bound, (self.stepped, self.count, [self._floats, self._ints, self._trace], self._scales)
-
-
-def _bound(stepped: SteppedCase, count: int, rows: list[np.ndarray], scales: PortScales) -> StepperArray:
-    """Motions of memories."""
-    made = object.__new__(StepperArray)
-    made.stepped, made.count = stepped, count
-    made._bind(rows, scales)
-    return made

@@ -29,7 +29,6 @@ class Execution:
         require("a sweep", "xarray", "zarr")
 
     def complaints(self) -> list[Complaint]:
-        """What is wrong with it."""
         complaints = Complaints()
         for name in ("max_runs", "tile_runs", "threads", "workers"):
             with complaints.collected():

@@ -146,7 +146,6 @@ class Completed:
     results: Path | Mapping[str, np.ndarray]
 
     def dataset(self) -> "xarray.Dataset":
-        """The results, labelled."""
         if isinstance(self.results, Path):
             return open_study(self.results)
         return labelled(self.study, self.results)

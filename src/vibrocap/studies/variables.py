@@ -105,11 +105,6 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
 
 
-def state_attributes(name: str, result: Any) -> dict[str, Any]:
-    """Name, symbol and unit of a state of a result, in SI or without units."""
-    return coordinate_attributes(f"{INITIAL}{name}") | {"long_name": name, "units": result.unit_of(name)}
-
-
 def _key_in_si(path: str, system: System) -> Key | None:
     """The key of a path in SI, of the system or of any other kind of its part."""
     parts, section = system.parts, split_path(path)[0]

@@ -79,8 +79,6 @@ def _verified(study: Path) -> Answer:
     if not result.ok:
         lines.append(f"{study}: damaged; {state}.")
         return Answer(text="\n".join(lines), incomplete="With --resume, the sweep computes damaged tiles again.")
-    if not result.checked:
-        state += "; this store of an earlier format has no checksums, nothing is missing"
     return Answer(text="\n".join([*lines, f"{study}: whole; {state}."]))
 
 

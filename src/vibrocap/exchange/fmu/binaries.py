@@ -45,19 +45,13 @@ def own_platform() -> str:
 
 
 def checked_platforms(platforms: Sequence[str] | None, fmi: str) -> tuple[str, ...]:
-    """The platforms for which machine code is made: by default that of this computer, where there is a
-    compiler.
+    """The platforms for which machine code is made: by default that of this computer, where there is a compiler.
 
     platforms: names in FMI 3.0; "all" of them; "none": sources only; fmi: the version, 2.0 knows no other processors
     Raises ArgumentError for a platform that is not known, or that needs zig where the package `ziglang` is missing.
     """
-    known = {
-        platform: compiler_and_flags
-        for platform, compiler_and_flags in PLATFORMS.items()
-        if fmi != "2.0" or compiler_and_flags.in_fmi_2
-    }
-    made = own_platform() in known and (compiler() or not lacking("ziglang"))
-    own = own_platform() if made else None
+    known = {name: known for name, known in PLATFORMS.items() if fmi != "2.0" or known.in_fmi_2}
+    own = own_platform() if own_platform() in known and (compiler() or not lacking("ziglang")) else None
     if platforms is None:
         return () if own is None else (own,)
     if list(platforms) == ["none"]:
@@ -83,11 +77,9 @@ def binary(sources: Mapping[str, str], compiled: Sequence[str], name: str, targe
     compiled: the files that are compiled, the others being included
     Raises BuildError with what the compiler said.
     """
-    own = compiler() if target == own_platform() else None
-    known = PLATFORMS[target]
+    own, known = compiler() if target == own_platform() else None, PLATFORMS[target]
     command = [own] if own else [sys.executable, "-m", "ziglang", "cc", "-target", known.in_zig]
-    position = [] if target.endswith("windows") else ["-fPIC"]
-    library = [] if target.endswith("windows") else ["-lm"]
+    position, library = ([], []) if target.endswith("windows") else (["-fPIC"], ["-lm"])
     with tempfile.TemporaryDirectory() as folder:
         for each, text in sources.items():
             write_text(Path(folder) / each, text)

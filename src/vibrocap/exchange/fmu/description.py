@@ -14,6 +14,14 @@ from vibrocap.physics.parameters import dimension_of_unit
 
 CYCLES = {"Hz": "1/s"}  # units that are none of products
 CATEGORIES = ("logStatusError", "logStatusWarning")
+ABLE = {
+    "3.0": (
+        *("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize"),
+        *("hasEventMode", "mightReturnEarlyFromDoStep"),
+    ),
+    "2.0": ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate"),
+}
+REALS, WHOLES = {"3.0": "Float64", "2.0": "Real"}, {"3.0": "Int64", "2.0": "Integer"}
 MEANING = (
     "The motion of a vibro-driven capsule with its exact stick-slip contact: sticking is a mode, and events are "
     "located inside the FMU, whatever the step of the importer."
@@ -50,10 +58,13 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
             "variableNamingConvention": "structured",
         },
     )
-    written = Written2(package) if fmi == "2.0" else Written3(package)
-    written.kind(root, sources)
+    kind = SubElement(root, "CoSimulation", {"modelIdentifier": package.name, **dict.fromkeys(ABLE[fmi], "true")})
+    if fmi == "2.0":
+        files = SubElement(kind, "SourceFiles")
+        for source in sources:
+            SubElement(files, "File", name=source)
     _units(root, package.variables)
-    written.sides(SubElement(root, "TypeDefinitions"))
+    _sides(SubElement(root, "TypeDefinitions"), fmi)
     categories = SubElement(root, "LogCategories")
     for category in CATEGORIES:
         SubElement(categories, "Category", name=category)
@@ -61,99 +72,53 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
     end = case.periods * case.system.drive.period * package.variables[0].port.scale
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=f"{end:.15g}", tolerance=repr(case.tolerance))
     listed = SubElement(root, "ModelVariables")
-    for variable in package.variables:
-        written.variable(listed, variable)
-    written.structure(SubElement(root, "ModelStructure"))
+    for reference, variable in enumerate(package.variables):
+        _variable(listed, variable, str(reference), fmi)
+    _structure(SubElement(root, "ModelStructure"), package.variables, fmi)
     return _text(root)
 
 
-class Written:
-    """What the versions of FMI write in their own ways."""
-
-    def __init__(self, package: Package):
-        self.package, self.variables = package, package.variables
-        self.references = {variable.name: str(i) for i, variable in enumerate(self.variables)}
-
-    def _common(self, each: Variable) -> dict[str, str]:
-        given = {
-            "name": each.name,
-            "valueReference": self.references[each.name],
-            "description": each.meaning,
-            "causality": each.causality,
-            "variability": each.variability,
-        }
-        return given | ({"initial": each.initial} if each.initial else {})
-
-    def _typed(self, each: Variable) -> dict[str, str]:
-        given = {"declaredType": each.values} if each.values else {}
-        given |= {"unit": each.unit} if each.unit != "1" else {}
-        return given | ({} if each.start is None else {"start": repr(float(each.start))})
-
-    def _outputs(self) -> list[Variable]:
-        return [variable for variable in self.variables if variable.causality == "output"]
-
-    def _unknown_at_start(self) -> list[Variable]:
-        return [output for output in self._outputs() if output.initial == "calculated"]
-
-
-class Written3(Written):
-    """FMI 3.0."""
-
-    def kind(self, root: Element, sources: Sequence[str]) -> None:
-        """What it is and can do; the sources stand in buildDescription.xml."""
-        able = (
-            *("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize"),
-            *("hasEventMode", "mightReturnEarlyFromDoStep"),
-        )
-        SubElement(root, "CoSimulation", {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")})
-
-    def sides(self, types: Element) -> None:
-        """The enumeration of sides."""
-        sides = SubElement(types, "EnumerationType", name="Side")
-        for side, value in SIDES.items():
-            SubElement(sides, "Item", name=side, value=str(value))
-
-    def variable(self, listed: Element, each: Variable) -> None:
-        """One variable."""
-        tag = {REAL: "Float64", TEXT: "String"}.get(each.type, "Enumeration" if each.values else "Int64")
-        SubElement(listed, tag, {**self._common(each), **self._typed(each)})
-
-    def structure(self, structure: Element) -> None:
-        """Outputs, and what is computed at the start."""
-        for tag, unknowns in (("Output", self._outputs()), ("InitialUnknown", self._unknown_at_start())):
-            for unknown in unknowns:
-                SubElement(structure, tag, valueReference=self.references[unknown.name])
-
-
-class Written2(Written):
-    """FMI 2.0."""
-
-    def kind(self, root: Element, sources: Sequence[str]) -> None:
-        """What it is and can do, and its sources."""
-        able = ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate")
-        given = {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")}
-        kind = SubElement(root, "CoSimulation", given)
-        files = SubElement(kind, "SourceFiles")
-        for source in sources:
-            SubElement(files, "File", name=source)
-
-    def sides(self, types: Element) -> None:
-        """The enumeration of sides."""
+def _sides(types: Element, fmi: str) -> None:
+    """The enumeration of sides."""
+    if fmi == "2.0":
         sides = SubElement(SubElement(types, "SimpleType", name="Side"), "Enumeration")
-        for side, value in SIDES.items():
-            SubElement(sides, "Item", name=side, value=str(value))
+    else:
+        sides = SubElement(types, "EnumerationType", name="Side")
+    for side, value in SIDES.items():
+        SubElement(sides, "Item", name=side, value=str(value))
 
-    def variable(self, listed: Element, each: Variable) -> None:
-        """One variable."""
-        tag = {REAL: "Real", TEXT: "String"}.get(each.type, "Enumeration" if each.values else "Integer")
-        SubElement(SubElement(listed, "ScalarVariable", self._common(each)), tag, self._typed(each))
 
-    def structure(self, structure: Element) -> None:
-        """Outputs, and what is computed at the start, by their places."""
-        for tag, unknowns in (("Outputs", self._outputs()), ("InitialUnknowns", self._unknown_at_start())):
-            listed = SubElement(structure, tag)
-            for unknown in unknowns:
-                SubElement(listed, "Unknown", index=str(1 + int(self.references[unknown.name])))
+def _variable(listed: Element, variable: Variable, reference: str, fmi: str) -> None:
+    common = {
+        "name": variable.name,
+        "valueReference": reference,
+        "description": variable.meaning,
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
+    common |= {"initial": variable.initial} if variable.initial else {}
+    typed = {"declaredType": variable.values} if variable.values else {}
+    typed |= {"unit": variable.unit} if variable.unit != "1" else {}
+    typed |= {} if variable.start is None else {"start": repr(float(variable.start))}
+    tag = {REAL: REALS[fmi], TEXT: "String"}.get(variable.type, "Enumeration" if variable.values else WHOLES[fmi])
+    if fmi == "2.0":
+        SubElement(SubElement(listed, "ScalarVariable", common), tag, typed)
+    else:
+        SubElement(listed, tag, {**common, **typed})
+
+
+def _structure(structure: Element, variables: Sequence[Variable], fmi: str) -> None:
+    """Outputs, and what is computed at the start: by value references, in FMI 2.0 by places counted from 1."""
+    outputs = [i for i, variable in enumerate(variables) if variable.causality == "output"]
+    computed = [i for i in outputs if variables[i].initial == "calculated"]
+    for tag, places in (("Output", outputs), ("InitialUnknown", computed)):
+        if fmi == "2.0":
+            unknowns = SubElement(structure, f"{tag}s")
+            for i in places:
+                SubElement(unknowns, "Unknown", index=str(1 + i))
+        else:
+            for i in places:
+                SubElement(structure, tag, valueReference=str(i))
 
 
 def build_description(name: str, files: Sequence[str]) -> bytes:

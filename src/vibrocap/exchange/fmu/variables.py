@@ -33,7 +33,6 @@ class Variable:
 
     @property
     def name(self) -> str:
-        """Of the quantity."""
         return self.port.name
 
     @property
@@ -55,7 +54,6 @@ class Variable:
 
 
 def time(stepped: SteppedCase) -> Variable:
-    """The time."""
     return Variable(stepped.time, "time", "TIME", causality="independent")
 
 
@@ -98,7 +96,6 @@ def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
 
 
 def states(stepped: SteppedCase) -> list[Variable]:
-    """The states, with their start values."""
     return [
         Variable(state, f"state: {_words(state.name)}", f"STATE + {i}", starts=True)
         for i, state in enumerate(stepped.states)

@@ -18,13 +18,7 @@ from vibrocap.orbits.attractors.classification import (
 )
 from vibrocap.orbits.attractors.starts import checked_ranges, spread_starts, visited_ranges
 from vibrocap.orbits.attractors.without_clock import settled_without_clock
-from vibrocap.orbits.closing.attractor_matching import (
-    OrbitPoints,
-    mirrored_points,
-    nearest,
-    orbit_points,
-    orbits_reached,
-)
+from vibrocap.orbits.closing.attractor_matching import mirrored_points, nearest, orbit_points, orbits_reached, selected
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
@@ -207,7 +201,7 @@ def _attractors_of_good(
     waiting = np.flatnonzero(runs.finished & ~settled)
     continuum = bool(np.any(settled & (which < 0)))
     if continuum:  # orbits that a run or two lead to are samples of it
-        orbits, which = _those_with_most(orbits, which)
+        orbits, which = selected(orbits, which, [k for k in range(len(orbits)) if np.sum(which == k) >= SEVERAL])
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
     motions = [class_of(orbit) for orbit in (*(known.orbit for known in orbits), *reached)]
     places = list(range(len(motions)))
@@ -248,14 +242,6 @@ def _in_order(
     )
     moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
     return ordered, np.where(label >= 0, moved[np.maximum(label, -1)], label)
-
-
-def _those_with_most(orbits: list[OrbitPoints], which: np.ndarray) -> tuple[list[OrbitPoints], np.ndarray]:
-    """(orbits to which at least `SEVERAL` runs lead, index of that of each run); -1: none of these."""
-    kept = [k for k in range(len(orbits)) if np.sum(which == k) >= SEVERAL]
-    place = np.full(len(orbits) + 1, -1)
-    place[kept] = np.arange(len(kept))
-    return [orbits[k] for k in kept], place[which]
 
 
 def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionClass], list[np.ndarray]]:

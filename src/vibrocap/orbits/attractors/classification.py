@@ -13,7 +13,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
 from vibrocap.orbits.attractors.without_clock import LOOKED_AT, settled_without_clock
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
-from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
+from vibrocap.orbits.closing.autonomous_orbit import comes_to_rest
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed, shortest

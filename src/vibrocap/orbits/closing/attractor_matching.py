@@ -12,10 +12,7 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 
 NEAR = 10.0 * SETTLED  # of an orbit, over natural sizes: a run that ends there has settled to it
 SAME_ORBIT = 1e-8  # distance within which two orbits, each closed to rounding, are one
-LONGER = (
-    100,
-    1000,
-)  # periods that a run near an unstable orbit continues before it may settle again
+LONGER = (100, 1000)  # periods that a run near an unstable orbit continues before it may settle again
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,14 +23,9 @@ class OrbitPoints:
     points: np.ndarray
 
     @property
-    def closed_exactly(self) -> bool:
-        """Whether the orbit closed."""
-        return self.orbit.closes
-
-    @property
     def attracts(self) -> bool:
         """Whether no multiplier is outside the unit circle, as far as is known."""
-        return not (self.closed_exactly and self.orbit.unstable)
+        return not self.orbit.unstable
 
 
 def orbits_reached(
@@ -48,22 +40,27 @@ def orbits_reached(
     settled = np.flatnonzero(runs.response_period > 0)
     orbits, which[settled] = distinct_orbits(map_, runs.state[settled], runs.response_period[settled], most)
     for longer in LONGER:
-        caught = np.flatnonzero(np.isin(which, [k for k, orbit in enumerate(orbits) if not orbit.attracts]))
-        if not len(caught):
+        if not len(caught := _caught(orbits, which)):
             break
         runs = continued(map_, runs, caught, longer, periods)
         again = caught[runs.response_period[caught] > 0]
         which[caught] = -1
-        orbits, which[again] = distinct_orbits(
-            map_, runs.state[again], runs.response_period[again], most + len(orbits), orbits
-        )
-    unstable = np.flatnonzero(np.isin(which, [k for k, orbit in enumerate(orbits) if not orbit.attracts]))
-    runs.response_period[unstable] = 0
-    which[unstable] = -1
-    stable = [k for k, orbit in enumerate(orbits) if orbit.attracts]
+        states, response = runs.state[again], runs.response_period[again]
+        orbits, which[again] = distinct_orbits(map_, states, response, most + len(orbits), orbits)
+    runs.response_period[_caught(orbits, which)] = 0
+    return *selected(orbits, which, [k for k, orbit in enumerate(orbits) if orbit.attracts]), runs
+
+
+def _caught(orbits: list[OrbitPoints], which: np.ndarray) -> np.ndarray:
+    """Indices of the runs near orbits that do not attract."""
+    return np.flatnonzero(np.isin(which, [k for k, orbit in enumerate(orbits) if not orbit.attracts]))
+
+
+def selected(orbits: list[OrbitPoints], which: np.ndarray, kept: list[int]) -> tuple[list[OrbitPoints], np.ndarray]:
+    """(some of the orbits, index of that of each run [runs]); -1: none of these."""
     place = np.full(len(orbits) + 1, -1)
-    place[stable] = np.arange(len(stable))
-    return [orbits[k] for k in stable], place[which], runs
+    place[kept] = np.arange(len(kept))
+    return [orbits[k] for k in kept], place[which]
 
 
 def distinct_orbits(
@@ -81,32 +78,31 @@ def distinct_orbits(
 
     known: orbits that were found before, which come first
     """
-    ends = map_.section(states)
-    orbits = list(known)
-    away = np.full(len(states), np.inf)
-    which = np.full(len(states), -1)
-    for k, orbit in enumerate(orbits):
-        distance = _distance(orbit.points, ends)
+    ends, orbits = map_.section(states), list(known)
+    away, which = np.full(len(states), np.inf), np.full(len(states), -1)
+
+    def label(k: int) -> None:
+        """Give the runs near an orbit that are nearer to it than to any before."""
+        distance = _distance(orbits[k].points, ends)
         nearer = (distance < away) & (distance <= NEAR)
         which[nearer], away[nearer] = k, distance[nearer]
+
+    for k in range(len(orbits)):
+        label(k)
     for _ in range(most):
         left = np.flatnonzero(away > NEAR)
         if not len(left):
             break
-        run = left[0]
-        orbit = _settled_orbit(map_, states[run], int(response_period[run]))
+        run, response = left[0], int(response_period[left[0]])
+        orbit = _settled_orbit(map_, states[run], response)
         if orbit is None or _distance(orbit.points, ends[run : run + 1])[0] > np.sqrt(SETTLED):
-            as_it_is = unclosed(map_, states[run], int(response_period[run]), OrbitStatus.NOT_CONVERGED)
+            as_it_is = unclosed(map_, states[run], response, OrbitStatus.NOT_CONVERGED)
             orbit = OrbitPoints(as_it_is, ends[run : run + 1])
         same = [k for k, other in enumerate(orbits) if _same_orbit(orbit, other)]
-        if same:
-            which[run], away[run] = same[0], 0.0
-            continue
-        distance = _distance(orbit.points, ends)
-        distance[run] = 0.0
-        nearer = (distance < away) & (distance <= NEAR)
-        which[nearer], away[nearer] = len(orbits), distance[nearer]
-        orbits.append(orbit)
+        which[run], away[run] = [*same, len(orbits)][0], 0.0
+        if not same:
+            orbits.append(orbit)
+            label(len(orbits) - 1)
     return orbits, which
 
 
@@ -115,11 +111,10 @@ def orbit_points(map_: StroboscopicMap, orbit: PeriodicSolution) -> OrbitPoints:
     return OrbitPoints(orbit, _points(map_, state_vector(map_.system, orbit.state), orbit.response_period))
 
 
-def mirrored_points(map_: StroboscopicMap, found: OrbitPoints) -> np.ndarray | None:
+def mirrored_points(map_: StroboscopicMap, known: OrbitPoints) -> np.ndarray | None:
     """Points of the mirror twin of an orbit; None without the half-period symmetry."""
-    if found.orbit.mirrored_state is None:
-        return None
-    return _points(map_, state_vector(map_.system, found.orbit.mirrored_state), found.orbit.response_period)
+    mirrored = known.orbit.mirrored_state
+    return None if mirrored is None else _points(map_, state_vector(map_.system, mirrored), known.orbit.response_period)
 
 
 def nearest(points: np.ndarray, orbits: list[OrbitPoints]) -> int | None:
@@ -138,16 +133,15 @@ def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> Or
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:
     """The states of one response at the section."""
-    parameters = map_.parameters()
-    states = [state]
+    rows, states = map_.parameters()[None], [state]
     for _ in range(periods - 1):
-        states.append(map_.images(states[-1][None], parameters[None]).state[0])
+        states.append(map_.images(states[-1][None], rows).state[0])
     return map_.section(np.array(states))
 
 
 def _same_orbit(one: OrbitPoints, other: OrbitPoints) -> bool:
     """Whether two orbits are the same, begun at whichever drive period."""
-    limit = SAME_ORBIT if one.closed_exactly and other.closed_exactly else NEAR
+    limit = SAME_ORBIT if one.orbit.closes and other.orbit.closes else NEAR
     return len(one.points) == len(other.points) and bool(_distance(other.points, one.points[:1])[0] <= limit)
 
 

@@ -6,17 +6,16 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.recording.equations import equations
-from vibrocap.motion.recording.section import brought_back, section_states, winding
+from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.motion.trust import stands_still
-from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
-from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, floquet_multipliers
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
 from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, recurrence, returns_of
-from vibrocap.orbits.closing.shooting import CLOSED, Closure
-from vibrocap.orbits.maps.differences import contradicted
+from vibrocap.orbits.closing.shooting import closed
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
+from vibrocap.physics.events import STICK
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 
@@ -26,6 +25,10 @@ QUIET = 3.0  # longest times between returns without one, after which a section 
 LOOKS = 64  # instants at which a motion at rest is looked at
 STEADY = 1e-3  # of its own value, by which a velocity may change that is constant
 BESIDE = 1e-6  # of a cycle: an event so soon after a return belongs to it
+STOPS = 4  # the last ones, that have to go on alike
+NEARER = 0.95  # share of the rates at a stop that is left at the next one, at most
+ALIKE = 1e-3  # by which this share may change from stop to stop
+EXCESS = 1e-12  # of what a contact can hold, that it may hold more than it rubs in the slowest slide
 
 
 def autonomous_orbit(
@@ -38,13 +41,12 @@ def autonomous_orbit(
 ) -> PeriodicSolution:
     """The cycle that a start leads to, of a system whose equations do not contain the time.
 
-        P_T(y) = y  for y and T,  y moving across the flow only:  f(y_0) . (y - y_0) = 0  (over natural sizes)
-
-    modulo travel and whole turns. The guess comes from a simulation: the motion returns to a section, and the cycle is
-    as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
-    slips, reversals of each contact, the middle of each state), and that is taken at which the motion comes back best.
-    The multiplier 1 of the direction along the motion is left out. Where the motion ends at an equilibrium instead of
-    cycling, the status is SLIDES_STEADILY, CARRIED or COMES_TO_REST, the last also in the limit by ever smaller stops.
+    It is closed from a guess (`closed`), modulo travel and whole turns. The guess comes from a simulation: the motion
+    returns to a section, and the cycle is as many returns as bring its last passage back. Without a section several are
+    tried (a place of what turns, sticks, slips, reversals of each contact, the middle of each state), and that is taken
+    at which the motion comes back best. The multiplier 1 of the direction along the motion is left out. Where the
+    motion ends at an equilibrium instead of cycling, the status is SLIDES_STEADILY, CARRIED or COMES_TO_REST, the last
+    also in the limit by ever smaller stops.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -52,30 +54,18 @@ def autonomous_orbit(
     motion = simulate(system, periods=settle_periods, initial=named_states(system, start), tolerance=SIMULATED)
     guess = _turn(motion, section, returns)
     if isinstance(guess, OrbitStatus):
-        unknown, ended = np.full((map_.states,) * 2, np.nan), state_vector(system, motion.state)
-        return _record(map_, ended, ended, 0.0, unknown, np.inf, guess, 0)
-    state, sides, period, passed = guess
-    closed_orbit = _closed(map_, state, sides, period)
-    return dataclasses.replace(closed_orbit, returns=passed) if closed_orbit.closes else closed_orbit
+        unknown, none = np.full((map_.states,) * 2, np.nan), np.empty(0, dtype=complex)
+        ended = named_states(system, state_vector(system, motion.state))
+        return PeriodicSolution(system, ended, 0.0, 0, None, none, np.inf, None, unknown, guess, 0, tolerance)
+    state, side, period, passed = guess
+    cycle = closed(map_, state, period=period, side=side)
+    return dataclasses.replace(cycle, returns=passed) if cycle.closes else cycle
 
 
 def near_cycle(system: System, state: np.ndarray, period: float, tolerance: float = 1e-12) -> PeriodicSolution:
     """The cycle near a state [states] and a period, stable or not, by Newton's method as in `autonomous_orbit`."""
     map_ = StroboscopicMap(system, tolerance)
-    return _closed(map_, state, map_.contact_side(state, map_.parameters()), period)
-
-
-def _closed(map_: StroboscopicMap, state: np.ndarray, side: Any, period: float) -> PeriodicSolution:
-    """The cycle near a guess, by shooting with the period as an unknown."""
-    closure = Closure(map_, brought_back(map_.system, state), side=side)
-    best, steps = closure.closed(np.append(closure.start, period))
-    status, period = OrbitStatus.CONVERGED, float(best.x[-1])
-    if best.residual > CLOSED.rounding:
-        status = OrbitStatus.NOT_CONVERGED if best.finished else OrbitStatus.RUN_FAILED
-    else:
-        if contradicted(map_, best.state, best.images, closure.parameters, mark_distance=np.array([period])):
-            status = OrbitStatus.CONTRADICTED
-    return _record(map_, best.state, best.image, period, best.jacobian, best.residual, status, steps)
+    return closed(map_, state, period=period, side=map_.contact_side(state, map_.parameters()))
 
 
 def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.ndarray, Any, float, int] | OrbitStatus:
@@ -136,34 +126,41 @@ def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, A
     return state, sides[0] if len(sides) == 1 else sides, end - begin
 
 
-def _record(
-    map_: StroboscopicMap,
-    state: np.ndarray,
-    image: np.ndarray,
-    period: float,
-    jacobian: np.ndarray,
-    residual: float,
-    status: OrbitStatus,
-    steps: int,
-) -> PeriodicSolution:
-    """The record of the cycle from a state to its image."""
-    system = map_.system
-    multipliers = np.empty(0, dtype=complex)
-    if np.all(np.isfinite(jacobian)):
-        multipliers = floquet_multipliers(map_, jacobian)
-        multipliers = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
-    return PeriodicSolution(
-        system=system,
-        state=named_states(system, state),
-        period=period,
-        response_period=0,
-        drift=float(image[map_.cyclic] - state[map_.cyclic]) if map_.cyclic >= 0 else None,
-        multipliers=multipliers,
-        residual=residual,
-        symmetric=None,
-        derivative=jacobian,
-        status=status,
-        iterations=steps,
-        tolerance=map_.tolerance,
-        winding=winding(system, image - state),
-    )
+def comes_to_rest(motion: Trajectory) -> bool:
+    """Whether a motion continues to rest by smaller and smaller stops, of which none is the last.
+
+    So ends a linear loop with integral action around a contact that holds no more than it rubs: each slide is the one
+    before on a smaller scale, turned round, so that stops shrink by one share, while the time that the integral needs
+    to push the contact loose again grows by as much. Asked are the last stops of all contacts: their rates fall by one
+    share below 1, and they grow longer. A contact that holds more than it rubs has a smallest slide: there is a cycle.
+    """
+    system = motion.system
+    if not _rubs_as_it_holds(system):
+        return False
+    kinds = {f"{STICK}{number}" for number in ("", *(f"_{i}" for i in range(2, 1 + len(system.laws))))}
+    stops = [event for event in motion.events if event.kind in kinds]
+    at_rest = [not motion.piece_sides[motion.piece_at(np.array([stop.time]))[0]].any() for stop in stops]
+    stops = [stop for stop, rests in zip(stops, at_rest, strict=True) if rests][-1 - STOPS :]
+    if len(stops) <= STOPS:
+        return False
+    sizes = np.array(system.scales(), dtype=float)
+    kept = [i for i, name in enumerate(system.state_names) if name != system.cyclic]
+    rates = [system.rates(stop.time, tuple(stop.state.values()), (0,) * len(system.laws)) for stop in stops]
+    speeds = np.max(np.abs(np.array(rates, dtype=float) / sizes)[:, kept], axis=1)
+    lengths = np.diff([stop.time for stop in stops])
+    if not np.all(speeds > 0.0):
+        return False
+    shares = speeds[1:] / speeds[:-1]
+    return bool(np.all(shares <= NEARER) and np.ptp(shares) <= ALIKE * shares[-1] and np.all(np.diff(lengths) > 0.0))
+
+
+def _rubs_as_it_holds(system: System) -> bool:
+    """Whether contacts hold no more at rest than they rub in the slowest slide, which alone is set-valued then."""
+    for law, load in zip(system.laws, system.law_loads, strict=True):
+        if law.kind != "set-valued":
+            return False
+        limit, middle = law.holding_limit(load), law.holding_centre(load)
+        slowest = [law.force(0.0, (0.0,) * len(law.internal), side, load)[0] for side in (1, -1)]
+        if max(middle + limit - slowest[0], slowest[1] - (middle - limit)) > EXCESS * limit:
+            return False
+    return True

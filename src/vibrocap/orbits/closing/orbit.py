@@ -249,7 +249,7 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     runs = settling_runs(map_, starts, rows, settle_periods)
     orbits, which, _ = orbits_reached(map_, runs, settle_periods, 2)
     ways = dict.fromkeys(int(k) for k in which if k >= 0)
-    return tuple(Orbit.of(orbits[k].orbit) for k in ways if orbits[k].closed_exactly)
+    return tuple(Orbit.of(orbits[k].orbit) for k in ways if orbits[k].orbit.closes)
 
 
 def _kept(map_: StroboscopicMap, found: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:

@@ -231,14 +231,18 @@ def judged(found: Solution) -> Solution:
     return found if status is found.status else dataclasses.replace(found, status=status)
 
 
-def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray) -> np.ndarray:
+def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray, cycle: bool = False) -> np.ndarray:
     """Eigenvalues of the map's derivative without the cyclic coordinate, largest first; switched states have none.
 
     A direction that the contact forgets while it sticks has the multiplier zero exactly. Rounding leaves some 1e-17 of
-    it, so for a law that sticks a multiplier below FORGOTTEN is reported as 0.
+    it, so for a law that sticks a multiplier below FORGOTTEN is reported as 0. That along a cycle, which is 1, is left
+    out; none are known where the derivative is not finite.
     """
     moving = map_.smooth_states
+    if not np.all(np.isfinite(jacobian)):
+        return np.empty(0, dtype=complex)
     values = np.linalg.eigvals(jacobian[np.ix_(moving, moving)]).astype(complex)
     if map_.resting:
         values[np.abs(values) <= FORGOTTEN] = 0.0
-    return values[np.argsort(-np.abs(values), kind="stable")]
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    return np.delete(values, np.argmin(np.abs(values - 1.0))) if cycle else values

@@ -65,7 +65,14 @@ class _Try:
         return step
 
 
-def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, half: bool = False) -> PeriodicSolution:
+def closed(
+    map_: StroboscopicMap,
+    state: np.ndarray,
+    response_period: int = 1,
+    half: bool = False,
+    period: float | None = None,
+    side: Any = None,
+) -> PeriodicSolution:
     """The periodic solution near a state [states], by Newton's method on the stroboscopic map P over n drive periods.
 
         y without its cyclic coordinate:   P^n(y) = y,      or with `half` (n odd)   (S P_(T/2))^n (y) = y
@@ -74,9 +81,13 @@ def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, h
     of mirror twins. The velocity of a contact that sticks at the section is left out too. Derivatives come from the
     variational equations, through events. A few runs beside the orbit have to agree with its derivative; where they
     contradict it, nothing is said of its stability.
+
+    period, side: a guess of the period of a cycle that nothing drives in time, and the sides of its contacts; then
+
+        P_T(y) = y  for y and T,  y moving across the flow only:  f(y_0) . (y - y_0) = 0  (over natural sizes)
     """
-    closure = Closure(map_, brought_back(map_.system, state), response_period, half)
-    best, steps = closure.closed(closure.start)
+    closure = Closure(map_, brought_back(map_.system, state), 0 if period else response_period, half, side)
+    best, steps = closure.closed(np.append(closure.start, period or []))
     status = OrbitStatus.CONVERGED if best.residual <= CLOSED.rounding else OrbitStatus.NOT_CONVERGED
     return _solution(closure, best, status, steps)
 
@@ -104,12 +115,7 @@ class Closure:
     """
 
     def __init__(
-        self,
-        map_: StroboscopicMap,
-        start: np.ndarray,
-        response_period: int = 0,
-        half: bool = False,
-        side: Any = None,
+        self, map_: StroboscopicMap, start: np.ndarray, response_period: int, half: bool = False, side: Any = None
     ):
         """response_period: in drive periods; 0: of a cycle; side: of its contacts, amid the phase where it starts"""
         self.map_, self.start, self.response_period, self.half, self.side = map_, start, response_period, half, side
@@ -133,10 +139,7 @@ class Closure:
 
     def attempt(self, x: np.ndarray) -> _Try:
         state = x[: self.map_.states]
-        if self.cycle:
-            images = self.map_.images(state[None], self.parameters[None], 1, mark_distance=x[-1:])
-        else:
-            images = mapped(self.map_, state, self.parameters, self.response_period, self.half)
+        images = self.composed(state) if self.half else self.whole_images(x)
         image = images.state[0]
         mismatch = np.where(self.kept, self.map_.away(image, state) / self.scales, 0.0)
         residual = float(np.max(np.abs(mismatch)))
@@ -145,44 +148,48 @@ class Closure:
         good = lasts and bool(images.finished[0]) and bool(np.isfinite(residual))
         return _Try(self, x, image, images.jacobian[0], mismatch, residual if good else np.inf, images)
 
+    def length(self, x: np.ndarray) -> tuple[int, np.ndarray | None]:
+        """(drive periods, length of the run in place of them) of the response."""
+        return (1, x[-1:]) if self.cycle else (self.response_period, None)
 
-def mapped(
-    map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, response_period: int, half: bool
-) -> Images:
-    """Image and derivative over the whole response, or over the half of it with the mirror."""
-    if not half:
-        return map_.images(state[None], parameters[None], response_period)
-    halves, total = mirrored_halves(map_, state, parameters, response_period), np.eye(map_.states)
-    for halve in halves:
-        assert halve.jacobian is not None
-        total = halve.jacobian[0] @ total
-    finished = np.all([halve.finished for halve in halves], axis=0)
-    return Images(
-        halves[-1].state, total[None], finished, lambda: np.all([halve.certified for halve in halves], axis=0)
-    )
+    def whole_images(self, x: np.ndarray) -> Images:
+        """Image and derivative over the whole response."""
+        periods, length = self.length(x)
+        return self.map_.images(x[None, : self.map_.states], self.parameters[None], periods, mark_distance=length)
 
+    def half_images(self, state: np.ndarray, count: int) -> list[Images]:
+        """Images of a state [states] under the half of the map with the mirror, applied once, twice, ..."""
+        halves: list[Images] = []
+        for _ in range(count):
+            halves.append(self.map_.mirrored_half(halves[-1].state if halves else state[None], self.parameters[None]))
+        return halves
 
-def mirrored_halves(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, count: int) -> list[Images]:
-    """Images of a state [states] under the half of the map with the mirror, applied once, twice, ..."""
-    halves: list[Images] = []
-    for _ in range(count):
-        halves.append(map_.mirrored_half(halves[-1].state if halves else state[None], parameters[None]))
-    return halves
+    def composed(self, state: np.ndarray) -> Images:
+        """Image and derivative over the half of the response with the mirror."""
+        halves, total = self.half_images(state, self.response_period), np.eye(self.map_.states)
+        for half in halves:
+            assert half.jacobian is not None
+            total = half.jacobian[0] @ total
+        finished = np.all([half.finished for half in halves], axis=0)
+        return Images(
+            halves[-1].state, total[None], finished, lambda: np.all([half.certified for half in halves], axis=0)
+        )
 
 
 def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) -> PeriodicSolution:
     """The record of a solution, with its whole map, its multipliers and its mirror image."""
-    map_, parameters, response_period = closure.map_, closure.parameters, closure.response_period
-    system = map_.system
-    whole = map_.images(found.state[None], parameters[None], response_period) if closure.half else found.images
+    map_, system, response_period = closure.map_, closure.map_.system, closure.response_period
+    whole = closure.whole_images(found.x) if closure.half else found.images
     assert whole.jacobian is not None
-    if status is OrbitStatus.CONVERGED and contradicted(map_, found.state, whole, parameters, response_period):
+    if status is OrbitStatus.CONVERGED and contradicted(
+        map_, found.state, whole, closure.parameters, *closure.length(found.x)
+    ):
         status = OrbitStatus.CONTRADICTED
     symmetric, twin = None, None
-    if system.mirrored:
+    if system.mirrored and not closure.cycle:
         # With tangents that nobody asks for: the kernel that has them is compiled, one without them may not be.
         asked = not closure.half and response_period % 2 == 1
-        halves = mirrored_halves(map_, found.state, parameters, response_period if asked else 1)
+        halves = closure.half_images(found.state, response_period if asked else 1)
         away = map_.away(halves[-1].state[0], found.state)
         symmetric = closure.half or (asked and bool(np.max(np.abs(away / closure.scales)[closure.kept]) <= SAME_STATE))
         twin = named_states(system, brought_back(system, halves[0].state[0]))
@@ -192,10 +199,10 @@ def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) ->
     solution = PeriodicSolution(
         system=system,
         state=named_states(system, found.state),
-        period=response_period * map_.period(parameters),
+        period=float(found.x[-1]) if closure.cycle else response_period * map_.period(closure.parameters),
         response_period=response_period,
         drift=drift,
-        multipliers=floquet_multipliers(map_, whole.jacobian[0]),
+        multipliers=floquet_multipliers(map_, whole.jacobian[0], closure.cycle),
         residual=found.residual,
         symmetric=symmetric,
         derivative=whole.jacobian[0],
@@ -205,4 +212,4 @@ def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) ->
         mirrored_state=twin,
         winding=winding(system, gained),
     )
-    return solution if found.images.certified[0] else judged(solution)
+    return solution if closure.cycle or found.images.certified[0] else judged(solution)

@@ -22,7 +22,7 @@ from vibrocap.orbits.equilibria.sliding import Sliding
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import named_states
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected
+from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import Followed, followed, started
 from vibrocap.orbits.walk.itinerary import mode_change
@@ -58,16 +58,14 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     state, period = closure.state(last.x, last.closing), closure.period(last.x)
     mode = _mode(closure, last)
     guess = mode.point(state[mode.problem.unknowns], closure.parameter(last.x))
-    centre, _ = corrected(mode, guess, np.eye(len(guess))[-1], float(guess[-1]))
+    centre = closed_at(mode, guess, float(guess[-1]))
     if centre is None:
         return None
     located = hopf(mode, centre.x, complex(0.0, 2.0 * np.pi / period))
     if located is None or not _belongs(closure, mode, located, state, period, amplitude):
         return None
-    place, count = mode.parameter(located.x), last.unstable()
-    words = last.closing.mode_sequence, last.closing.mode_sequence
     text = f"the cycles shrink to steady sliding; omega {located.frequency:.10g}"
-    return Found(SpecialKind.HOPF, 1.0, last, located.error, (count, count), words, text=text, place=place)
+    return Found.at_end(SpecialKind.HOPF, 1.0, last, located.error, text, mode.parameter(located.x))
 
 
 def _mode(closure: CycleMap, point: BranchPoint) -> Sliding:
@@ -109,12 +107,8 @@ def cycles_followed(
 ) -> Followed:
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
     way = _followed_by_sections(closure, start, towards, most, step, progress)
-    return dataclasses.replace(
-        way,
-        special=[
-            (after, stick_loss(closure, special_point, way.points, after)) for after, special_point in way.special
-        ],
-    )
+    special = [(after, stick_loss(closure, found, way.points, after)) for after, found in way.special]
+    return dataclasses.replace(way, special=special)
 
 
 def _followed_by_sections(
@@ -171,9 +165,8 @@ def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> b
     The same cycle has as many unstable ones as before where its section is set anew.
     """
     after, special_point = last
-    return (
-        after == count - 2 and special_point.kind is SpecialKind.JUMP and anew.unstable() == special_point.unstable[0]
-    )
+    jumps = after == count - 2 and special_point.kind is SpecialKind.JUMP
+    return jumps and anew.closing.unstable() == special_point.unstable[0]
 
 
 def _crossing(closure: CycleMap, way: Followed) -> Followed:
@@ -254,15 +247,10 @@ def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after
     if not error <= TRUSTED * abs(closure.between[1] - closure.between[0]):
         return found
     change, phases = mode_change(*found.words)
-    text = "; ".join(filter(None, (phases, "the branch turns back" if _turns(points, after) else "")))
-    return dataclasses.replace(
-        found, kind=SpecialKind.MODE_CHANGE, place=place, error=error, change=change, passed=None, text=text
-    )
-
-
-def _turns(points: list[BranchPoint], after: int) -> bool:
-    """Whether the parameter turns at a change after a point."""
-    return bool(points[after].tangent[-1] * points[after + 1].tangent[-1] < 0.0)
+    turns = points[after].tangent[-1] * points[after + 1].tangent[-1] < 0.0
+    text = "; ".join(filter(None, (phases, "the branch turns back" if turns else "")))
+    known = {"place": place, "error": error, "change": change, "passed": None, "text": text}
+    return dataclasses.replace(found, kind=SpecialKind.MODE_CHANGE, **known)
 
 
 def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:

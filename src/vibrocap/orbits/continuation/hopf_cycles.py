@@ -51,9 +51,8 @@ def hopf_cycles(
         raise ArgumentError("at", text)
     closure, first = _first_cycle(found, at, tolerance)
     way = cycles_followed(closure, first, 1.0, points, step)
-    count, word = first.unstable(), first.closing.mode_sequence
     text = f"cycles are born; omega {at.frequency:.10g}; {at.criticality}"
-    born = Found(SpecialKind.HOPF, 0.0, first, at.error, (count, count), (word, word), text=text, place=at.parameter)
+    born = Found.at_end(SpecialKind.HOPF, 0.0, first, at.error, text, at.parameter)
     result = joined(closure, None, dataclasses.replace(way, special=[(0, born), *way.special]))
     return dataclasses.replace(result, ends=(BranchEnd.HOPF, result.ends[1]))
 

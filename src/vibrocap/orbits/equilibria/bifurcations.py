@@ -13,12 +13,15 @@ without damping meet: it has more equations than unknowns, which agree, and is s
 import dataclasses
 import functools
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrocap.orbits.equilibria.mode import Mode
 from vibrocap.orbits.equilibria.steady_equations import balanced
 from vibrocap.orbits.walk.newton import Levels, newton
+
+if TYPE_CHECKING:
+    from vibrocap.orbits.equilibria.sliding import Sliding
 
 MOST_STEPS = 40
 LEVELS = Levels(0.0, 1e-9)  # of the length of a step
@@ -37,7 +40,7 @@ class Located:
     vector: np.ndarray
 
 
-def fold(mode: Mode, x: np.ndarray) -> Located | None:
+def fold(mode: "Sliding", x: np.ndarray) -> Located | None:
     """The fold near a point; None where Newton's method leads to none."""
     n = mode.count
     vector = np.linalg.svd(mode.jacobian(x))[2][-1]
@@ -63,7 +66,7 @@ def fold(mode: Mode, x: np.ndarray) -> Located | None:
     return Located(u[: n + 1], error * mode.width, 0.0, u[n + 1 :])
 
 
-def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Located | None:
+def hopf(mode: "Sliding", x: np.ndarray, guess: complex, coupled: bool = False) -> Located | None:
     """The Hopf point near a point with the eigenvalue `guess`; coupled: where two frequencies meet.
 
     None where Newton's method leads to none, or to a pair of real eigenvalues.
@@ -125,7 +128,7 @@ def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Lo
     return Located(u[: n + 1], error * mode.width, abs(float(u[n + 1])), vector if sign > 0.0 else vector.conj())
 
 
-def _noise(mode: Mode, derivative: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _noise(mode: "Sliding", derivative: np.ndarray, x: np.ndarray) -> np.ndarray:
     """What inputs that are rounded in their last digit change the rates by."""
     share = abs(mode.between[0]) / mode.width + abs(x[-1])
     return np.abs(derivative) @ np.append(np.abs(x[:-1]), share)
@@ -175,7 +178,7 @@ def _root(
     return solution.x + step, error
 
 
-def first_lyapunov_coefficient(mode: Mode, x: np.ndarray, omega: float, vector: np.ndarray) -> float:
+def first_lyapunov_coefficient(mode: "Sliding", x: np.ndarray, omega: float, vector: np.ndarray) -> float:
     """Of a Hopf point (Kuznetsov 2004, eq. 5.39), of an eigenvector of length 1 over natural sizes.
 
     Negative: a stable cycle is born on the side of unstable sliding (supercritical); positive: an unstable one on the

@@ -10,6 +10,7 @@ from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.equilibria.rest_set import RestSet, RestSets
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+from vibrocap.orbits.maps.stroboscopic_map import named_states
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import AngularFrequencies, AngularFrequency, Force, Speed, States
@@ -122,7 +123,6 @@ class Equilibria(Result):
         return {f"[{i}]": steady.heading for i, steady in enumerate(self.found)} or {"found": "none"}
 
     def __str__(self) -> str:
-        """The equilibria in words."""
         lines = [self.heading + (":" if self.found else " found.")]
         for i, steady in enumerate(self.found):
             lines.append(f"  [{i}] {steady.heading}")
@@ -175,15 +175,20 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
     bristles = any(rest and not contact.sticks for contact, rest in zip(contacts, state.rests, strict=True))
     friction = [problem.recording.observables[numbered("friction", i + 1)] for i in range(len(problem.velocities))]
     cyclic = problem.recording.cyclic_state
-    travel = None
-    if cyclic >= 0:
-        travel = float(problem.values([problem.recording.rates[cyclic]], *lane)[0, 0])
+    travel = float(problem.values([problem.recording.rates[cyclic]], *lane)[0, 0]) if cyclic >= 0 else None
+
+    def named(y: np.ndarray) -> dict[str, float]:
+        """All states by name; the cyclic one is 0."""
+        whole = state.switched.copy()
+        whole[problem.unknowns] = y
+        return {name: value + 0.0 for name, value in named_states(problem.system, whole).items()}
+
     return Equilibrium(
         system=system,
         sides=tuple(0 if rest else int(side) for side, rest in zip(state.sides, state.rests, strict=True)),
-        state=_named(problem, state, state.y),
-        least=_named(problem, state, found.least),
-        most=_named(problem, state, found.most),
+        state=named(state.y),
+        least=named(found.least),
+        most=named(found.most),
         dimension=state.dimension,
         travel=travel,
         friction=tuple(problem.values(friction, *lane)[:, 0].tolist()),
@@ -217,13 +222,6 @@ def stable(matrix: np.ndarray, dimension: int = 0) -> bool | None:
     if np.any(real > rounding):
         return False
     return True if np.all(real < -rounding) else None
-
-
-def _named(problem: SteadyEquations, state: SteadyState, y: np.ndarray) -> dict[str, float]:
-    """All states by name; the cyclic one is 0."""
-    whole = state.switched.copy()
-    whole[problem.unknowns] = y
-    return {name: float(value) + 0.0 for name, value in zip(problem.system.state_names, whole, strict=True)}
 
 
 def _written(value: complex) -> str:

@@ -7,7 +7,6 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.orbits.equilibria.equilibrium import Equilibrium, equilibrium, sorted_eigenvalues, stable
-from vibrocap.orbits.equilibria.mode import Mode
 from vibrocap.orbits.equilibria.rest_set import RestSet
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.sliding import Sliding
@@ -47,7 +46,7 @@ class EquilibriumBranch(BranchRecord):
     stable: Annotated[Numbers, Over("point", words="no eigenvalue has a positive real part")]
     special_points: Annotated[tuple[SpecialPoint, ...], Over("special")]
     ends: tuple[BranchEnd, BranchEnd]
-    mode: Mode = dataclasses.field(compare=False)
+    mode: Sliding = dataclasses.field(compare=False)
 
     in_record = "over between parameter states travel eigenvalues stable special_points ends advice"
 
@@ -57,9 +56,7 @@ class EquilibriumBranch(BranchRecord):
 
     @property
     def facts(self) -> dict[str, str]:
-        special = ", ".join(
-            f"{special_point.kind.value} at {special_point.said('parameter')}" for special_point in self.special_points
-        )
+        special = ", ".join(f"{point.kind.value} at {point.said('parameter')}" for point in self.special_points)
         return super().facts | ({"special points": special} if special else {})
 
     @property
@@ -130,22 +127,15 @@ def equilibrium_branch(
 
 def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
     """The state from which a branch is followed."""
-    moving = [
-        steady_state
-        for steady_state in steady_states(problem)
-        if not steady_state.rests.any() and not steady_state.dimension
-    ]
+    moving = [state for state in steady_states(problem) if not state.rests.any() and not state.dimension]
     value = f"{problem.path} = {problem.system.parameter(str(problem.path)):g}"
     if start is not None:
         y = np.array([start.state[name] for name in problem.system.state_names])[problem.unknowns]
-        near = [
-            steady
-            for steady in moving
-            if np.max(np.abs(steady.y - y) / problem.scales) <= 1e-6 * (1.0 + np.max(np.abs(y)))
-        ]
-        if not near:
-            raise ArgumentError("start", f"should be an equilibrium of the system at {value}, but none is there")
-        return near[0]
+        limit = 1e-6 * (1.0 + np.max(np.abs(y)))
+        for steady in moving:
+            if np.max(np.abs(steady.y - y) / problem.scales) <= limit:
+                return steady
+        raise ArgumentError("start", f"should be an equilibrium of the system at {value}, but none is there")
     if not moving:
         raise ArgumentError("system", f"should slide steadily at {value}, but no such state was found")
     if len(moving) > 1:
@@ -172,7 +162,7 @@ def _joined(mode: Sliding, way: Walked) -> EquilibriumBranch:
         states=states + 0.0,
         travel=travel,
         eigenvalues=np.stack([sorted_eigenvalues(jacobian) for jacobian in jacobians]),
-        unstable=np.array([point.unstable() for point in points]),
+        unstable=np.array([point.closing.unstable() for point in points]),
         stable=np.array([stable(jacobian) is True for jacobian in jacobians]),
         special_points=way.special_points,
         ends=way.ends,

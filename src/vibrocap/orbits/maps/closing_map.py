@@ -191,10 +191,9 @@ class ClosingMap(Residual):
             grazed = grazing_beyond(motions, at, abs(self.between[1] - self.between[0]))
         if grazed is None:
             return end, None
-        count, word = last.unstable(), last.closing.mode_sequence
-        text, unchanged = "with a square root: the branch ends here", ((count, count), (word, word))
-        grazing = Found(SpecialKind.GRAZING, 1.0, last, grazed[1], *unchanged, text=text, place=grazed[0])
-        return BranchEnd.GRAZING, grazing
+        place, error = grazed
+        text = "with a square root: the branch ends here"
+        return BranchEnd.GRAZING, Found.at_end(SpecialKind.GRAZING, 1.0, last, error, text, place)
 
     def with_section(self, state: np.ndarray, parameter: float) -> "ClosingMap":
         """The same where orbits pass the section at a state: that of the drive's period is the same everywhere."""

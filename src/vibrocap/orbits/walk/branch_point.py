@@ -1,7 +1,6 @@
 """A point of a branch: what closes there, the direction in which the branch continues, and Newton's way to it."""
 
 import dataclasses
-import functools
 from typing import Any
 
 import numpy as np
@@ -26,23 +25,14 @@ class BranchPoint:
         """Unknowns over natural sizes, then the share of the parameter's range."""
         return self.closing.x
 
-    @functools.cached_property
-    def own_multipliers(self) -> np.ndarray:
-        """Eigenvalues of the derivative of the map that was closed (of the half-period map, if that is followed)."""
-        return self.closing.eigenvalues
-
     def multipliers(self, half: bool) -> np.ndarray:
         """Floquet multipliers of the orbit, largest first.
 
         The map over a period is the square of the half-period map, P_T = (S P_(T/2))^2, and so are its multipliers.
         """
-        values = self.own_multipliers**2 if half else self.own_multipliers
+        values = self.closing.eigenvalues**2 if half else self.closing.eigenvalues
         values = np.where(np.abs(values) <= FORGOTTEN, 0.0, values)
         return values[np.argsort(-np.abs(values), kind="stable")]
-
-    def unstable(self) -> int:
-        """Number of eigenvalues that are not stable, see `Closing.unstable`."""
-        return self.closing.unstable()
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -84,6 +74,11 @@ def corrected(
 
     best, steps = newton(attempt, guess, residual.levels, MOST_STEPS, stride=residual.longest(guess, LONGEST_STRIDE))
     return (best.closing if best.residual <= residual.levels.rounding else None), steps
+
+
+def closed_at(residual: Residual, guess: np.ndarray, level: float, like: Closing | None = None) -> Any:
+    """The closed point nearest to a guess at a share of the parameter's range; None where there is none."""
+    return corrected(residual, guess, np.eye(len(guess))[-1], level, like)[0]
 
 
 def tangent(closing: Closing, towards: np.ndarray) -> np.ndarray:

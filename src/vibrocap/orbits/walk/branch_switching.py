@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at, null_tangent
 from vibrocap.orbits.walk.residual import Residual
 from vibrocap.orbits.walk.segment import Segment
 from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
@@ -52,26 +52,23 @@ def parent_bifurcation(residual: Residual, first: BranchPoint, last: BranchPoint
 
 def unlocated_bifurcation(residual: Residual, last: BranchPoint, beyond: BranchPoint) -> Found:
     """A bifurcation between the last point that is no orbit of the coarser map and the next one, which is."""
-    error = abs(residual.parameter(beyond.x) - residual.parameter(last.x))
     coarser = residual.coarser()
     kind = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
-    counts, words = (last.unstable(), beyond.unstable()), (last.closing.mode_sequence, beyond.closing.mode_sequence)
-    return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=TEXT)
+    return Found.between(residual, SpecialKind.UNLOCATED, last, beyond, share=1.0, passed=kind, text=TEXT)
 
 
 def _coarser_segment(coarser: Residual, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
     """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of modes."""
     guess = 0.5 * (first.x + last.x)
-    across = np.zeros(len(guess))
-    across[-1] = 1.0
-    middle, _ = corrected(coarser, guess, across, float(guess[-1]), first.closing)
+    across = np.eye(len(guess))[-1]
+    middle = closed_at(coarser, guess, float(guess[-1]), first.closing)
     if middle is None or np.linalg.norm(middle.x - guess) > near:
         return None
     reach = NARROWEST
     while reach <= WIDEST:
         ends: list[BranchPoint] = []
         for side in (-reach, reach):
-            point, _ = corrected(coarser, middle.x + side * across, across, middle.x[-1] + side, middle)
+            point = closed_at(coarser, middle.x + side * across, middle.x[-1] + side, middle)
             if point is not None:
                 ends.append(BranchPoint(point, null_tangent(point)))
         if len(ends) < 2:
@@ -88,11 +85,10 @@ def _seen_from(residual: Residual, last: BranchPoint, special: Found) -> Found:
     size = float(np.linalg.norm(towards))
     tangent = towards / size if size > 0.0 else last.tangent
     point = BranchPoint(residual.attempt(special.point.x, special.point.closing), tangent)
-    words, change = (last.closing.mode_sequence, point.closing.mode_sequence), None
+    words, change, count = (last.closing.mode_sequence, point.closing.mode_sequence), None, last.closing.unstable()
     if special.kind in CORNERS:
         change = special.change if last.closing.alike(point.closing) else last.closing.change_to(point.closing)[1]
-    counts = (last.unstable(), last.unstable())
-    return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=TEXT)
+    return Found(special.kind, 1.0, point, special.error, (count, count), words, change, special.passed, text=TEXT)
 
 
 def branches_at_corner(parent: Residual, special: Found) -> Iterator[tuple[Residual, BranchPoint]]:
@@ -103,20 +99,20 @@ def branches_at_corner(parent: Residual, special: Found) -> Iterator[tuple[Resid
     """
     finer = parent.finer()
     assert special.beyond is not None
-    unstable = max((special.point, special.beyond), key=lambda point: float(np.max(np.abs(point.own_multipliers))))
+    ends = (special.point, special.beyond)
+    unstable = max(ends, key=lambda point: float(np.max(np.abs(point.closing.eigenvalues))))
     values, vectors = np.linalg.eig(unstable.closing.jacobian)
     off = np.append(np.real(vectors[:, np.argmax(np.abs(values))]), 0.0)
-    across = np.zeros(len(off))
-    across[-1] = 1.0
+    across = np.eye(len(off))[-1]
     for beside in BESIDE:
         q = float(special.point.x[-1]) + beside
         if not 0.0 <= q <= 1.0:
             continue
-        middle, _ = corrected(parent, special.point.x + beside * across, across, q, special.point.closing)
+        middle = closed_at(parent, special.point.x + beside * across, q, special.point.closing)
         if middle is None:
             continue
         for distance in OFFSETS:
-            other, _ = corrected(finer, middle.x + distance * off, across, q, middle)
+            other = closed_at(finer, middle.x + distance * off, q, middle)
             if other is None or parent.attempt(other.x, other).residual <= DIFFERENT:
                 continue
             yield finer, BranchPoint(other, null_tangent(other))

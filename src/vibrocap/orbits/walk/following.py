@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.orbits.walk.brackets import Lost
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent, tangent
+from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at, corrected, null_tangent, tangent
 from vibrocap.orbits.walk.branch_switching import parent_bifurcation, unlocated_bifurcation
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.residual import Closing, Residual
@@ -46,9 +46,7 @@ class Followed:
 
 def started(residual: Residual, x: np.ndarray) -> BranchPoint | None:
     """The point of a branch at the parameter of x; None where nothing closes near it."""
-    across = np.zeros(len(x))
-    across[-1] = 1.0
-    point, _ = corrected(residual, x, across, float(x[-1]))
+    point = closed_at(residual, x, float(x[-1]))
     return None if point is None else BranchPoint(point, null_tangent(point))
 
 
@@ -158,11 +156,10 @@ class _Walk:
             closely = self.watched > 0.0
             between = special_points_between(self.residual, here, point, from_parent=from_parent, closely=closely)
             crowded = way <= CROWDED * longest
-            if any(
-                special_point.kind in UNTRUSTED and not (crowded if special_point.text == TOO_MANY else sure)
-                for special_point in between
-            ):
-                if any(special_point.text == TOO_MANY for special_point in between):
+            too_many = any(special.text == TOO_MANY for special in between)
+            untrusted = [special for special in between if special.kind in UNTRUSTED]
+            if not all(crowded if special.text == TOO_MANY else sure for special in untrusted):
+                if too_many:
                     self.watched = max(self.watched, way)
                 self.ds = 0.2 * least
                 continue
@@ -204,12 +201,8 @@ def _closes(points: list[BranchPoint]) -> bool:
 def _within(residual: Residual, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, BranchEnd]:
     """(the last point before the boundary of the equations that lies before another, the end there)."""
     segment = Segment(residual, here, beyond)
-
-    def inside(point: BranchPoint) -> bool:
-        return point.closing.boundary is None
-
     try:
-        left, right = segment.change(inside, 0.0, 1.0)
+        left, right = segment.change(lambda point: point.closing.boundary is None, 0.0, 1.0)
     except Lost:
         left, right = 0.0, 1.0
     end = segment.point(right).closing.boundary
@@ -231,8 +224,7 @@ def _next_point(
             length = (bound - here.x[-1]) / here.tangent[-1]
             guess = here.x + length * here.tangent
             guess[-1] = bound
-            normal = np.zeros(len(guess))
-            normal[-1] = 1.0
+            normal = np.eye(len(guess))[-1]
         point, steps = corrected(residual, guess, normal, float(normal @ guess), here.closing)
         if point is not None and -1e-12 <= point.x[-1] <= 1.0 + 1e-12:
             towards = point.x - here.x
@@ -310,13 +302,9 @@ def walked(residual: Residual, back: Followed | None, onward: Followed | None) -
     start = (onward or back).points[0]  # type: ignore[union-attr]
     points = [*before, start, *([] if onward is None else onward.points[1:])]
     ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([point.x for point in points]), axis=0), axis=1)))
-    placed = (
-        []
-        if back is None
-        else [(len(before) - 1 - i, reversed_way(special_point)) for i, special_point in back.special[::-1]]
-    )
-    placed += [] if onward is None else [(len(before) + i, special_point) for i, special_point in onward.special]
-    special = tuple(special_point(residual, each, after, points, ways) for after, each in placed)
+    placed = [(len(before) - 1 - i, reversed_way(found)) for i, found in (back.special[::-1] if back else ())]
+    placed += [(len(before) + i, found) for i, found in (onward.special if onward else ())]
+    special = tuple(special_point(residual, found, after, points, ways) for after, found in placed)
     ends = tuple(BranchEnd.NOT_FOLLOWED if way is None else way.end for way in (back, onward))
     if onward is not None and onward.end is BranchEnd.CLOSED:
         ends = (BranchEnd.CLOSED, BranchEnd.CLOSED)

@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -49,15 +50,33 @@ class Found:
     frequency: float = 0.0
     vector: np.ndarray | None = None
 
+    @classmethod
+    def between(
+        cls, residual: Residual, kind: SpecialKind, before: BranchPoint, after: BranchPoint, **others: Any
+    ) -> "Found":
+        """Something between two points, by default at the first; error: that of the parameter by their distance."""
+        error = abs(residual.parameter(after.x) - residual.parameter(before.x))
+        counts = before.closing.unstable(), after.closing.unstable()
+        words = before.closing.mode_sequence, after.closing.mode_sequence
+        return cls(kind, **({"point": before, "error": error, "unstable": counts, "words": words} | others))
+
+    @classmethod
+    def at_end(
+        cls, kind: SpecialKind, share: float, point: BranchPoint, error: float, text: str, place: float
+    ) -> "Found":
+        """Something near a point, at an end of a branch."""
+        count, word = point.closing.unstable(), point.closing.mode_sequence
+        return cls(kind, share, point, error, (count, count), (word, word), text=text, place=place)
+
 
 def flip_test(point: BranchPoint) -> float:
     """Vanishes with a multiplier -1."""
-    return float(np.real(np.prod(point.own_multipliers + 1.0)))
+    return float(np.real(np.prod(point.closing.eigenvalues + 1.0)))
 
 
 def circle_test(point: BranchPoint) -> float:
     """Vanishes where the product of two multipliers is 1: a pair on the circle (or a neutral saddle)."""
-    values = point.own_multipliers
+    values = point.closing.eigenvalues
     return float(np.real(np.prod([a * b - 1.0 for a, b in itertools.combinations(values, 2)])))
 
 
@@ -101,7 +120,7 @@ def special_points_between(
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
     special_points = [_change(segment, left, right) for left, right in cuts]
     if complaint:
-        special_points.append(_unlocated(segment, 0.0, 1.0, complaint))
+        special_points.append(_found(segment, SpecialKind.UNLOCATED, 0.0, 1.0, text=complaint))
     for i in range(0, len(edges), 2):
         left, right = edges[i : i + 2]
         if segment.same_modes(left, right):
@@ -122,39 +141,36 @@ def special_points_of_maps(segment: Segment, left: float, right: float, at_paren
         try:
             bracket = segment.root(test, left, right)
         except Lost:
-            special_points.append(_unlocated(segment, left, right, f"{kind.value} test changes sign"))
-            continue
-        if segment.discontinuous(bracket.left, bracket.right):
-            special_points.append(
-                _unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump")
-            )
+            bracket = None
+        if bracket is None or segment.discontinuous(bracket.left, bracket.right):
+            text = f"{kind.value} test changes sign" + ("" if bracket is None else " where the orbits jump")
+            special_points.append(_found(segment, SpecialKind.UNLOCATED, left, right, text=text))
             continue
         special = _located(segment, kind, bracket, (before, after))
-        if special is not None and not any(_same(special, other) for other in special_points):
+        folds = kind is SpecialKind.BRANCH_POINT  # a fold is no branch point too
+        if special and not (folds and any(abs(special.share - other.share) < 1e-4 for other in special_points)):
             special_points.append(special)
     return special_points
 
 
-def _same(special: Found, other: Found) -> bool:
-    """A fold is no branch point too."""
-    return special.kind is SpecialKind.BRANCH_POINT and abs(special.share - other.share) < 1e-4
+def _found(segment: Segment, kind: SpecialKind, left: float, right: float, **others: Any) -> Found:
+    """The record of something between two shares that were visited."""
+    points = segment.point(left), segment.point(right)
+    return Found.between(segment.residual, kind, *points, **({"share": left} | others))
 
 
 def _located(
     segment: Segment, kind: SpecialKind, bracket: Bracket, ends: tuple[BranchPoint, BranchPoint]
 ) -> Found | None:
     """The record of a root of a test between two points; None for a neutral saddle, which is nothing special."""
-    before, after = segment.point(bracket.left), segment.point(bracket.right)
-    point = before if abs(bracket.value_left) <= abs(bracket.value_right) else after
-    share = bracket.left if point is before else bracket.right
-    width = abs(segment.parameter(bracket.right) - segment.parameter(bracket.left))
-    words = (before.closing.mode_sequence, after.closing.mode_sequence)
-    counts = _counts(segment, bracket.left, bracket.right)
+    share = bracket.left if abs(bracket.value_left) <= abs(bracket.value_right) else bracket.right
+    point, counts = segment.point(share), _counts(segment, bracket.left, bracket.right)
+    found = _found(segment, kind, bracket.left, bracket.right, share=share, point=point, unstable=counts)
     if bracket.jumps:
-        return Found(SpecialKind.JUMP, share, point, width, counts, words, text=f"over that of a {kind.value}")
+        return dataclasses.replace(found, kind=SpecialKind.JUMP, text=f"over that of a {kind.value}")
     values, vectors = np.linalg.eig(point.closing.jacobian)
     if kind is SpecialKind.FOLD and (np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED or not _passes_one(*ends)):
-        return Found(SpecialKind.JUMP, share, point, width, counts, words, text="the parameter turns without a fold")
+        return dataclasses.replace(found, kind=SpecialKind.JUMP, text="the parameter turns without a fold")
     if kind is SpecialKind.NEIMARK_SACKER:
         pairs = itertools.combinations(range(len(values)), 2)
         one, other = min(pairs, key=lambda pair: abs(values[pair[0]] * values[pair[1]] - 1.0))
@@ -167,26 +183,22 @@ def _located(
             kind = SpecialKind.PITCHFORK
     elif kind is SpecialKind.BRANCH_POINT:
         direction = np.real(vectors[:, np.argmin(np.abs(values - 1.0))])
-    return Found(kind, share, point, width + _noise(segment, bracket), counts, words, direction=direction)
+    # the errors of multipliers over the slope of the test
+    noise = NOISE * abs(segment.parameter(1.0) - segment.parameter(0.0)) / max(bracket.scale, 1e-300)
+    return dataclasses.replace(found, kind=kind, error=found.error + noise, direction=direction)
 
 
 def _passes_one(before: BranchPoint, after: BranchPoint) -> bool:
     """Whether a multiplier passes 1 from one point to another, as over a fold."""
-    one, other = (np.real(np.prod(point.own_multipliers - 1.0)) for point in (before, after))
+    one, other = (np.real(np.prod(point.closing.eigenvalues - 1.0)) for point in (before, after))
     return bool(one * other < 0.0)
-
-
-def _noise(segment: Segment, bracket: Bracket) -> float:
-    """Error of the parameter at a root by the errors of multipliers: theirs over the slope of the test."""
-    ends = segment.parameter(0.0), segment.parameter(1.0)
-    return NOISE * abs(ends[1] - ends[0]) / max(bracket.scale, 1e-300)
 
 
 def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
     """Unstable multipliers at the visited points a little before and after, where they are told from the circle."""
 
     def on_circle(k: int) -> bool:
-        return bool(np.any(np.abs(np.abs(segment.points[k].own_multipliers) - 1.0) <= CLOSE_TO_CIRCLE))
+        return bool(np.any(np.abs(np.abs(segment.points[k].closing.eigenvalues) - 1.0) <= CLOSE_TO_CIRCLE))
 
     i, j = segment.shares.index(left), segment.shares.index(right)
     clear = 1e-5
@@ -194,32 +206,23 @@ def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
         i -= 1
     while j < len(segment.shares) - 1 and (segment.shares[j] < right + clear or on_circle(j)):
         j += 1
-    return segment.points[i].unstable(), segment.points[j].unstable()
+    return segment.points[i].closing.unstable(), segment.points[j].closing.unstable()
 
 
 def _change(segment: Segment, left: float, right: float) -> Found:
     """The record of a change of the mode sequence, or of the number of impacts, between two shares."""
     before, after = segment.point(left), segment.point(right)
-    words = (before.closing.mode_sequence, after.closing.mode_sequence)
     kind, change, text = before.closing.change_to(after.closing)
     passed = None
     for smooth, test in TESTS.items():
         if smooth is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
             passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.residual.half else smooth
             break
-    width = abs(segment.parameter(right) - segment.parameter(left))
-    if change in (ModeChange.GRAZING, ModeChange.SPLITTING) or "impacts" in text:
-        width += SEEN * abs(segment.residual.parameter(np.array([1.0])) - segment.residual.parameter(np.array([0.0])))
-    counts = before.unstable(), after.unstable()
-    return Found(kind, left, before, width, counts, words, change, passed, beyond=after, text=text)
-
-
-def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
-    """The record of something between two shares that could not be located."""
-    before, after = segment.point(left), segment.point(right)
-    width = abs(segment.parameter(right) - segment.parameter(left))
-    counts, words = (before.unstable(), after.unstable()), (before.closing.mode_sequence, after.closing.mode_sequence)
-    return Found(SpecialKind.UNLOCATED, left, before, width, counts, words, text=text)
+    found = _found(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
+    if change not in (ModeChange.GRAZING, ModeChange.SPLITTING) and "impacts" not in text:
+        return found
+    low, high = (segment.residual.parameter(np.array([share])) for share in (0.0, 1.0))
+    return dataclasses.replace(found, error=found.error + SEEN * abs(high - low))
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -262,11 +265,8 @@ class SpecialPoint(Result):
     @property
     def in_record(self) -> str:  # type: ignore[override]
         """What belongs to it: of orbits their travel and their modes, of equilibria the frequency and the state."""
-        own = (
-            "frequency criticality state stability"
-            if self.multipliers is None
-            else "drift stability modes_before modes_after"
-        )
+        of_orbits, of_equilibria = "drift stability modes_before modes_after", "frequency criticality state stability"
+        own = of_equilibria if self.multipliers is None else of_orbits
         return f"kind parameter error arclength {own} remarks"
 
     @property
@@ -300,7 +300,6 @@ class SpecialPoint(Result):
 
     @property
     def remarks(self) -> str:
-        """What else is to be said of it."""
         said = [] if self.frequency is None else [f"omega {self.said('frequency')}", self.criticality]
         said += [self.change.value if self.change else "", self.text]
         if self.kind is SpecialKind.UNLOCATED:
@@ -327,18 +326,14 @@ def special_point(
 ) -> SpecialPoint:
     """The public record of what is special after a point of a branch."""
     return SpecialPoint(
-        kind=found.kind,
         parameter=residual.parameter(found.point.x) if found.place is None else found.place,
-        error=found.error,
         arclength=float(ways[after] + np.linalg.norm(found.point.x - points[after].x)),
         after_point=after,
         modes_before=found.words[0],
         modes_after=found.words[1],
         unstable_before=found.unstable[0],
         unstable_after=found.unstable[1],
-        change=found.change,
-        passed=found.passed,
-        text=found.text,
         found=found,
+        **{name: getattr(found, name) for name in ("kind", "error", "change", "passed", "text")},
         **residual.described(found),
     )

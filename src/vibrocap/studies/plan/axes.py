@@ -30,15 +30,12 @@ class Grid(ListedRuns):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The lengths of the axes."""
         return tuple(len(axis.values) for axis in self.axes)
 
     def axis(self, path: str) -> Column:
-        """The axis of a path."""
         return self.axes[self.dims.index(path)]
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
-        """Values of the runs in a block, in C order."""
         rows = [axis.array[part] for axis, part in zip(self.axes, block, strict=True)]
         crossed = np.meshgrid(*rows, indexing="ij")
         return {path: values.ravel() for path, values in zip(self.dims, crossed, strict=True)}

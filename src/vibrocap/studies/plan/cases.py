@@ -26,11 +26,9 @@ class CaseList(ListedRuns):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(cases,)."""
         return (len(self.columns[0].values),)
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
-        """Values of the cases in a block."""
         return {column.path: column.array[block[0]] for column in self.columns}
 
     def case(self, index: int) -> dict[str, float | str]:

@@ -32,7 +32,6 @@ class Design:
     seed: int = 0
 
     def complaints(self) -> list[str]:
-        """What is wrong with the design."""
         complaints = Complaints()
         if self.kind not in KINDS_OF_DESIGN:
             complaints.add("design.kind", f"there is no {shown(self.kind)}; {suggestion(self.kind, KINDS_OF_DESIGN)}")
@@ -75,12 +74,10 @@ class Drawn(Runs):
 
     @property
     def varied(self) -> tuple[Range, ...]:
-        """The ranges."""
         return self.ranges
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(runs,)."""
         return (self.design.runs,)
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
@@ -90,13 +87,11 @@ class Drawn(Runs):
         return {drawn_range.path: drawn_range.at(shares[:, i]) for i, drawn_range in enumerate(self.ranges)}
 
     def record(self) -> dict[str, Any]:
-        """The design and its ranges."""
         ranges = [dataclasses.asdict(drawn_range) for drawn_range in self.ranges]
         return {"kind": self.kind, "design": dataclasses.asdict(self.design), "ranges": ranges}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> "Drawn":
-        """The runs of a record."""
         return cls(Design(**record["design"]), tuple(Range(**drawn_range) for drawn_range in record["ranges"]))
 
 

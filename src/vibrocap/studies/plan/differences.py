@@ -12,39 +12,39 @@ Said = dict[str, tuple[str, Any]]  # name: (a short text, what is to be equal)
 def differences(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
     """In what the records of two studies differ, one line each."""
     here, there = _described(stored), _described(asked)
-    differences_by_name = []
+    lines = []
     for what in {**here, **there}:
         if here.get(what, ("", None))[1] != there.get(what, ("", None))[1]:
             texts = [side[what][0] if what in side else "none" for side in (here, there)]
             further = ", not the same" if texts[0] == texts[1] else ""
-            differences_by_name.append(f"{what}: stored {texts[0]}, asked {texts[1]}{further}")
-    return differences_by_name
+            lines.append(f"{what}: stored {texts[0]}, asked {texts[1]}{further}")
+    return lines
 
 
 def _described(record: Mapping[str, Any]) -> Said:
-    differences_by_name: Said = {}
+    described: Said = {}
     for section, entries in tomllib.loads(record["case"]).items():
         for key, value in entries.items() if isinstance(entries, dict) else ():
-            differences_by_name[key if section == "run" else f"{section}.{key}"] = (str(value), value)
-    differences_by_name |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
-    differences_by_name["extrapolate"] = (str(extrapolate := record.get("extrapolate", False)), extrapolate)
+            described[key if section == "run" else f"{section}.{key}"] = (str(value), value)
+    described |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
+    described["extrapolate"] = (str(extrapolate := record.get("extrapolate", False)), extrapolate)
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
     asked = [measure for measure in record["measures"] if measure != LOAD_WATCH]
-    differences_by_name["measures"] = (", ".join(name for name in names if name != LOAD_WATCH), sorted(map(str, asked)))
-    differences_by_name["watch of the load"] = ("on", True) if LOAD_WATCH in names else ("off", False)
-    differences_by_name |= _plan(record["plan"])
+    described["measures"] = (", ".join(name for name in names if name != LOAD_WATCH), sorted(map(str, asked)))
+    described["watch of the load"] = ("on", True) if LOAD_WATCH in names else ("off", False)
+    described |= _plan(record["plan"])
     for what, digest in record.get("parts", {}).items():
-        differences_by_name[f"the code of {what}"] = (digest[:12], digest)
-    return differences_by_name
+        described[f"the code of {what}"] = (digest[:12], digest)
+    return described
 
 
 def code_differences(stored: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
     """In what two codes, and what they run with, differ, one line each."""
     keys = ("version", "sources")
-    differences_by_name = []
+    lines = []
     if any(stored.get(key) != here.get(key) for key in keys):
         texts = [f"vibrocap {code['version']} with sources {code['sources'][:12]}" for code in (stored, here)]
-        differences_by_name.append(f"code: stored {texts[0]}, here {texts[1]}")
+        lines.append(f"code: stored {texts[0]}, here {texts[1]}")
     for key in dict.fromkeys((*stored, *here)):
         then, now = stored.get(key, "unknown"), here.get(key, "unknown")
         if key in keys or then == now:
@@ -52,22 +52,22 @@ def code_differences(stored: Mapping[str, str], here: Mapping[str, str]) -> list
         if key == "features":  # only those that one of them lacks
             old, new = {*then.split()}, {*now.split()}
             then, now = " ".join(sorted(old - new)), " ".join(sorted(new - old))
-        differences_by_name.append(f"{key}: stored {then or 'fewer'}, here {now or 'fewer'}")
-    return differences_by_name
+        lines.append(f"{key}: stored {then or 'fewer'}, here {now or 'fewer'}")
+    return lines
 
 
 def _plan(plan: Mapping[str, Any]) -> Said:
-    entries = plan.get("axes") or plan.get("ranges") or plan.get("columns") or []
-    names = [entry["path"] for entry in entries]
-    differences_by_name: Said = {"plan": (f"{plan['kind']} of {', '.join(names)}", (plan["kind"], names))}
+    varied = plan.get("axes") or plan.get("ranges") or plan.get("columns") or []
+    names = [entry["path"] for entry in varied]
+    entries: Said = {"plan": (f"{plan['kind']} of {', '.join(names)}", (plan["kind"], names))}
     for name, value in plan.get("design", {}).items():
-        differences_by_name[f"design.{name}"] = (str(value), value)
-    for entry in entries:
+        entries[f"design.{name}"] = (str(value), value)
+    for entry in varied:
         if "values" in entry:
             values = entry["values"]
             few = f"{values[0]} ... {values[-1]}" if len(values) > 3 else ", ".join(map(str, values))
-            differences_by_name[f"values of {entry['path']}"] = (f"{len(values)} ({few})", values)
+            entries[f"values of {entry['path']}"] = (f"{len(values)} ({few})", values)
         else:
             scale = "log:" if entry["logarithmic"] else ""
-            differences_by_name[f"range of {entry['path']}"] = (f"{scale}{entry['low']}:{entry['high']}", entry)
-    return differences_by_name
+            entries[f"range of {entry['path']}"] = (f"{scale}{entry['low']}:{entry['high']}", entry)
+    return entries

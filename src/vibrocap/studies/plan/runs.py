@@ -39,10 +39,11 @@ class Column:
 
 @dataclasses.dataclass(frozen=True)
 class Runs:
-    """What every plan offers.
+    """What every plan offers; each defines `varied`, `shape`, `values`, `record` and `from_record`.
 
     kind: its name in a stored study. gridded: whether each path is a dimension of its own, with its values along it;
     if not, all runs lie along one dimension, `dim`, and each path has a value for every run.
+    varied: what varies, each with its path, and whether some of its values are words; shape: runs along each dimension
     """
 
     kind: ClassVar[str]
@@ -51,12 +52,10 @@ class Runs:
 
     @property
     def varied(self) -> tuple[Any, ...]:
-        """What varies, each with its path, and whether some of its values are words."""
         raise NotImplementedError
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Runs along each dimension."""
         raise NotImplementedError
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
@@ -67,32 +66,29 @@ class Runs:
         raise NotImplementedError
 
     def record(self) -> dict[str, Any]:
-        """The plan as JSON can hold it; all that identifies it."""
+        """The plan as JSON can hold it; all that identifies it. `from_record` is the way back."""
         raise NotImplementedError
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Self:
-        """The plan of a record."""
         raise NotImplementedError
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """What varies."""
         return tuple(variation.path for variation in self.varied)
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions."""
         return self.paths if self.gridded else (self.dim,)
-
-    def is_text(self, path: str) -> bool:
-        """Whether some value at a path is a word."""
-        return any(variation.path == path and variation.is_text for variation in self.varied)
 
     @property
     def count(self) -> int:
         """How many runs."""
         return math.prod(self.shape)
+
+    def is_text(self, path: str) -> bool:
+        """Whether some value at a path is a word."""
+        return any(variation.path == path and variation.is_text for variation in self.varied)
 
 
 class ListedRuns(Runs):
@@ -102,17 +98,14 @@ class ListedRuns(Runs):
 
     @property
     def varied(self) -> tuple[Column, ...]:
-        """The columns."""
         return getattr(self, self.listed)
 
     def record(self) -> dict[str, Any]:
-        """The columns as lists."""
         columns = [{"path": variation.path, "values": list(variation.values)} for variation in self.varied]
         return {"kind": self.kind, self.listed: columns}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Self:
-        """The plan of a record."""
         return cls(tuple(Column(variation["path"], tuple(variation["values"])) for variation in record[cls.listed]))  # type: ignore[call-arg]
 
 

@@ -12,7 +12,7 @@ from vibrocap.studies.store.zarr_form import Results
 
 
 class CheckedStore(Store):
-    """The results of a study for Zarr, to be read only.
+    """The results of a study for Zarr, to be read only; it lists what says what the arrays are.
 
     Chunks are looked at (`chunks`) before Zarr gets them. A tile without a mark is not there, even if some of its
     chunks are.
@@ -25,20 +25,8 @@ class CheckedStore(Store):
     def __eq__(self, value: object) -> bool:
         return isinstance(value, CheckedStore) and (value.path, value.record) == (self.path, self.record)
 
-    @property
-    def supports_writes(self) -> bool:
-        """No."""
-        return False
-
-    @property
-    def supports_deletes(self) -> bool:
-        """No."""
-        return False
-
-    @property
-    def supports_listing(self) -> bool:
-        """Of what was looked at."""
-        return True
+    supports_writes = supports_deletes = property(lambda self: False)
+    supports_listing = property(lambda self: True)
 
     def content(self, key: str) -> bytes | None:
         """What stands at a place; None where nothing does. StoreError where it is damaged."""
@@ -50,7 +38,6 @@ class CheckedStore(Store):
     async def get(
         self, key: str, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
     ) -> Buffer | None:
-        """What stands at a place."""
         if byte_range is not None:
             raise NotImplementedError("a store is read chunk by chunk")
         data = self.content(key)
@@ -59,36 +46,28 @@ class CheckedStore(Store):
     async def get_partial_values(
         self, prototype: BufferPrototype, key_ranges: Iterable[tuple[str, ByteRequest | None]]
     ) -> list[Buffer | None]:
-        """What stands at several places."""
         return [await self.get(key, prototype, byte_range) for key, byte_range in key_ranges]
 
     async def exists(self, key: str) -> bool:
-        """Whether something stands at a place."""
         return self.content(key) is not None
 
     async def list(self) -> AsyncIterator[str]:
-        """All that says what the arrays are."""
         for key in self.results.metadata:
             yield key
 
     async def list_prefix(self, prefix: str) -> AsyncIterator[str]:
-        """The same below a place."""
         for key in self.results.metadata:
             if key.startswith(prefix):
                 yield key
 
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
-        """The same directly below a place."""
         below = f"{prefix.rstrip('/')}/" if prefix else ""
-        for name in dict.fromkeys(
-            key.removeprefix(below).partition("/")[0] for key in self.results.metadata if key.startswith(below)
-        ):
+        inner = [key.removeprefix(below).partition("/")[0] for key in self.results.metadata if key.startswith(below)]
+        for name in dict.fromkeys(inner):
             yield name
 
     async def set(self, key: str, value: Buffer) -> None:
-        """Nothing is written."""
         self._check_writable()
 
     async def delete(self, key: str) -> None:
-        """Nothing is removed."""
         self._check_writable()

@@ -8,8 +8,7 @@ import numpy as np
 
 from vibrocap.studies.store.marks import DamageError, read_chunk, read_first, read_mark, tile_name
 from vibrocap.studies.store.record import plan_of
-from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.store.zarr_form import TEXT, Results
+from vibrocap.studies.store.zarr_form import TEXT, Results, damaged
 from vibrocap.studies.tile import tile_block, tile_indices
 
 LONGEST_WORD = 1024  # bytes; words of phases have 104 letters at most
@@ -57,11 +56,7 @@ def checked_chunk(path: Path, record: Mapping[str, Any], results: Results, name:
             data = read_chunk(path, record, name, index, mark)
         _check_content(name, data, array.chunk_size, results.types[name])
     except DamageError as error:
-        what = f"tile {chunk}: {error}" if array.along_runs else str(error)
-        raise StoreError(
-            f"{path}: is damaged: {what}. `vibrocap sweep FOLDER --verify` names all damage, the sweep with --resume "
-            "(resume=True) mends it"
-        ) from None
+        raise damaged(path, f"tile {chunk}: {error}" if array.along_runs else str(error)) from None
     return data
 
 

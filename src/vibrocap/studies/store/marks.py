@@ -11,7 +11,6 @@ from typing import Any
 
 from vibrocap.studies.store.checksums import ChecksumError, checksum, sealed, unsealed
 from vibrocap.studies.store.places import DONE, FINISHED, RESULTS, STRANGE, read_plain, why_strange
-from vibrocap.studies.store.record import FIRST_FORMAT
 
 LARGEST = 2**20  # bytes of a mark
 LARGEST_CHUNK = 2**30
@@ -25,7 +24,7 @@ class DamageError(OSError):
 
 @dataclasses.dataclass(frozen=True)
 class Mark:
-    """What a mark says: the checksum of each chunk of its tile by array; empty in a store of the first format.
+    """What a mark says: the checksum of each chunk of its tile by array.
 
     made_by: with what the tile was computed, where that is not with what the study was begun.
     """
@@ -57,8 +56,6 @@ def read_mark(path: Path, record: Mapping[str, Any], index: Index) -> Mark | Non
         data = _read(path, f"{DONE}/{tile_name(index)}", LARGEST, "its mark")
     except FileNotFoundError:
         return None
-    if record["format"] == FIRST_FORMAT:
-        return Mark({})
     try:
         entries = unsealed(data, record["identity"], f"{DONE}/{tile_name(index)}")
         return Mark(entries["chunks"], entries.get("made_by"))
@@ -98,7 +95,7 @@ def read_chunk(path: Path, record: Mapping[str, Any], name: str, index: Index, m
 
 def read_first(path: Path, record: Mapping[str, Any], place: str) -> bytes:
     """A file of the results that belongs to no tile; DamageError where it is missing or not as it was written."""
-    return _checked(path, record, place, record.get("files", {}).get(place), f"{RESULTS}/{place}")
+    return _checked(path, record, place, record["files"].get(place), f"{RESULTS}/{place}")
 
 
 def _checked(path: Path, record: Mapping[str, Any], place: str, wanted: str | None, what: str) -> bytes:
@@ -107,7 +104,7 @@ def _checked(path: Path, record: Mapping[str, Any], place: str, wanted: str | No
         data = _read(path, f"{RESULTS}/{place}", LARGEST_CHUNK, what)
     except FileNotFoundError:
         raise DamageError(f"{what} is missing") from None
-    if record["format"] != FIRST_FORMAT and wanted != checksum(record["identity"], place, data):
+    if wanted != checksum(record["identity"], place, data):
         raise DamageError(f"{what} is altered: its checksum is of another content")
     return data
 

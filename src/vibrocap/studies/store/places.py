@@ -124,6 +124,11 @@ def why_strange(error: OSError) -> str:
     return error.strerror or str(error)
 
 
+def why_unread(error: OSError) -> str:
+    """Why a file there was not read."""
+    return why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
+
+
 def make_folder(root: Path, place: str) -> None:
     """Make a folder below another, where it is missing."""
     with at(root, place) as (name, folder), contextlib.suppress(FileExistsError):

@@ -12,9 +12,8 @@ from vibrocap.case.case import CaseError
 from vibrocap.studies.plan.runs import Runs, tile_counts
 from vibrocap.studies.plan.study import FORMAT, PLANS
 from vibrocap.studies.store.checksums import ChecksumError, sealed, unsealed
-from vibrocap.studies.store.places import RESULTS, STRANGE, STUDY, read_plain, why_strange
+from vibrocap.studies.store.places import RESULTS, STUDY, read_plain, why_unread
 
-FIRST_FORMAT = "vibrocap study, format 1"  # without checksums: it is read, and not gone on with
 LARGEST = 2**30  # bytes of study.json: of some ten million values
 MOST_RUNS_OF_A_TILE, MOST_TILES = 2**26, 2**24
 
@@ -96,11 +95,11 @@ class _Study(_Strict):
 
 
 class _Record(_Strict):
-    format: Literal["vibrocap study, format 1", "vibrocap study, format 2"]
+    format: str
     identity: _Hash
     study: _Study
     tile: Annotated[list[_Count], Field(min_length=1)]
-    files: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]] = {}
+    files: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]]
     made_with: _Texts
 
 
@@ -124,19 +123,17 @@ def read_record(path: Path, name: str = STUDY) -> dict[str, Any]:
     except NotADirectoryError:
         raise CaseError(["is a file, not the folder of a study"], str(path)) from None
     except OSError as error:
-        reason = why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
-        raise CaseError([f"its {name} {reason}"], str(path)) from None
+        raise CaseError([f"its {name} {why_unread(error)}"], str(path)) from None
     except (ValueError, KeyError, TypeError, RecursionError):
         if (path / RESULTS).is_dir():
             raise DamagedRecord([f"its {name} is damaged: it cannot be read"], str(path)) from None
         raise CaseError([f"holds no study: its {name} is of another kind"], str(path)) from None
-    if known not in (FIRST_FORMAT, FORMAT):
+    if known != FORMAT:
         raise CaseError([f"is of another format ({known!r}) than this version reads ({FORMAT!r})"], str(path))
-    if known == FORMAT:
-        try:
-            record = unsealed(data, None, STUDY)
-        except ChecksumError as error:
-            raise DamagedRecord([f"its {name} is damaged: it {error}"], str(path)) from None
+    try:
+        record = unsealed(data, None, STUDY)
+    except ChecksumError as error:
+        raise DamagedRecord([f"its {name} is damaged: it {error}"], str(path)) from None
     try:
         _Record.model_validate(record)
     except ValidationError as error:

@@ -186,9 +186,6 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
         if not resume:
             raise CaseError(["holds a study already; continue with --resume, or give another folder"], str(path))
         record = read_record(path)
-        if record["format"] != FORMAT:
-            reason = "which can be read but not gone on with: begin anew"
-            raise CaseError([f"is of an earlier format ({record['format']!r}), {reason}"], str(path))
         begun = dataclasses.replace(study, code=record["study"]["code"])
         if record["identity"] != begun.identity:
             reasons = differences(record["study"], study.record()) or ["its identity"]

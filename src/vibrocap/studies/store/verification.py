@@ -9,7 +9,7 @@ from typing import Any
 from vibrocap.case.case import CaseError
 from vibrocap.studies.store.marks import DamageError, Index, is_finished, read_chunk, read_first, read_mark, tile_name
 from vibrocap.studies.store.places import DONE, LOCK, RESULTS, STRANGE, STUDY, names, strange_places, why_strange
-from vibrocap.studies.store.record import FIRST_FORMAT, DamagedRecord, plan_of, read_record
+from vibrocap.studies.store.record import DamagedRecord, plan_of, read_record
 from vibrocap.studies.store.zarr_form import checked_results, expected_arrays, first_places, strange_names
 from vibrocap.studies.tile import tile_indices
 
@@ -23,7 +23,6 @@ class Verification:
     tiles: how many the study has; stored: how many of them have a mark
     damaged: what is wrong with a stored tile, by its place, such as (3, 0); `sweep` with `resume` computes them again
     others: what is wrong with files that belong to no tile
-    checked: False for a store of the first format, which has no checksums: then only what is missing was looked for
     mixed: tiles that were computed with something else than the study was begun with
     """
 
@@ -32,7 +31,6 @@ class Verification:
     stored: int
     damaged: Mapping[Index, str]
     others: tuple[str, ...] = ()
-    checked: bool = True
     mixed: tuple[Index, ...] = ()
 
     @property
@@ -109,8 +107,7 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
                 damaged[index] = what
             elif other:
                 mixed.append(index)
-    checked = record["format"] != FIRST_FORMAT
-    return Verification(path, len(indices), len(stored), damaged, others, checked, tuple(mixed))
+    return Verification(path, len(indices), len(stored), damaged, others, tuple(mixed))
 
 
 def _others(path: Path, record: Mapping[str, Any]) -> tuple[str, ...]:

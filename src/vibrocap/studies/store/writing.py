@@ -90,5 +90,4 @@ class Lock:
             )
 
     def release(self) -> None:
-        """Let others write."""
         os.close(self._handle)

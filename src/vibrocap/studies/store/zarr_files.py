@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.store.zarr_form import METADATA
+from vibrocap.studies.store.zarr_form import COMPRESSION, GROUP, METADATA, array_entries
 from vibrocap.studies.tile import tile_block
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
-
-COMPRESSION = 3  # level of zstd: measures hardly shrink further
 
 
 class ZarrFiles:
@@ -36,15 +34,13 @@ class ZarrFiles:
         attributes = study_attributes(self.study)
         if not plan.gridded:
             attributes["coordinates"] = " ".join(plan.paths)
-        texts = {METADATA: _text({"attributes": attributes, "zarr_format": 3, "node_type": "group"})}
+        texts = {METADATA: _text({"attributes": attributes, **GROUP})}
         for path, values in axis_values(self.study).items():
-            described = coordinate_attributes(path, self.study.case.system)
-            fill = "" if values.dtype == TEXT else np.nan
-            shape = values.shape
-            texts[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
+            form = values.shape, values.shape, (path,), coordinate_attributes(path, self.study.case.system)
+            texts[f"{path}/{METADATA}"] = _array_text(values.dtype, "" if values.dtype == TEXT else np.nan, *form)
             texts[f"{path}/c.0"] = _chunk(values)
         for variable in self._variables:
-            form = (plan.shape, self.tile, plan.dims, variable.stored_attributes)
+            form = plan.shape, self.tile, plan.dims, variable.stored_attributes
             texts[f"{variable.name}/{METADATA}"] = _array_text(variable.dtype, variable.fill, *form)
         return texts
 
@@ -60,36 +56,10 @@ class ZarrFiles:
         return chunks
 
 
-def _array_text(
-    dtype: Any,
-    fill: Any,
-    shape: tuple[int, ...],
-    chunk: tuple[int, ...],
-    dims: tuple[str, ...],
-    attributes: Mapping[str, Any],
-) -> bytes:
+def _array_text(dtype: Any, fill: Any, shape: Any, chunk: Any, dims: Any, attributes: Mapping[str, Any]) -> bytes:
     """The file that says what an array is."""
-    dtype = np.dtype(dtype)
-    own: dict[str, Any] = {"name": "bytes"}
-    if dtype == TEXT:
-        own = {"name": "vlen-utf8", "configuration": {}}
-    elif dtype.itemsize > 1:
-        own["configuration"] = {"endian": "little"}
-    return _text(
-        {
-            "shape": list(shape),
-            "data_type": "string" if dtype == TEXT else dtype.name,
-            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
-            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
-            "fill_value": "NaN" if fill != fill else fill,
-            "codecs": [own, {"name": "zstd", "configuration": {"level": COMPRESSION, "checksum": True}}],
-            "attributes": dict(attributes),
-            "dimension_names": list(dims),
-            "zarr_format": 3,
-            "node_type": "array",
-            "storage_transformers": [],
-        }
-    )
+    kind = "string" if np.dtype(dtype) == TEXT else np.dtype(dtype).name
+    return _text(array_entries(kind, fill, shape, chunk, dims) | {"attributes": dict(attributes)})
 
 
 def _text(entries: Mapping[str, Any]) -> bytes:

@@ -1,10 +1,9 @@
 """The form of the Zarr files that this package writes, and the look at those of a store before Zarr opens them.
 
 Zarr can hold arrays of Python objects whose reading runs code, and can ask for any codec that is installed. A store of
-ours needs none of that: format 3, arrays of a few plain types, one codec. Anything else is refused. The files that say
-so are JSON; they are read here and handed on as they were looked at, so that nothing else is ever asked.
-
-Units of stored arrays: those that follow from the study's own case, and no others.
+ours needs none of that: format 3, arrays of a few plain types, one codec. What says so is a JSON file for each array:
+its entries have to be those that this package writes (`array_entries`), with attributes of a few kinds. The files are
+handed on as they were looked at, so that nothing else is ever asked.
 
 Measures are stored without units, with the factor by which whoever reads them multiplies (`scale_factor`, CF
 conventions). Another factor would be other results, so it is compared with what the scales of the case give.
@@ -16,24 +15,30 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
-
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from typing import Any
 
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.measures.of_measure import measure_unit, unit_in
 from vibrocap.measures.standard import known_measure
 from vibrocap.physics.system import System
 from vibrocap.studies.store.marks import DamageError, is_finished, read_first
-from vibrocap.studies.store.places import FILE, FOLDER, RESULTS, STRANGE, names, read_plain, why_strange
+from vibrocap.studies.store.places import FILE, FOLDER, RESULTS, names, read_plain, why_unread
 from vibrocap.studies.store.record import measure_names, plan_of
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.variables import ALWAYS, coordinate_attributes
 
 METADATA = "zarr.json"
 LARGEST = 2**24  # bytes of such a file
+COMPRESSION = 3  # level of zstd: measures hardly shrink further
 NUMBERS, TEXT = "float64", "string"
 FILLS = {NUMBERS: "NaN", TEXT: ""}
+GROUP = {"zarr_format": 3, "node_type": "group"}
+PLAIN = (str, int, float, type(None))
+ATTRIBUTES: dict[str, Any] = {
+    **dict.fromkeys(("long_name", "units", "symbol", "flag_meanings"), str),
+    **dict.fromkeys(("dimensionless_unit", "scale_factor"), (int, float)),
+    "flag_values": list,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,7 +56,6 @@ class ExpectedArray:
 
     @property
     def chunk_size(self) -> int:
-        """Values in a chunk."""
         return math.prod(self.chunk)
 
 
@@ -68,88 +72,28 @@ class Results:
     finished: bool = False
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-_Lengths = list[Annotated[int, Field(ge=1, le=2**62)]]
-
-
-class _Level(_Strict):
-    level: Annotated[int, Field(ge=-7, le=22)]
-    checksum: bool
-
-
-class _Zstd(_Strict):
-    name: Literal["zstd"]
-    configuration: _Level
-
-
-class _Endian(_Strict):
-    endian: Literal["little"]
-
-
-class _Nothing(_Strict):
-    pass
-
-
-class _Bytes(_Strict):
-    name: Literal["bytes"]
-    configuration: _Endian | _Nothing | None = None
-
-
-class _Words(_Strict):
-    name: Literal["vlen-utf8"]
-    configuration: _Nothing | None = None
-
-
-class _ChunkShape(_Strict):
-    chunk_shape: _Lengths
-
-
-class _ChunkGrid(_Strict):
-    name: Literal["regular"]
-    configuration: _ChunkShape
-
-
-class _Separator(_Strict):
-    separator: Literal["."]
-
-
-class _ChunkKeys(_Strict):
-    name: Literal["default"]
-    configuration: _Separator
-
-
-class _ArrayAttributes(_Strict):
-    long_name: str | None = None
-    units: str | None = None
-    symbol: str | None = None
-    flag_values: list[int] | None = None
-    flag_meanings: str | None = None
-    dimensionless_unit: float | None = None
-    scale_factor: float | None = None
-
-
-class _Array(_Strict):
-    zarr_format: Literal[3]
-    node_type: Literal["array"]
-    shape: _Lengths
-    data_type: Literal["float64", "string", "int8", "int16", "int32", "bool"]
-    chunk_grid: _ChunkGrid
-    chunk_key_encoding: _ChunkKeys
-    fill_value: str | bool | int
-    codecs: tuple[_Bytes | _Words, _Zstd]
-    attributes: _ArrayAttributes
-    dimension_names: list[str]
-    storage_transformers: Annotated[list[None], Field(max_length=0)] = []
-
-
-class _Group(_Strict):
-    zarr_format: Literal[3]
-    node_type: Literal["group"]
-    attributes: dict[str, str | bool | int | float | None]
-    consolidated_metadata: None = None
+def array_entries(
+    kind: str, fill: Any, shape: tuple[int, ...], chunk: tuple[int, ...], dims: tuple[str, ...]
+) -> dict[str, Any]:
+    """The entries that say what an array is, but for its attributes, as they are written."""
+    own: dict[str, Any] = {"name": "bytes"}
+    if kind == TEXT:
+        own = {"name": "vlen-utf8", "configuration": {}}
+    elif kind not in ("int8", "bool"):
+        own["configuration"] = {"endian": "little"}
+    return {
+        "shape": list(shape),
+        "data_type": kind,
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+        "fill_value": "NaN" if fill != fill else fill,
+        "codecs": [own, {"name": "zstd", "configuration": {"level": COMPRESSION, "checksum": True}}],
+        "attributes": {},
+        "dimension_names": list(dims),
+        "zarr_format": 3,
+        "node_type": "array",
+        "storage_transformers": [],
+    }
 
 
 def expected_arrays(record: Mapping[str, Any]) -> dict[str, ExpectedArray]:
@@ -189,22 +133,25 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
         place = METADATA if name is None else f"{name}/{METADATA}"
         try:
             metadata[place] = read_plain(path, f"{RESULTS}/{place}", LARGEST)
+            entries = json.loads(metadata[place])
+            attributes = dict(entries.pop("attributes"))
             if name is None:
-                _Group.model_validate_json(metadata[place])
+                kinds, wrong = dict.fromkeys(attributes, PLAIN), _differences(GROUP, entries)
             else:
-                array = _Array.model_validate_json(metadata[place])
-                types[name] = array.data_type
-                wrong = _differences(name, array, arrays[name]) or units.complaints(name, dict(array.attributes))
-                complaints += [f"{RESULTS}/{place}: {complaint}" for complaint in wrong]
+                kinds, wrong, types[name] = (
+                    ATTRIBUTES,
+                    _array_complaints(name, entries, arrays[name]),
+                    entries["data_type"],
+                )
+            wrong += [f"attributes.{key}: vibrocap writes no such thing" for key in _strange(attributes, kinds)]
+            wrong = wrong or ([] if name is None else units.complaints(name, attributes))
+            complaints += [f"{RESULTS}/{place}: {complaint}" for complaint in wrong]
         except FileNotFoundError:
             complaints.append(f"{RESULTS}/{place} is missing")
         except OSError as error:
-            reason = why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
-            complaints.append(f"{RESULTS}/{place} {reason}")
-        except ValidationError as error:
-            first = error.errors(include_url=False, include_input=False)[0]
-            field = ".".join(map(str, (place, *first["loc"])))
-            complaints.append(f"{RESULTS}/{field}: {first['msg']}; vibrocap writes no such thing")
+            complaints.append(f"{RESULTS}/{place} {why_unread(error)}")
+        except (ValueError, LookupError, AttributeError, TypeError, RecursionError):
+            complaints.append(f"{RESULTS}/{place}: says of no array what it is; vibrocap writes no such thing")
     if complaints:
         raise CaseError(complaints, str(path))
     try:
@@ -213,10 +160,15 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
                 raise DamageError(f"{RESULTS}/{place} changes while it is read")
         return Results(arrays, types, metadata, is_finished(path, record))
     except DamageError as error:
-        raise StoreError(
-            f"{path}: is damaged: {error}. `vibrocap sweep FOLDER --verify` names all damage, the sweep with --resume "
-            "(resume=True) mends it"
-        ) from None
+        raise damaged(path, str(error)) from None
+
+
+def damaged(path: Path, what: str) -> StoreError:
+    """The error of a store that is not as it was written."""
+    return StoreError(
+        f"{path}: is damaged: {what}. `vibrocap sweep FOLDER --verify` names all damage, the sweep with --resume "
+        "(resume=True) mends it"
+    )
 
 
 def strange_names(path: Path, arrays: Mapping[str, ExpectedArray]) -> list[str]:
@@ -231,24 +183,36 @@ def strange_names(path: Path, arrays: Mapping[str, ExpectedArray]) -> list[str]:
     except FileNotFoundError:
         return []  # which is said of the files that should be there
     except OSError as error:
-        reason = why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
-        return [f"{RESULTS} {reason}"]
+        return [f"{RESULTS} {why_unread(error)}"]
     return sorted(strange)
 
 
-def _differences(name: str, array: _Array, expected: ExpectedArray) -> list[str]:
-    """In what an array, which is of the right form, is not the one that the study has."""
-    kind, chunk = array.data_type, array.chunk_grid.configuration.chunk_shape
-    fill = ALWAYS[name].fill if name in ALWAYS else FILLS.get(kind)
-    differences = [
-        ("data_type", kind in expected.types, " or ".join(expected.types)),
-        ("shape", tuple(array.shape) == expected.shape, list(expected.shape)),
-        ("dimension_names", tuple(array.dimension_names) == expected.dims, list(expected.dims)),
-        ("chunk_shape", tuple(chunk) == expected.chunk, list(expected.chunk)),
-        ("codecs", isinstance(array.codecs[0], _Words) == (kind == TEXT), "those of its type"),
-        ("fill_value", type(array.fill_value) is type(fill) and array.fill_value == fill, json.dumps(fill)),
+def _array_complaints(name: str, entries: Mapping[str, Any], expected: ExpectedArray) -> list[str]:
+    """In what the entries of an array are not those of the array that the study has."""
+    if (kind := entries["data_type"]) not in expected.types:
+        return [f"data_type should be {' or '.join(expected.types)}"]
+    fill = ALWAYS[name].fill if name in ALWAYS else FILLS[kind]
+    wanted = array_entries(kind, fill, expected.shape, expected.chunk, expected.dims)
+    del wanted["attributes"]
+    return _differences(wanted, entries)
+
+
+def _differences(wanted: Mapping[str, Any], entries: Mapping[str, Any]) -> list[str]:
+    """Which entries of JSON are not as wanted, to the type."""
+    texts = {key: json.dumps(value, sort_keys=True) for key, value in wanted.items()}
+    wrong = [
+        key
+        for key in dict.fromkeys((*wanted, *entries))
+        if json.dumps(entries.get(key), sort_keys=True) != texts.get(key)
     ]
-    return [f"{name} should be {wanted}" for name, right, wanted in differences if not right]
+    return [f"{key} should {f'be {texts[key]}' if key in texts else 'not be there'}" for key in wrong]
+
+
+def _strange(attributes: Mapping[str, Any], kinds: Mapping[str, Any]) -> list[str]:
+    """The attributes that this package does not write, by their name or their type."""
+    wrong = [key for key, value in attributes.items() if not isinstance(value, kinds.get(key, ()))]
+    flags = attributes.get("flag_values", []) if kinds is ATTRIBUTES else []
+    return wrong or (["flag_values"] if any(type(flag) is not int for flag in flags) else [])
 
 
 FACTORS = ("dimensionless_unit", "scale_factor")
@@ -262,9 +226,7 @@ class ArrayUnits:
 
     def __init__(self, record: Mapping[str, Any]):
         self._paths = plan_of(record).paths
-        self._measures = {
-            measure if isinstance(measure, str) else measure["name"]: measure for measure in record["study"]["measures"]
-        }
+        self._measures = dict(zip(measure_names(record), record["study"]["measures"], strict=True))
         self._system: System | None = None
         self._unknown = ""
         try:
@@ -290,16 +252,13 @@ class ArrayUnits:
         factors: dict[str, Any] = dict.fromkeys(FACTORS)
         if name in self._paths:
             with contextlib.suppress(KeyError, StopIteration):  # a path of a part that is not loaded
-                return factors | {"units": coordinate_attributes(name, system).get("units")}
+                factors["units"] = coordinate_attributes(name, system).get("units")
+        if (entry := self._measures.get(name)) is None:
             return factors
-        if name not in self._measures:
-            return factors
-        entry = self._measures[name]
-        if isinstance(entry, str):
-            measure = known_measure(entry, system)
-            if measure is None:
-                return factors
+        if not isinstance(entry, str):
+            unit, scale = unit_in(entry["unit"], entry.get("si_unit") or "1", system)
+        elif (measure := known_measure(entry, system)) is not None:
             unit, scale = measure_unit(measure, system)
         else:
-            unit, scale = unit_in(entry["unit"], entry.get("si_unit") or "1", system)
+            return factors
         return {"units": unit, "dimensionless_unit": scale, "scale_factor": None if scale == 1.0 else scale}
