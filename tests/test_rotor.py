@@ -17,7 +17,7 @@ from vibrocap.cli.terminal import OK
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
 from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
-from vibrocap.orbits.continuation.branch_distance import branch_distance
+from vibrocap.orbits.continuation.branch import branch_distance
 from vibrocap.orbits.maps.stroboscopic_map import state_vector
 
 TURN = 2.0 * math.pi

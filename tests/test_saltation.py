@@ -60,7 +60,9 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     monkeypatch.setattr(
         StroboscopicMap,
         "images",
-        lambda *given: (got := sound(*given)) and dataclasses.replace(got, jacobian=0.5 * got.jacobian),
+        lambda *given, **named: (
+            (got := sound(*given, **named)) and dataclasses.replace(got, jacobian=0.5 * got.jacobian)
+        ),
     )
     found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
     assert found.status is vc.OrbitStatus.CONTRADICTED

@@ -59,17 +59,14 @@ class Attractor(Dimensional):
 
     @property
     def kind(self) -> str:
-        """That of its motion."""
         return self.motion.kind
 
     @property
     def drift(self) -> Length | None:
-        """That of its motion, per drive period."""
         return self.motion.drift
 
     @property
     def winding(self) -> dict[str, Number]:
-        """That of its motion: turns per drive period."""
         return {f"winding_{name}": turns for name, turns in self.motion.winding.items()}
 
     @property
@@ -120,15 +117,9 @@ class Attractors(Result):
         if not is_driven(self.system) or not orbit.closes:
             return None
         map_ = StroboscopicMap(self.system, orbit.tolerance)
-        known = {
-            k: attractor.motion.orbit
-            for k, attractor in enumerate(self.attractors)
-            if attractor.motion.orbit is not None
-        }
-        place = nearest(
-            orbit_points(map_, orbit).points, [orbit_points(map_, attractor) for attractor in known.values()]
-        )
-        return None if place is None else list(known)[place]
+        orbits = {k: known for k, attractor in enumerate(self.attractors) if (known := attractor.motion.orbit)}
+        place = nearest(orbit_points(map_, orbit).points, [orbit_points(map_, known) for known in orbits.values()])
+        return None if place is None else list(orbits)[place]
 
 
 @shows_progress("Running the starts")

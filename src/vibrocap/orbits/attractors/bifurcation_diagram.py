@@ -13,7 +13,7 @@ from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_section, recurrence, returns_of
-from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
+from vibrocap.orbits.maps.settling_runs import ROUGH, SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven, named_states, state_vector
 from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
@@ -112,11 +112,8 @@ def bifurcation_diagram(
     check_whole("starts", starts, 1, 100_000)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_whole("kept", kept, 16, 10**6)
-    if (
-        not directions
-        or any(direction not in DIRECTIONS for direction in directions)
-        or len({*directions}) < len(directions)
-    ):
+    known = all(direction in DIRECTIONS for direction in directions)
+    if not directions or not known or len({*directions}) < len(directions):
         raise ArgumentError("directions", f"should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
     systems = [system_at(system, over, value) for value in values]
     shape = (len(directions), starts, len(values))
@@ -131,92 +128,93 @@ def bifurcation_diagram(
             group = ends[row].reshape(-1, len(start))
             here = StroboscopicMap(systems[at], ROUGH, threads)
             begun = _nudged(here, group, step)
-            if driven:
-                imaged = np.tile(system.mirrored & (np.arange(starts) % 2 == 1), len(row))
-                done = _at_point(here, begun, settle_periods, kept, imaged)
-            else:
-                done = _returns_at_point(here, begun, settle_periods, kept, section)
-            each_shape = (len(row), starts)
-            response[row, :, at] = done[0].reshape(each_shape)
-            states[row, :, at] = done[1].reshape(*each_shape, kept, -1)
-            drift[row, :, at] = done[2].reshape(each_shape)
-            moved = done[3].reshape(*each_shape, -1)
+            imaged = np.tile(system.mirrored & (np.arange(starts) % 2 == 1), len(row)) if driven else None
+            point = _Point(here, begun, settle_periods, kept, imaged, section)
+            at_shape = (len(row), starts)
+            response[row, :, at] = point.response.reshape(at_shape)
+            states[row, :, at] = point.states.reshape(*at_shape, kept, -1)
+            drift[row, :, at] = point.drift.reshape(at_shape)
+            moved = point.ends.reshape(*at_shape, -1)
             ends[row] = np.where(np.isfinite(moved), moved, first[row])
         if (report := told(progress)) is not None:
             report((step + 1) / len(values))
     return BifurcationDiagram(system, over, values, tuple(directions), states, response, drift, system.state_names)
 
 
-def _at_point(
-    map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, imaged: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(response period, states kept [runs, kept, states], drift, last states) of runs at one value.
+class _Point:
+    """What runs do at one value: response [runs], states kept [runs, kept, states], drift [runs], ends [runs, states].
 
-    imaged: [runs] which ones are recorded by their mirror images
+    imaged: [runs] which ones are recorded by their mirror images; None of a system that nothing drives in time, whose
+        returns to a section are recorded
     """
-    rows = np.tile(map_.parameters(), (len(states), 1))
-    runs = settling_runs(map_, states, rows, periods)
-    cyclic = map_.cyclic
-    response = np.where(runs.finished, runs.response_period, FAILED)
-    begun = brought_back(map_.system, runs.state)
-    states_kept = np.full((len(states), kept, map_.states), math.nan)
-    drift = np.full(len(states), math.nan)
-    ends = np.where(runs.finished[:, None], begun, math.nan)
-    for wandering in (False, True):
-        chosen = np.flatnonzero(runs.finished & ((response == NOT_SETTLED) == wandering))
-        if not len(chosen):
-            continue
-        count = kept if wandering else int(response[chosen].max())
-        path = iterates(map_, begun[chosen], rows[chosen], count)  # [count + 1, runs, states]
-        last = path.copy()
-        for k in np.flatnonzero(imaged[chosen]):
-            path[:, k] = _mirrored(map_, path[:, k])
-        for k, run in enumerate(chosen):
-            n = count if wandering else _shortest(map_, path[:, k], int(response[run]))
-            response[run] = NOT_SETTLED if wandering else n
-            states_kept[run, :n] = path[:n, k] - whole_turns(map_.system, path[:n, k])
-            ends[run] = last[n, k]
+
+    def __init__(
+        self,
+        map_: StroboscopicMap,
+        states: np.ndarray,
+        periods: int,
+        kept: int,
+        imaged: np.ndarray | None,
+        section: Section | None,
+    ):
+        self.map, self.periods, self.kept = map_, periods, kept
+        runs = settling_runs(map_, states, np.tile(map_.parameters(), (len(states), 1)), periods)
+        self.response = np.where(runs.finished, runs.response_period if imaged is not None else NOT_SETTLED, FAILED)
+        self.states = np.full((len(states), kept, map_.states), math.nan)
+        self.drift = np.full(len(states), math.nan)
+        self.ends = np.where(runs.finished[:, None], runs.state, math.nan)
+        if imaged is None:
+            self._record_returns(runs, section)
+        else:
+            self.ends = np.where(runs.finished[:, None], brought_back(map_.system, runs.state), math.nan)
+            self._record_iterates(runs, imaged)
+        self.ends = np.where(np.isfinite(self.ends), brought_back(map_.system, self.ends), math.nan)
+        self.response = np.where(np.all(np.isfinite(self.ends), axis=1), self.response, FAILED)
+        self.response = np.where((self.response != FAILED) & ~runs.certified, NOT_CERTIFIED, self.response)
+
+    def _record_iterates(self, runs: SettlingRuns, imaged: np.ndarray) -> None:
+        map_, cyclic, begun = self.map, self.map.cyclic, self.ends
+        for wandering in (False, True):
+            chosen = np.flatnonzero(runs.finished & ((self.response == NOT_SETTLED) == wandering))
+            if not len(chosen):
+                continue
+            count = self.kept if wandering else int(self.response[chosen].max())
+            rows = np.tile(map_.parameters(), (len(chosen), 1))
+            path = iterates(map_, begun[chosen], rows, count)  # [count + 1, runs, states]
+            last = path.copy()
+            for k in np.flatnonzero(imaged[chosen]):
+                path[:, k] = _mirrored(map_, path[:, k])
+            for k, run in enumerate(chosen):
+                n = count if wandering else _shortest(map_, path[:, k], int(self.response[run]))
+                self.response[run] = NOT_SETTLED if wandering else n
+                self.states[run, :n] = path[:n, k] - whole_turns(map_.system, path[:n, k])
+                self.ends[run] = last[n, k]
+                if cyclic >= 0:
+                    self.drift[run] = (path[n, k, cyclic] - path[0, k, cyclic]) / n
+
+    def _record_returns(self, runs: SettlingRuns, section: Section | None) -> None:
+        map_, system, cyclic = self.map, self.map.system, self.map.cyclic
+        period = map_.period(map_.parameters())
+        for run in np.flatnonzero(runs.finished):
+            start = named_states(system, brought_back(system, runs.state[run]))
+            motion = simulate(system, periods=self.periods, initial=start, tolerance=ROUGH)
+            if not motion.run_status.ok:
+                self.response[run] = FAILED
+                continue
+            self.ends[run] = state_vector(system, motion.state)
+            times = next(returns_of(motion, section), np.empty(0))[-self.kept - 1 :]
+            if len(times) < 2:
+                if runs.response_period[run] > 0:  # at rest, or sliding steadily
+                    self.response[run], self.states[run, 0] = 1, self.ends[run]
+                continue
+            count, away = recurrence(motion, times, len(times) - 1)
+            self.response[run] = count if away <= REPEATS else NOT_SETTLED
+            times = times[-(count if away <= REPEATS else len(times) - 1) - 1 :]
+            path = motion.states(times).T
+            self.states[run, : len(times) - 1] = path[:-1] - whole_turns(system, path[:-1])
             if cyclic >= 0:
-                drift[run] = (path[n, k, cyclic] - path[0, k, cyclic]) / n
-    ends = np.where(np.isfinite(ends), brought_back(map_.system, ends), math.nan)
-    response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
-    response = np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response)
-    return response, states_kept, drift, ends
-
-
-def _returns_at_point(
-    map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, section: Section | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """As `_at_point`, at the returns to a section of a system that nothing drives in time."""
-    system, period = map_.system, map_.period(map_.parameters())
-    runs = settling_runs(map_, states, np.tile(map_.parameters(), (len(states), 1)), periods)
-    response = np.where(runs.finished, NOT_SETTLED, FAILED)
-    states_kept = np.full((len(states), kept, map_.states), math.nan)
-    drift = np.full(len(states), math.nan)
-    ends = np.where(runs.finished[:, None], runs.state, math.nan)
-    for run in np.flatnonzero(runs.finished):
-        start = named_states(system, brought_back(system, runs.state[run]))
-        motion = simulate(system, periods=periods, initial=start, tolerance=ROUGH)
-        if not motion.run_status.ok:
-            response[run] = FAILED
-            continue
-        ends[run] = state_vector(system, motion.state)
-        times = next(returns_of(motion, section), np.empty(0))[-kept - 1 :]
-        if len(times) < 2:
-            if runs.response_period[run] > 0:  # at rest, or sliding steadily
-                response[run], states_kept[run, 0] = 1, ends[run]
-            continue
-        count, away = recurrence(motion, times, len(times) - 1)
-        response[run] = count if away <= REPEATS else NOT_SETTLED
-        times = times[-(count if away <= REPEATS else len(times) - 1) - 1 :]
-        path = motion.states(times).T
-        states_kept[run, : len(times) - 1] = path[:-1] - whole_turns(system, path[:-1])
-        if map_.cyclic >= 0:
-            states_kept[run, :, map_.cyclic] -= states_kept[run, 0, map_.cyclic]
-            drift[run] = (path[-1, map_.cyclic] - path[0, map_.cyclic]) * period / (times[-1] - times[0])
-    ends = np.where(np.isfinite(ends), brought_back(system, ends), math.nan)
-    response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
-    return np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response), states_kept, drift, ends
+                self.states[run, :, cyclic] -= self.states[run, 0, cyclic]
+                self.drift[run] = (path[-1, cyclic] - path[0, cyclic]) * period / (times[-1] - times[0])
 
 
 def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:

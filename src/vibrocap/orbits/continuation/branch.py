@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_one_of, check_whole
 from vibrocap.measures.of_measure import OneOfMeasure
+from vibrocap.motion.recording.section import whole_turns
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
@@ -15,23 +16,24 @@ from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, OfOrbi
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.orbits.maps.stroboscopic_map import is_driven, state_vector
 from vibrocap.orbits.parameter_range import checked_range
-from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected
 from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.ends import BranchEnd
-from vibrocap.orbits.walk.following import Followed, followed, started, walked
+from vibrocap.orbits.walk.following import Followed, end_at, followed, started, walked
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import AlongTurns, ByName, Lengths, Numbers, Over, Speeds, StateColumns, Time, Times
+from vibrocap.quantities.declared import AlongTurns, ByName, Lengths, Numbers, Over, Speeds, StateColumns, Times
 from vibrocap.quantities.dimensional import said
 
 TOWARDS = ("both", "up", "down")
+ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -101,7 +103,8 @@ class Branch(BranchRecord):
 
     def orbit(self, point: int) -> Orbit:
         """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
-        return self.orbit_near(self.states[point], float(self.parameter[point]), float(self.period[point]))
+        place = self.states[point], float(self.parameter[point]), float(self.period[point])
+        return orbit_near(self.closing_map, *place)
 
     def orbits_at(self, value: Parameter) -> list[Orbit]:
         """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
@@ -112,12 +115,8 @@ class Branch(BranchRecord):
                 share = (value - left) / (right - left)
                 state = self.states[i] + share * (self.states[i + 1] - self.states[i])
                 period = self.period[i] + share * (self.period[i + 1] - self.period[i])
-                orbits.append(self.orbit_near(state, value, float(period)))
+                orbits.append(orbit_near(self.closing_map, state, value, float(period)))
         return orbits
-
-    def orbit_near(self, state: StateColumns, value: Parameter, period: Time) -> Orbit:
-        """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
-        return orbit_near(self.closing_map, state, value, period)
 
     def crossings(self, measure: str | OfOrbit = "drift", value: OneOfMeasure = 0.0) -> tuple[BranchCrossing, ...]:
         """All places of the branch where a measure passes a value, in its order; see `branch_crossings`.
@@ -136,7 +135,6 @@ class Branch(BranchRecord):
         return np.max(np.abs(self.multipliers), axis=1, initial=0.0)
 
     def __str__(self) -> str:
-        """The branch in words."""
         if self.certified.all():
             return super().__str__()
         wrong = self.parameter[~self.certified]
@@ -145,13 +143,13 @@ class Branch(BranchRecord):
         return f"{super().__str__()}\n  {refused}"
 
 
-def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
+def empty_branch(closure: ClosingMap) -> Branch:
     """The record of a branch of which not even the first orbit closed."""
     names = len(closure.system.state_names)
     none, nowhere = np.empty(0), (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
     multipliers = np.empty((0, len(closure.unknowns)), dtype=complex)
     return Branch(
-        closure.system, closure.path, between, closure.response_period, closure.symmetric, none, none,
+        closure.system, closure.path, closure.between, closure.response_period, closure.symmetric, none, none,
         np.empty((0, names)), none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
         none, np.empty(0, dtype=bool), np.empty((0, len(closure.system.turns)), dtype=int), (), nowhere, -1,
         closure,
@@ -240,11 +238,11 @@ def branch(
     if half and period % 2 == 0:
         raise ArgumentError("half", f"should be False for an orbit of an even number of drive periods, got {period}")
     base = begun.system
-    state = np.array([begun.state[name] for name in base.state_names])
+    state = state_vector(base, begun.state)
     closure: ClosingMap
     if not is_driven(base):
         if not begun.closes:
-            return empty_branch(ClosingMap(base, over, (low, high), 1, False, tolerance, False), (low, high))
+            return empty_branch(ClosingMap(base, over, (low, high), 1, False, tolerance, False))
         closure = CycleMap(base, over, (low, high), state, begun.period, tolerance)
     else:
         closure = ClosingMap(base, over, (low, high), max(period, 1), half, tolerance, mirrored)
@@ -252,7 +250,7 @@ def branch(
     if begun.closes or half:
         first = started(closure, closure.point(state, float(base.parameter(over))))
     if first is None:
-        return empty_branch(closure, (low, high))
+        return empty_branch(closure)
     follow = cycles_followed if isinstance(closure, CycleMap) else followed
     report, ways = told(progress), 2.0 if towards == "both" else 1.0
     down = report and (lambda share: report(share / ways))
@@ -281,17 +279,15 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
             way = followed(finer, turned, 1.0, points, step, from_parent=True)
         assert isinstance(finer, ClosingMap)
         result = joined(finer, None, way)
-        begin = BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
-        return dataclasses.replace(result, ends=(begin, result.ends[1]))
+        return dataclasses.replace(result, ends=(end_at(special), result.ends[1]))
     if special.kind in CORNERS and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
         for finer, first in branches_at_corner(map_, located):
             assert isinstance(finer, ClosingMap)
             ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
             return joined(finer, *ways)
         return None
-    raise ArgumentError(
-        "special", f"should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}"
-    )
+    wanted = "should be a pitchfork or a flip, from which a branch leaves"
+    raise ArgumentError("special", f"{wanted}, got a {special.kind.value}")
 
 
 def check_options(towards: str, points: int, step: float) -> None:
@@ -322,9 +318,8 @@ def first_orbit(
     inside = min(max(value, between[0]), between[1])
     if orbit is not None:
         if value != inside:
-            raise ArgumentError(
-                "orbit", f"should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}"
-            )
+            limits = f"{between[0]:g} to {between[1]:g}"
+            raise ArgumentError("orbit", f"should have its {over} within {limits}, got {value:g}")
         return orbit
     system = system if value == inside else system.with_parameters({over: inside})
     return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)
@@ -337,3 +332,50 @@ def mirrored_all_over(system: System, over: str, between: tuple[float, float]) -
     low, high = between
     values = (low, 0.5 * (low + high), high)
     return all(system.with_parameters({over: value}).mirrored for value in values)
+
+
+def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
+    """Distance of an orbit from a branch of its period, in natural sizes and shares of the range; the least over twins.
+
+    state: of the orbit at the section, [states]. Infinite where the branch does not come near.
+    """
+    return min(_distance(branch, start, parameter) for start in _starts(branch, state, parameter))
+
+
+def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
+    """States of an orbit at the sections of its response, and of its mirror twin."""
+    closure = branch.closing_map
+    row = closure.row.copy()
+    row[closure.index] = parameter
+    here, starts = state.copy(), []
+    for _ in range(branch.response_period):
+        starts.append(here)
+        here = closure.map.images(here[None], row[None], tangents=False).state[0]
+    if closure.mirrored and not closure.half:
+        starts += [closure.map.mirrored_half(start[None], row[None], tangents=False).state[0] for start in starts]
+    return starts
+
+
+def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
+    """Distance of a point from a branch: from its chords first, then from the branch across the nearest of them."""
+    closure = branch.closing_map
+    x = closure.point(state, parameter)
+    corners = np.stack([closure.point(*point) for point in zip(branch.states, branch.parameter, strict=True)])
+    ways = np.diff(corners, axis=0)
+    lengths = np.linalg.norm(ways, axis=1)
+    apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
+    if not len(apart):
+        return float("inf")
+    turned = np.zeros_like(corners)  # whole turns, so that each chord begins as near as can be
+    unknown = closure.unknowns
+    turned[:, : len(unknown)] = whole_turns(branch.system, branch.states - state)[:, unknown] / closure.sizes[unknown]
+    starts, ways, lengths = (corners - turned)[apart], ways[apart], lengths[apart]
+    shares = np.clip(np.sum((x - starts) * ways, axis=1) / lengths**2, 0.0, 1.0)
+    feet = starts + shares[:, None] * ways
+    off = np.linalg.norm(feet - x, axis=1)
+    i = int(np.argmin(off))
+    if off[i] > ROUGHLY:
+        return float("inf")
+    normal = ways[i] / lengths[i]
+    foot, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))
+    return float(off[i]) if foot is None else float(np.linalg.norm(foot.x - x))

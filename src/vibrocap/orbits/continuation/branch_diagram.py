@@ -11,8 +11,16 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
-from vibrocap.orbits.continuation.branch_distance import branch_distance
+from vibrocap.orbits.continuation.branch import (
+    Branch,
+    branch,
+    branch_distance,
+    check_options,
+    first_orbit,
+    leaving,
+    mirrored_all_over,
+)
+from vibrocap.orbits.maps.stroboscopic_map import named_states, state_vector
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
@@ -100,19 +108,15 @@ class BranchDiagram(Result):
         return [{"branch": i, **row} for i, branch in enumerate(self.branches) for row in branch.table()]
 
     def __str__(self) -> str:
-        """The diagram in words."""
-        lines = [f"[{i}] {branch}" for i, branch in enumerate(self.branches)]
+        lines, unit = [f"[{i}] {branch}" for i, branch in enumerate(self.branches)], self.unit_of("over")
         for join in self.joins:
             place = self.branches[join.parent].special_points[join.special]
             verb = "leaves" if join.end == 0 else "ends on"
-            lines.append(
-                f"[{join.child}] {verb} [{join.parent}] at {self.over} = {said(place.parameter, self.unit_of('over'))}"
-            )
+            lines.append(f"[{join.child}] {verb} [{join.parent}] at {self.over} = {said(place.parameter, unit)}")
         for transition in self.transitions:
-            edge = f"{self.over} = {said(transition.parameter, self.unit_of('over'))} ({transition.why})"
-            lines.append(
-                f"[{transition.branch}] is stable up to {edge}; beyond it a simulation leads to {transition.leads_to}"
-            )
+            edge = f"{self.over} = {said(transition.parameter, unit)} ({transition.why})"
+            onward = f"beyond it a simulation leads to {transition.leads_to}"
+            lines.append(f"[{transition.branch}] is stable up to {edge}; {onward}")
         return "\n".join(lines)
 
 
@@ -220,7 +224,7 @@ class _Growing:
         branch_ = self.branches[index]
         if self._joined(index, edge):
             return
-        start = dict(zip(branch_.system.state_names, map(float, branch_.states[edge.point]), strict=True))
+        start = named_states(branch_.system, branch_.states[edge.point])
 
         def beyond(value: float) -> Orbit:
             system = branch_.system.with_parameters({branch_.over: value})
@@ -231,15 +235,14 @@ class _Growing:
             beyond_it = beyond(edge.beyond[-1])
         reached = None
         if beyond_it.closes and beyond_it.stable:
-            reached = next(
-                (i for i, branch in enumerate(self.branches) if len(branch) and _holds(branch, beyond_it)), None
-            )
+            holding = (i for i, known in enumerate(self.branches) if len(known) and _holds(known, beyond_it))
+            reached = next(holding, None)
             if reached is None:
                 options = {"points": self.points, "step": self.step, "tolerance": branch_.closing_map.tolerance}
-                reached = self.add(
-                    branch(beyond_it.system, branch_.over, branch_.between, orbit=beyond_it, **options), 0
-                )
-                self._join_loose_ends()
+                onward = branch(beyond_it.system, branch_.over, branch_.between, orbit=beyond_it, **options)
+                reached = self.add(onward, 0)
+                for child in range(len(self.branches)):
+                    self._join(child)
                 self.grow()
         if reached != index and not self._joined(index, edge):
             there = _without_orbit(beyond_it, start) if reached is None else f"[{reached}]"
@@ -250,14 +253,6 @@ class _Growing:
         at_special = any((join.parent, join.special) == (index, edge.special) for join in self.joins)
         return at_special or any((join.child, join.end) == (index, edge.end) for join in self.joins)
 
-    def _join_loose_ends(self) -> None:
-        """Join what began or ended at a bifurcation of a branch that was not followed then."""
-        known = {(join.child, join.end) for join in self.joins}
-        for child, grown in enumerate(self.branches):
-            for end in (0, -1):
-                if grown.ends[end] in AT_PARENT and (child, end) not in known:
-                    self._join_end(child, end)
-
     def _known(self, child: Branch) -> bool:
         """Whether a branch is one of those followed already, or the mirror twin of one."""
         place = len(child) // 2
@@ -266,19 +261,16 @@ class _Growing:
         return any(branch_distance(branch, *middle) <= ON_BRANCH for branch in alike)
 
     def _join(self, child: int) -> None:
-        """Note where a branch begins and ends on others."""
+        """Note on which special points of others a branch begins and ends, as far as that is not known."""
+        known, grown = {(join.child, join.end) for join in self.joins}, self.branches[child]
         for end in (0, -1):
-            if self.branches[child].ends[end] in AT_PARENT:
-                self._join_end(child, end)
-
-    def _join_end(self, child: int, end: int) -> None:
-        """Note on which special points of others an end of a branch is."""
-        for (i, j), special in self._special():
-            if i != child and _leaves(special) and _meets(self.branches[i], special, self.branches[child], end):
-                self.joins.append(Join(i, j, child, end))
+            for (i, j), special in (
+                self._special() if grown.ends[end] in AT_PARENT and (child, end) not in known else ()
+            ):
+                if i != child and _leaves(special) and _meets(self.branches[i], special, grown, end):
+                    self.joins.append(Join(i, j, child, end))
 
     def finished(self, system: System, over: str, between: tuple[float, float]) -> BranchDiagram:
-        """The record."""
         joined = {(join.parent, join.special) for join in self.joins}
         unfollowed = tuple(place for place, special in self._special() if _leaves(special) and place not in joined)
         low, high = between
@@ -310,12 +302,8 @@ def _stable_edges(branch: Branch) -> Iterator[_Edge]:
         for point, inner, before in ((first, first + 1, first - 1), (last, last - 1, last)):
             going = float(np.sign(branch.parameter[point] - branch.parameter[inner]))
             end = _end_at(branch, point)
-            near = [
-                (i, special_point)
-                for i, special_point in enumerate(branch.special_points)
-                if special_point.after_point == before
-            ]
-            there = [i for i, special_point in near if special_point.stability != "kept"] + [i for i, _ in near]
+            near = [(i, known) for i, known in enumerate(branch.special_points) if known.after_point == before]
+            there = [i for i, known in near if known.stability != "kept"] + [i for i, _ in near]
             special = None if end is not None or not there else there[0]
             place = branch.special_points[special] if special is not None else None
             why = branch.ends[end].value if end is not None else place.kind.value if place else "stability lost"
@@ -364,5 +352,5 @@ def _holds(known: Branch, orbit: Orbit) -> bool:
     """Whether an orbit, or its mirror twin, lies on a branch."""
     if orbit.response_period != known.response_period or bool(orbit.symmetric) != bool(known.symmetric):
         return False
-    state = np.array([orbit.state[name] for name in known.system.state_names])
+    state = state_vector(known.system, orbit.state)
     return branch_distance(known, state, float(orbit.system.parameter(known.over))) <= ON_BRANCH

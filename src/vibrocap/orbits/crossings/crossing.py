@@ -1,6 +1,7 @@
 """Where a measure of the steady motion takes a value: control points, and points where two laws agree."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -127,20 +128,14 @@ def crossing(
     differences = values[:, 0] - values[:, 1:].sum(axis=1) - value
     size = float(np.max(np.abs(values), initial=1.0, where=np.isfinite(values)))
     same = np.abs(differences) <= NOTHING * size
-    signs = np.where(same, 0.0, np.sign(differences))
-    places = []
-    last = -1  # the last point that is settled and not equal to the value; one that is not may lie between two
-    for i in range(points):
-        if math.isfinite(signs[i]) and signs[i] != 0.0:
-            if last >= 0 and signs[last] * signs[i] < 0.0 and i - last <= 2:
-                ends = ((float(parameters[j]), motions[j]) for j in (last, i))
-                places.append(located(difference, *ends))
-            last = i
+    apart = np.flatnonzero(np.isfinite(differences) & ~same)  # one that is not may lie between two
+    pairs = [pair for pair in itertools.pairwise(apart) if np.prod(np.sign(differences[[*pair]])) < 0.0]
+    ends = [[(float(parameters[k]), motions[k]) for k in pair] for pair in pairs if pair[1] - pair[0] <= 2]
     return Crossings(
         measure=measure,
         over=over,
         value=value,
-        found=tuple(places),
+        found=tuple(located(difference, *pair) for pair in ends),
         equal=_ranges(parameters, same),
         unsettled=tuple(parameters[~np.isfinite(differences)].tolist()),
         parameters=parameters,

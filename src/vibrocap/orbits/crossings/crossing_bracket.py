@@ -43,8 +43,8 @@ class SettledMotion:
 
     def motion(self, tolerance: float | None = None) -> Trajectory:
         """The motion over one response, at its own tolerance unless told otherwise."""
-        tolerance = self.tolerance if tolerance is None else tolerance
-        return simulate(self.system, periods=self.response_period, initial=self.state, tolerance=tolerance)
+        options = {"initial": self.state, "tolerance": tolerance or self.tolerance}
+        return simulate(self.system, periods=self.response_period, **options)
 
     @property
     def certified(self) -> bool:
@@ -168,12 +168,18 @@ class Difference:
 
     def followed(self, near: Motions, place: float, tolerance: float | None = None) -> list[SettledMotion] | None:
         """The motions at another place of the parameter to which those nearby lead; None where one does not settle."""
-        tolerance = tolerance or self.tolerance
+        systems = [motion.system.with_parameters({self.over: place}) for motion in near]
+        ends = zip(systems, (state_vector(motion.system, motion.state) for motion in near), strict=True)
+        states = [within_room(system, named_states(system, brought_back(system, state))) for system, state in ends]
+        return self.settled(systems, states, tolerance)
+
+    def settled(
+        self, systems: Sequence[System], starts: Sequence[Mapping[str, float]], tolerance: float | None = None
+    ) -> list[SettledMotion] | None:
+        """The motions to which the starts lead; None where one does not settle."""
         motions = []
-        for each in near:
-            system = each.system.with_parameters({self.over: place})
-            state = named_states(system, brought_back(system, state_vector(system, each.state)))
-            motion = settled_motion(system, within_room(system, state), self.periods, tolerance)
+        for system, start in zip(systems, starts, strict=True):
+            motion = settled_motion(system, start, self.periods, tolerance or self.tolerance)
             if motion is None:
                 return None
             motions.append(motion)
@@ -222,11 +228,9 @@ def _halved(difference: Difference, low: _End, high: _End) -> Crossing:
     try:
         bracket = root(value, low.place, high.place, 0.5 * NARROW * width)
     except Lost:
-        places = sorted(ends)
-        pairs = ((ends[one], ends[other]) for one, other in itertools.pairwise(places))
-        return _untold(
-            CrossingKind.LOST, *next(pair for pair in pairs if pair[0].difference * pair[1].difference < 0.0)
-        )
+        pairs = itertools.pairwise(ends[place] for place in sorted(ends))
+        lost = next((one, other) for one, other in pairs if one.difference * other.difference < 0.0)
+        return _untold(CrossingKind.LOST, *lost)
     low, high = ends[bracket.left], ends[bracket.right]
     if bracket.jumps:
         grazes = difference.measure == "impacts" and _near(low.motions, high.motions)
@@ -270,10 +274,8 @@ def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: 
 
 def _untold(kind: CrossingKind, low: _End, high: _End) -> Crossing:
     """The record of a jump, or of a place that could not be located."""
-    width = high.place - low.place
-    differences = (low.difference, high.difference)
-    middle = 0.5 * (low.place + high.place)
-    return Crossing(kind, middle, (low.place, high.place), differences, width, (), math.nan)
+    bracket, differences = (low.place, high.place), (low.difference, high.difference)
+    return Crossing(kind, 0.5 * sum(bracket), bracket, differences, high.place - low.place, (), math.nan)
 
 
 def _secant(low: _End, high: _End) -> float:
@@ -287,11 +289,4 @@ def scanned(
     systems: Sequence[System], starts: Sequence[dict[str, float]], difference: Difference, place: float
 ) -> list[SettledMotion] | None:
     """The motions to which the starts lead at a place of the parameter; None where one does not settle."""
-    motions = []
-    for system, start in zip(systems, starts, strict=True):
-        moved = system.with_parameters({difference.over: place})
-        motion = settled_motion(moved, start, difference.periods, difference.tolerance)
-        if motion is None:
-            return None
-        motions.append(motion)
-    return motions
+    return difference.settled([system.with_parameters({difference.over: place}) for system in systems], starts)

@@ -130,7 +130,7 @@ class _Walk:
                 if met_at is not None:
                     return self._ended(here, met_at)
                 special = parent_bifurcation(self.residual, here, here, MEETING)
-                return (None, [], why) if special is None else (special.point, [special], _end_at(special))
+                return (None, [], why) if special is None else (special.point, [special], end_at(special))
             if point.closing.boundary is not None:
                 last, end = _within(self.residual, here, point)
                 if last is here:
@@ -143,7 +143,7 @@ class _Walk:
                 if met is not None:
                     smooth = met.passed is None
                     before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
-                    return met.point, [*before, met], _end_at(met)
+                    return met.point, [*before, met], end_at(met)
             sure = way <= SURE * longest
             if from_parent and not sure and (point.x[-1] - here.x[-1]) * point.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
@@ -172,10 +172,10 @@ class _Walk:
         """The end at the branch from which this one bifurcates."""
         ends = self.residual, here, beyond
         special = parent_bifurcation(*ends, MEETING) or unlocated_bifurcation(*ends)
-        return special.point, [special], _end_at(special)
+        return special.point, [special], end_at(special)
 
 
-def _end_at(special: Found) -> BranchEnd:
+def end_at(special: Found | SpecialPoint) -> BranchEnd:
     """How a branch ends where it meets its parent."""
     return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
 
