@@ -197,8 +197,8 @@ class Sliding(Residual):
                 kind, located = SpecialKind.UNLOCATED, Located(near.x, width, 0.0, np.zeros(self.count))
             if not any(known.kind is kind and self._same(known, located) for known in special_points):
                 at = segment.normal @ (located.x - segment.points[0].x) / segment.length
-                point, numbers = BranchPoint(self.attempt(located.x), first.tangent), {"vector": located.vector}
-                numbers["frequency"] = located.frequency
+                point = BranchPoint(self.attempt(located.x), first.tangent)
+                numbers: dict[str, Any] = {"frequency": located.frequency, "vector": located.vector}
                 special_points.append(Found(kind, float(at), point, located.error, counts, ("", ""), **numbers))
         return special_points
 

@@ -25,8 +25,17 @@ class CheckedStore(Store):
     def __eq__(self, value: object) -> bool:
         return isinstance(value, CheckedStore) and (value.path, value.record) == (self.path, self.record)
 
-    supports_writes = supports_deletes = property(lambda self: False)
-    supports_listing = property(lambda self: True)
+    @property
+    def supports_writes(self) -> bool:
+        return False
+
+    @property
+    def supports_deletes(self) -> bool:
+        return False
+
+    @property
+    def supports_listing(self) -> bool:
+        return True
 
     def content(self, key: str) -> bytes | None:
         """What stands at a place; None where nothing does. StoreError where it is damaged."""
