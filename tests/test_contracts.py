@@ -122,7 +122,7 @@ def test_documented(part):
     own = {name: value for name, value in vars(part).items() if not name.startswith("_")}
     for name, value in own.items():
         if inspect.isfunction(value) or isinstance(value, property):
-            assert value.__doc__, f"{part.__name__}.{name}"
+            assert inspect.getdoc(getattr(part, name)), f"{part.__name__}.{name}"
     for info in parameter_table(part):
         assert info.symbol, info.name
         assert info.meaning, info.name

@@ -12,8 +12,9 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.citations.bibliography import SOFTWARE, Reference, as_bibtex, references
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import IMPACT, Machine
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.names import number_in
 from vibrocap.physics.parameters import Part
 from vibrocap.physics.system import PARTS, System

@@ -9,8 +9,7 @@ from vibrocap.measures.recorded.sticking import as_cycle, first_turned
 from vibrocap.measures.recorded.travel import travelling
 from vibrocap.motion.trust import stands_still
 from vibrocap.numerics.api import RunResults
-from vibrocap.physics import events
-from vibrocap.physics.machines.machine import IMPACT
+from vibrocap.physics.events import IMPACT, STOP_OPENED
 from vibrocap.physics.system import System
 
 FEW_RETURNS = 2  # fewer are none to speak of
@@ -122,12 +121,12 @@ class Gathered:
         strikes the stop more often than it leaves it.
         """
         names = self.system.placed.switch_events
-        if events.IMPACT not in names or "OCCURRED" not in dict(self.results.layout.gathered):
+        if IMPACT not in names or "OCCURRED" not in dict(self.results.layout.gathered):
             return self.nowhere  # a run may also end where it would strike
         counts = self.results.entries("OCCURRED")
         names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
-        struck = counts[:, [name == events.IMPACT for name in names]].sum(axis=1)
-        opened = counts[:, [name == events.STOP_OPENED for name in names]].sum(axis=1)
+        struck = counts[:, [name == IMPACT for name in names]].sum(axis=1)
+        opened = counts[:, [name == STOP_OPENED for name in names]].sum(axis=1)
         rigid = IMPACT in self.system.placed.channels
         return np.where((opened > 0.0) & (struck > opened), np.inf, struck) if rigid else struck
 

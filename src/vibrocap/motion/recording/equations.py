@@ -19,9 +19,8 @@ from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
-from vibrocap.physics.events import LOCATED
+from vibrocap.physics.events import IMPACT, LOCATED
 from vibrocap.physics.flow import Flow
-from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System

@@ -67,7 +67,6 @@ class ActuatedMachine(WrappedMachine):
         return y[len(self.machine.states)]
 
     def scales(self, time=1.0) -> tuple:
-        """Natural size of each state; that of u is the machine's."""
         return (*self.machine.scales(time), self.machine.effort_scale(), *((1.0,) * len(self.actuator_part.switched)))
 
     def room(self) -> Mapping[str, tuple[Any, Any]]:
@@ -81,7 +80,6 @@ class ActuatedMachine(WrappedMachine):
         return command if clipped is None else limited(clipped, command, limit)
 
     def contacts(self, t, y, drive) -> tuple:
-        """Of the machine, under u."""
         return self.machine.contacts(t, self._own(y), self.output(y))
 
     def rates(self, t, y, drive, frictions) -> tuple:
@@ -108,7 +106,6 @@ class ActuatedMachine(WrappedMachine):
         return *self.machine.switches(t, self._own(y), self.output(y), frictions), *self._guards(y, drive)
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
-        """All states after guard number `which`."""
         mechanical, output = self._own(y), self.output(y)
         guards = len(self.machine.switches(t, mechanical, output, frictions))
         if which < guards:
@@ -121,9 +118,7 @@ class ActuatedMachine(WrappedMachine):
         return *mechanical, *own.values()
 
     def bounds(self, t, y) -> tuple:
-        """Of the machine."""
         return self.machine.bounds(t, self._own(y))
 
     def outer_force(self, t, y, drive):
-        """Of the machine, under u."""
         return self.machine.outer_force(t, self._own(y), self.output(y))

@@ -119,18 +119,15 @@ class ControlledMachine(WrappedMachine):
         return command if output is None else output(mechanical)
 
     def scales(self, time=1.0) -> tuple:
-        """Natural size of each state."""
         return (*self.machine.scales(time), *self.controller_part.scales(self.machine.effort_scale()))
 
     def contacts(self, t, y, drive) -> tuple:
-        """Of the machine, under u."""
         if self._by_forces:
             mechanical, _, effort = self._effort(t, y, drive)
             return contacts_under(self.machine, t, mechanical, effort)
         return self.machine.contacts(t, *self._passed(t, y, drive, ()))
 
     def rates(self, t, y, drive, frictions) -> tuple:
-        """y' of the machine under u, then of the controller."""
         own = self.controller_part.rates(*self._given(t, y, drive))
         return *self.machine.rates(t, *self._passed(t, y, drive, frictions), frictions), *own
 
@@ -152,7 +149,6 @@ class ControlledMachine(WrappedMachine):
         return *self.machine.switches(t, *self._passed(t, y, drive, frictions), frictions), *own
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
-        """All states after guard number `which`."""
         (mechanical, command), (_, own) = self._passed(t, y, drive, frictions), self._parted(y)
         guards = len(self.machine.switches(t, mechanical, command, frictions))
         if which < guards:
@@ -182,7 +178,6 @@ class ControlledMachine(WrappedMachine):
         return 1.0 + wanted * wanted - bounds * bounds, *own, *self.machine.bounds(t, mechanical)
 
     def outer_force_under(self, t, y, drive, frictions):
-        """Of the machine, under u."""
         return self.machine.outer_force(t, *self._passed(t, y, drive, frictions))
 
 

@@ -34,22 +34,18 @@ class SampledReference(Piecewise):
 
     @property
     def period(self) -> Any:
-        """That of the drive."""
         return self.drive.period
 
     @property
     def time_scale(self) -> Any:
-        """That of the drive."""
         return self.drive.time_scale
 
     @property
     def odd(self) -> bool:
-        """Never: samples know no symmetry."""
         return False
 
     @property
     def degree(self) -> int:
-        """Three numbers, sign, r and r'."""
         return 2
 
     def segments(self, t: Any = 0.0) -> tuple[Segment, ...]:
@@ -75,16 +71,13 @@ class SampledReference(Piecewise):
         return self._coefficients(t)[0]
 
     def value(self, t):
-        """r at the last sample."""
         return self._coefficients(t)[1]
 
     def slope(self, t):
-        """r' at the last sample."""
         return self._coefficients(t)[2]
 
     @property
     def continuous(self) -> bool:
-        """Never."""
         return False
 
 

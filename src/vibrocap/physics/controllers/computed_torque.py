@@ -2,18 +2,9 @@
 
 from typing import Any, ClassVar
 
-from vibrocap.physics.controllers.controller import (
-    CURVATURE,
-    OWN,
-    AccelerationController,
-    NonNegative,
-    Number,
-    Positive,
-    cos,
-    parameter,
-    parameters,
-    sin,
-)
+from vibrocap.physics.controllers.controller import CURVATURE, OWN, AccelerationController
+from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 
 LYING = 1e-3  # cosine of the angle at which a pendulum counts as lying
 
@@ -93,7 +84,6 @@ class StrokeComputedTorque(ComputedTorque):
         """None: it is the stroke that follows."""
 
     def measures(self, machine) -> tuple[str, ...]:
-        """The angle and its rate, and r''."""
         return "angle", "angle_rate", CURVATURE
 
     def bounds(self, measured) -> tuple:

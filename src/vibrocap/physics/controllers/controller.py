@@ -2,26 +2,8 @@
 
 from typing import Any, ClassVar, Literal
 
-from pydantic import model_validator
-
-from vibrocap.physics.elementary import HELD_AFTER, cos, exp, limit_guards, limited, sin, sqrt
-from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
-
-__all__ = [
-    "AccelerationController",
-    "Controller",
-    "Linear",
-    "NonNegative",
-    "Number",
-    "Positive",
-    "cos",
-    "exp",
-    "model_validator",
-    "parameter",
-    "parameters",
-    "sin",
-    "sqrt",
-]
+from vibrocap.physics.elementary import HELD_AFTER, limit_guards, limited
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters  # noqa: F401 for parts
 
 INTEGRAL, SATURATED = "integral_command", "command_saturated"
 LIMIT_EVENTS = ("command_saturated", "command_unsaturated", "command_saturated")
@@ -129,7 +111,6 @@ class Limited(Controller):
 
     @property
     def switch_events(self) -> tuple[str, ...]:
-        """Of the limit."""
         return () if self.limit is None else LIMIT_EVENTS
 
     def own_measured(self, machine) -> str:
@@ -141,7 +122,6 @@ class Limited(Controller):
         return machine.place or machine.cyclic or machine.states[0]
 
     def measures(self, machine) -> tuple[str, ...]:
-        """The state, and its rate where it is differentiated."""
         name = self.own_measured(machine) if self.measured == OWN else self.measured
         return (name, f"{name}_rate") if self.uses_slope else (name,)
 
@@ -171,7 +151,6 @@ class Linear(Limited):
 
     @property
     def uses_slope(self) -> bool:
-        """Whether there is a K_D."""
         return getattr(self, "derivative_gain", None) is not None
 
     def _raw(self, measured, own, reference, slope):
@@ -179,12 +158,10 @@ class Linear(Limited):
         return raw + self.derivative_gain * (slope - measured[1]) if len(measured) > 1 else raw  # type: ignore[attr-defined]
 
     def command(self, t, measured, own, reference, slope):
-        """u."""
         raw = self._raw(measured, own, reference, slope)
         return raw if self.limit is None else limited(own[1], raw, self.limit)
 
     def rates(self, t, measured, own, reference, slope) -> tuple:
-        """S' = K_I [e + a (u - u_raw)]."""
         error = reference - measured[0]
         if self.limit is None:
             return (self.integral_gain * error,)
@@ -192,14 +169,12 @@ class Linear(Limited):
         return self.integral_gain * (error + self.anti_windup * excess), 0.0
 
     def switches(self, t, measured, own, reference, slope) -> tuple:
-        """Those of the limit."""
         if self.limit is None:
             return ()
         raw = self._raw(measured, own, reference, slope)
         return limit_guards(own[1], raw, raw, self.limit)
 
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
-        """S as it was."""
         return own[0], HELD_AFTER[which]
 
 
@@ -215,12 +190,10 @@ class AccelerationController(Limited):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Whether the limit holds, where there is one."""
         return self.switched
 
     @property
     def uses_slope(self) -> bool:
-        """Always."""
         return True
 
     def own_measured(self, machine) -> str:
@@ -228,7 +201,6 @@ class AccelerationController(Limited):
         return "angle" if self.reference == "number" else machine.states[0]
 
     def measures(self, machine) -> tuple[str, ...]:
-        """The state and its rate, and r''."""
         return *super().measures(machine), CURVATURE
 
     def accelerated(self, machine) -> str:
@@ -238,7 +210,6 @@ class AccelerationController(Limited):
         return machine.contact_states[0] if rate not in machine.states and rate == f"{place}_rate" else rate
 
     def rates(self, t, measured, own, reference, slope) -> tuple:
-        """A limit is no quantity."""
         return (0.0,) * len(own)
 
     def effort_switches(self, effort, t, measured, own, reference, slope) -> tuple:
@@ -246,5 +217,4 @@ class AccelerationController(Limited):
         return () if self.limit is None else limit_guards(own[0], effort, effort, self.limit)
 
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
-        """Whether the limit holds."""
         return (HELD_AFTER[which],)

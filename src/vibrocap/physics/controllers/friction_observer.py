@@ -2,20 +2,11 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.controllers.controller import (
-    CURVATURE,
-    INTEGRAL,
-    OWN,
-    SATURATED,
-    SIDE,
-    Linear,
-    NonNegative,
-    Positive,
-    model_validator,
-    parameter,
-    parameters,
-)
+from pydantic import model_validator
+
+from vibrocap.physics.controllers.controller import CURVATURE, INTEGRAL, OWN, SATURATED, SIDE, Linear
 from vibrocap.physics.elementary import bristle_slip, stribeck_curve
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 BRISTLE = "observed_bristle"
 
@@ -69,7 +60,6 @@ class FrictionObserver(Linear):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """S, whether the limit holds where there is one, and z."""
         return (*super().states, BRISTLE)
 
     def scales(self, effort) -> tuple:
@@ -77,7 +67,6 @@ class FrictionObserver(Linear):
         return (*super().scales(effort)[:-1], self.static_force / self.bristle_stiffness)
 
     def measures(self, machine) -> tuple[str, ...]:
-        """x and x', r'', v and the side of the contact."""
         return (*super().measures(machine), CURVATURE, machine.contact_states[0], SIDE)
 
     def _bristle_rate(self, measured, own, reference):
@@ -95,9 +84,7 @@ class FrictionObserver(Linear):
         return super()._raw(measured, own, reference, slope) + self.mass * curvature + friction
 
     def rates(self, t, measured, own, reference, slope) -> tuple:
-        """S', and z'."""
         return *super().rates(t, measured, own, reference, slope), self._bristle_rate(measured, own, reference)
 
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
-        """S and z as they were."""
         return *super().after_switch(which, t, measured, own, reference, slope), own[-1]

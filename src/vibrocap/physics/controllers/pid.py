@@ -2,16 +2,9 @@
 
 from typing import Any, ClassVar
 
-from vibrocap.physics.controllers.controller import (
-    INTEGRAL,
-    OWN,
-    Linear,
-    NonNegative,
-    Positive,
-    parameter,
-    parameters,
-    sqrt,
-)
+from vibrocap.physics.controllers.controller import INTEGRAL, OWN, Linear
+from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 HELD, PENDING, SAMPLING = "held_command", "pending_command", "sampling"
 
@@ -121,19 +114,15 @@ class Sampled(Linear):
 
     @property
     def switch_events(self) -> tuple[str, ...]:
-        """Of samples and actions."""
         return ("sample",)
 
     def command(self, t, measured, own, reference, slope):
-        """u as it is held."""
         return own[0]
 
     def rates(self, t, measured, own, reference, slope) -> tuple:
-        """Nothing changes between samples."""
         return (0.0,) * len(own)
 
     def switches(self, t, measured, own, reference, slope) -> tuple:
-        """None of its own."""
         return ()
 
     def after_sample(self, t, measured, own, reference, slope) -> tuple:

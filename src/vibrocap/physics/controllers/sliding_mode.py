@@ -2,14 +2,9 @@
 
 from typing import Any, ClassVar
 
-from vibrocap.physics.controllers.controller import (
-    OWN,
-    AccelerationController,
-    Positive,
-    parameter,
-    parameters,
-    sqrt,
-)
+from vibrocap.physics.controllers.controller import OWN, AccelerationController
+from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.parameters import Positive, parameter, parameters
 
 NEAR = 1e-6  # of the line, as an error: where a motion counts as on it from its start
 ROUNDING = 1e-14  # of the line, as an error: what lies on it

@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters, sin
+from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.elementary import cos, sin
 
 
 @parameters
@@ -22,21 +23,17 @@ class Biharmonic(Wave):
     source: ClassVar[str] = "vibrocap"
 
     def value(self, t):
-        """h cos(omega t) + h2 cos(2 omega t + psi)."""
         first = self.amplitude * cos(self.frequency * t)
         return first + self.second_amplitude * cos(2.0 * self.frequency * t + self.second_phase)
 
     def slope(self, t):
-        """-h omega sin(omega t) - 2 h2 omega sin(2 omega t + psi)."""
         second = 2.0 * self.second_amplitude * sin(2.0 * self.frequency * t + self.second_phase)
         return -(self.frequency * (self.amplitude * sin(self.frequency * t) + second))
 
     def curvature(self, t):
-        """-h omega^2 cos(omega t) - 4 h2 omega^2 cos(2 omega t + psi)."""
         second = 4.0 * self.second_amplitude * cos(2.0 * self.frequency * t + self.second_phase)
         return -(self.frequency * self.frequency * (self.amplitude * cos(self.frequency * t) + second))
 
     @property
     def odd(self) -> bool:
-        """Only without a second harmonic."""
         return self.second_amplitude == 0.0

@@ -19,23 +19,18 @@ class Constant(Drive):
     source: ClassVar[str] = "vibrocap"
 
     def value(self, t):
-        """F."""
         return self.force
 
     def slope(self, t):
-        """0."""
         return 0.0
 
     def curvature(self, t):
-        """0."""
         return 0.0
 
     @property
     def period(self) -> float:
-        """T."""
         return self.duration
 
     @property
     def odd(self) -> bool:
-        """Only without force."""
         return self.force == 0.0

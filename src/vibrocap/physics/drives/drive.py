@@ -8,40 +8,10 @@ import math
 import sys
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from vibrocap.physics.elementary import cos, sin, sqrt
-from vibrocap.physics.parameters import (
-    NonNegative,
-    Number,
-    Part,
-    Positive,
-    inner_part,
-    parameter,
-    parameters,
-    wrapped_class,
-)
-
-__all__ = [
-    "Drive",
-    "NonNegative",
-    "Number",
-    "Piecewise",
-    "PiecewiseWave",
-    "Positive",
-    "Segment",
-    "Share",
-    "Wave",
-    "WithinOne",
-    "cos",
-    "inner_part",
-    "model_validator",
-    "parameter",
-    "parameters",
-    "sin",
-    "sqrt",
-    "wrapped_class",
-]
+from vibrocap.physics.elementary import cos  # noqa: F401 for parts
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters  # noqa: F401 for parts
 
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 WithinOne = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]  # a share, but neither 0 nor 1
@@ -97,7 +67,6 @@ class Wave(Drive):
 
     @property
     def period(self) -> float:
-        """2 pi / omega."""
         return 2.0 * math.pi / self.frequency
 
 
@@ -190,7 +159,6 @@ class PiecewiseWave(Wave, Piecewise):
     amplitude: Any
 
     def size(self):
-        """h."""
         return self.amplitude
 
 

@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters, sin
+from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.elementary import cos, sin
 
 HARMONICS = range(1, 8)
 
@@ -43,23 +44,19 @@ class FourierSeries(Wave):
         return [(n, getattr(self, f"cosine_{n}"), getattr(self, f"sine_{n}")) for n in HARMONICS]
 
     def value(self, t):
-        """The sum of a_n cos(n omega t) + b_n sin(n omega t)."""
         angle = self.frequency * t
         return sum(a * cos(n * angle) + b * sin(n * angle) for n, a, b in self._coefficients())
 
     def slope(self, t):
-        """omega times the sum of n (b_n cos(n omega t) - a_n sin(n omega t))."""
         angle = self.frequency * t
         waves = (n * (b * cos(n * angle) - a * sin(n * angle)) for n, a, b in self._coefficients())
         return self.frequency * sum(waves)
 
     def curvature(self, t):
-        """-omega^2 times the sum of n^2 (a_n cos(n omega t) + b_n sin(n omega t))."""
         angle = self.frequency * t
         waves = (n * n * (a * cos(n * angle) + b * sin(n * angle)) for n, a, b in self._coefficients())
         return -(self.frequency * self.frequency * sum(waves))
 
     @property
     def odd(self) -> bool:
-        """Without even harmonics."""
         return all(a == b == 0.0 for n, a, b in self._coefficients() if n % 2 == 0)

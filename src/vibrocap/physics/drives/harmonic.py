@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters, sin
+from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.elementary import cos, sin
 
 
 @parameters
@@ -18,18 +19,14 @@ class Harmonic(Wave):
     source: ClassVar[str] = "liu2019"
 
     def value(self, t):
-        """h cos(omega t)."""
         return self.amplitude * cos(self.frequency * t)
 
     def slope(self, t):
-        """-h omega sin(omega t)."""
         return -(self.amplitude * self.frequency * sin(self.frequency * t))
 
     def curvature(self, t):
-        """-h omega^2 cos(omega t)."""
         return -(self.amplitude * self.frequency * self.frequency * cos(self.frequency * t))
 
     @property
     def odd(self) -> bool:
-        """Always."""
         return True

@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters
+from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.elementary import cos
 
 
 @parameters
@@ -22,10 +23,8 @@ class Loading(Wave):
     source: ClassVar[str] = "canudas1995"
 
     def value(self, t):
-        """F + q t + h cos(omega t), for the time t since the start of the period."""
         return self.level + self.rate * t + self.amplitude * cos(self.frequency * t)
 
     @property
     def odd(self) -> bool:
-        """Only without level and ramp."""
         return self.level == 0.0 and self.rate == 0.0

@@ -2,15 +2,10 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import (
-    NonNegative,
-    Number,
-    Piecewise,
-    Segment,
-    model_validator,
-    parameter,
-    parameters,
-)
+from pydantic import model_validator
+
+from vibrocap.physics.drives.drive import Piecewise, Segment
+from vibrocap.physics.parameters import NonNegative, Number, parameter, parameters
 
 PHASES = range(1, 8)
 
@@ -48,11 +43,9 @@ class Phases(Piecewise):
         return self
 
     def segments(self) -> tuple[Segment, ...]:
-        """Each phase with its level."""
         period = self.period
         return tuple(Segment(getattr(self, f"duration_{i}") / period, (getattr(self, f"level_{i}"),)) for i in PHASES)
 
     @property
     def period(self) -> float:
-        """t1 + ... + t7."""
         return sum(getattr(self, f"duration_{i}") for i in PHASES)

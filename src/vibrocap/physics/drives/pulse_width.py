@@ -38,7 +38,6 @@ class PulseWidth(PiecewiseWave):
     shape_parameters: ClassVar = ("pulses",)
 
     def segments(self) -> tuple[Segment, ...]:
-        """Pulses, and what is left between them."""
         segments, gap = [], 0.0
         for i in range(self.pulses):
             sine = math.sin(2.0 * math.pi * (i + 0.5) / self.pulses)

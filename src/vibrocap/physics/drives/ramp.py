@@ -20,15 +20,12 @@ class Ramp(Drive):
     source: ClassVar[str] = "canudas1995"
 
     def value(self, t):
-        """F + q t, for the time t since the start of the period."""
         return self.start + self.rate * t
 
     @property
     def period(self) -> float:
-        """T."""
         return self.duration
 
     @property
     def odd(self) -> bool:
-        """Only without any force."""
         return self.start == 0.0 and self.rate == 0.0

@@ -5,19 +5,10 @@ import itertools
 import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.drives.drive import (
-    ROUNDING,
-    Drive,
-    NonNegative,
-    Number,
-    Piecewise,
-    Segment,
-    inner_part,
-    model_validator,
-    parameter,
-    segment_table,
-    wrapped_class,
-)
+from pydantic import model_validator
+
+from vibrocap.physics.drives.drive import ROUNDING, Drive, Piecewise, Segment, segment_table
+from vibrocap.physics.parameters import NonNegative, Number, inner_part, parameter, wrapped_class
 
 PHASES = range(1, 8)
 MOST_SEGMENTS = 100_000  # of a schedule, of a drive that has corners itself
@@ -44,7 +35,6 @@ class _Schedule(Piecewise):
 
     @property
     def time_scale(self) -> float:
-        """That of the drive."""
         return self.wave.time_scale
 
     @property
@@ -78,12 +68,10 @@ class _OfCorners(_Schedule):
 
     @property
     def degree(self) -> int:
-        """Of the polynomials of the drive."""
         return self.wave.degree
 
     @property
     def odd(self) -> bool:
-        """Whether the second half of the schedule is the first one with the other sign."""
         factors = [factor for count, factor in self.phases for _ in range(int(count))]
         half, rest = divmod(len(factors), 2)
         if self.wave.size() == 0.0 or not any(factors):
@@ -97,13 +85,11 @@ class _OfWaves(_Schedule):
     """A schedule of a drive that is smooth: the numbers of a segment are no polynomial but the factor alone."""
 
     def segments(self) -> tuple[Segment, ...]:
-        """One for each phase, with its factor."""
         whole = sum(count for count, _ in self.phases)
         return tuple(Segment(count / whole, (factor,)) for count, factor in self.phases)
 
     @property
     def degree(self) -> int:
-        """One number, the factor."""
         return 0
 
     def _in_phase(self, t, name: str):
@@ -126,15 +112,12 @@ class _OfWaves(_Schedule):
         return start * length, (phases[-1][1],)
 
     def value(self, t):
-        """The factor of the phase in which t lies times the drive; at a corner that of the next one."""
         return self._in_phase(t, "value")
 
     def slope(self, t):
-        """The factor times that of the drive."""
         return self._in_phase(t, "slope")
 
     def curvature(self, t):
-        """The factor times that of the drive."""
         return self._in_phase(t, "curvature")
 
     @property

@@ -2,16 +2,10 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import (
-    NonNegative,
-    Piecewise,
-    Positive,
-    Segment,
-    check_shares,
-    model_validator,
-    parameter,
-    parameters,
-)
+from pydantic import model_validator
+
+from vibrocap.physics.drives.drive import Piecewise, Segment, check_shares
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 
 @parameters
@@ -41,7 +35,6 @@ class SevenPhase(Piecewise):
         return self
 
     def segments(self) -> tuple[Segment, ...]:
-        """Parabolas, straight lines between them, and 0."""
         period = self.period
         forward = period / (0.5 * self.forward_start + self.forward_cruise + 0.5 * self.forward_stop)
         back = period / (0.5 * self.back_start + self.back_cruise + 0.5 * self.back_stop)
@@ -59,11 +52,9 @@ class SevenPhase(Piecewise):
         )
 
     def size(self):
-        """L."""
         return self.stroke
 
     @property
     def period(self) -> float:
-        """t1 + ... + t7."""
         way = self.forward_start + self.forward_cruise + self.forward_stop
         return way + self.back_start + self.back_cruise + self.back_stop + self.rest

@@ -22,5 +22,4 @@ class Square(PiecewiseWave):
     source: ClassVar[str] = "vibrocap"
 
     def segments(self) -> tuple[Segment, ...]:
-        """1, then -1."""
         return Segment(self.duty, (1.0,)), Segment(1.0 - self.duty, (-1.0,))

@@ -3,18 +3,10 @@
 import itertools
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, model_validator
 
-from vibrocap.physics.drives.drive import (
-    ROUNDING,
-    Number,
-    Piecewise,
-    Positive,
-    Segment,
-    model_validator,
-    parameter,
-    parameters,
-)
+from vibrocap.physics.drives.drive import ROUNDING, Piecewise, Segment
+from vibrocap.physics.parameters import Number, Positive, parameter, parameters
 
 FEWEST = {"linear": 2, "cubic": 3}  # points, besides the last one
 
@@ -79,7 +71,6 @@ class DriveTable(Piecewise):
         return self
 
     def segments(self) -> tuple[Segment, ...]:
-        """One between each instant and the next."""
         whole = self.times[-1] - self.times[0]
         lengths = [(b - a) / whole for a, b in itertools.pairwise(self.times)]
         values = self.values
@@ -99,10 +90,8 @@ class DriveTable(Piecewise):
         return tuple(segments)
 
     def size(self):
-        """a."""
         return self.amplitude
 
     @property
     def period(self) -> float:
-        """From the first instant to the last one."""
         return self.stretch * (self.times[-1] - self.times[0])

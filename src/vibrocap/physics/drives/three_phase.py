@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Piecewise, Positive, Segment, parameter, parameters, sqrt
+from vibrocap.physics.drives.drive import Piecewise, Positive, Segment, parameter, parameters
+from vibrocap.physics.elementary import sqrt
 
 
 @parameters
@@ -51,12 +52,10 @@ class ThreePhase(Piecewise):
         )
 
     def size(self):
-        """L."""
         return self.stroke
 
     @property
     def period(self) -> float:
-        """u1/w1 + (u1 + u3)/w2 + u3/w3."""
         forward, back = self._speeds()
         return (
             forward / self.first_acceleration

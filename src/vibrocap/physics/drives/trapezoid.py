@@ -2,18 +2,10 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import (
-    Number,
-    PiecewiseWave,
-    Positive,
-    Segment,
-    Share,
-    WithinOne,
-    check_shares,
-    model_validator,
-    parameter,
-    parameters,
-)
+from pydantic import model_validator
+
+from vibrocap.physics.drives.drive import PiecewiseWave, Segment, Share, WithinOne, check_shares
+from vibrocap.physics.parameters import Number, Positive, parameter, parameters
 
 
 @parameters
@@ -45,7 +37,6 @@ class Trapezoid(PiecewiseWave):
         return self
 
     def segments(self) -> tuple[Segment, ...]:
-        """-1 + 2 x/r, 1, 1 - 2 x/f, -1."""
         rest = 1.0 - self.rise - self.hold - self.fall
         return (
             Segment(self.rise, (-1.0, 2.0 / self.rise)),

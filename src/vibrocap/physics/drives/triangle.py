@@ -23,6 +23,5 @@ class Triangle(PiecewiseWave):
     source: ClassVar[str] = "chernousko2002"
 
     def segments(self) -> tuple[Segment, ...]:
-        """-1 + 2 x/r, then 1 - 2 x/(1 - r)."""
         fall = 1.0 - self.rise
         return Segment(self.rise, (-1.0, 2.0 / self.rise)), Segment(fall, (1.0, -2.0 / fall))

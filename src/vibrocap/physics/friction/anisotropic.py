@@ -3,7 +3,8 @@
 import functools
 from typing import Any, ClassVar
 
-from vibrocap.physics.friction.law import Law, Positive, inner_part, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, Positive, parameter
+from vibrocap.physics.parameters import inner_part, wrapped_class
 
 
 @functools.cache
@@ -45,11 +46,9 @@ def anisotropic(law: type[Law]) -> Any:
             return middle + side * half
 
         def steady_force(self, speed, load, side=1):
-            """Friction force at a constant speed > 0 to `side`, counted positive."""
             return inner_part(law, self).steady_force(speed, self._ratio(side) * load)
 
         def force(self, velocity, internal, side, load):
-            """Friction force R and rates of the law, with the load that counts on this side."""
             return inner_part(law, self).force(velocity, internal, side, self._ratio(side) * load)
 
         def losses(self, velocity, internal, side, load):
@@ -91,7 +90,6 @@ def anisotropic(law: type[Law]) -> Any:
 
         @property
         def symmetric(self) -> bool:
-            """With equal ratios."""
             return super().symmetric and self.forward_ratio == self.back_ratio
 
     return wrapped_class(anisotropic, Anisotropic, law)

@@ -3,7 +3,8 @@
 import functools
 from typing import Any, ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, inner_part, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, NonNegative, parameter
+from vibrocap.physics.parameters import inner_part, wrapped_class
 
 MARGIN = 1e-9  # of the load, to which the force is negative before the joint opens
 
@@ -67,7 +68,6 @@ def backlash(law: type[Law]) -> Any:
             return inner_part(law, self).losses(engaged * engaged * velocity, tuple(states), side, load)
 
         def stored_energy(self, internal):
-            """Energy stored in the contact behind the joint."""
             return inner_part(law, self).stored_energy(internal[:-2])
 
         def switches(self, velocity, internal, side, load):

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.friction.law import AtLeastOne, Law, NonNegative, Number, Positive, parameter, parameters, power
+from vibrocap.physics.elementary import power
+from vibrocap.physics.friction.law import AtLeastOne, Law, NonNegative, Number, Positive, parameter, parameters
 
 MARGIN = 1e-8  # of the yield deflection, by which the deflection passes zero before its sign is changed
 
@@ -74,15 +75,9 @@ class BoucWen(Law):
         return power(self.amplitude / (self.dissipative_shape + self.elastic_shape), 1.0 / self.knee_exponent)
 
     def steady_force(self, speed, load):
-        """Friction force at any constant speed."""
         return load * self.coulomb_coefficient * self._largest()
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and rates of deflection and sign while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (xi [1], sign)   side: +1 or -1   load: N [1]
-        Returns (R, (xi', 0)).
-        """
         bristle, sign = internal
         share = power(sign * bristle / self._yield_deflection(load), self.knee_exponent)
         shape = self.elastic_shape + side * sign * self.dissipative_shape
@@ -100,7 +95,6 @@ class BoucWen(Law):
         return internal[0], (-1.0, 1.0)[which]
 
     def internal_scales(self, load):
-        """The largest deflection; 1 for the sign."""
         return self._yield_deflection(load) * self._largest(), 1.0
 
     def losses(self, velocity, internal, side, load):
@@ -109,7 +103,6 @@ class BoucWen(Law):
         return force * (velocity - rates[0] / self.amplitude), 0.0
 
     def stored_energy(self, internal):
-        """Energy of the deflected contact, delta0 xi^2/(2 A)."""
         return 0.5 * self.bristle_stiffness / self.amplitude * internal[0] * internal[0]
 
     @property

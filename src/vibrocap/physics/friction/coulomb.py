@@ -27,5 +27,4 @@ class Coulomb(Curve):
     _levels = levels_in_order
 
     def steady_force(self, speed, load):
-        """Friction force at any constant speed, N eta_c."""
         return load * self.coulomb_coefficient

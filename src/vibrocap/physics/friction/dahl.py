@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import AtLeastOne, Law, Positive, exp, log, parameter, parameters, power
+from vibrocap.physics.elementary import exp, log, power
+from vibrocap.physics.friction.law import AtLeastOne, Law, Positive, parameter, parameters
 
 ROUNDING = 1e-10  # of 1 - r, within which |1 - r|^(i-1) is rounded off
 
@@ -37,7 +38,6 @@ class Dahl(Law):
     creeps: ClassVar[bool] = True
 
     def steady_force(self, speed, load):
-        """Friction force at any constant speed, N eta_c."""
         return load * self.coulomb_coefficient
 
     def _yielding(self, rest):
@@ -50,17 +50,12 @@ class Dahl(Law):
         return exp(0.5 * (exponent - 1.0) * log(rest * rest + ROUNDING**2))  # rest may have either sign
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and rate of the deflection while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (xi,) [1]   side: +1 or -1   load: N [1]      Returns (R, (xi',)).
-        """
         (bristle,) = internal
         force = self.bristle_stiffness * bristle
         rest = 1.0 - side * force / (load * self.coulomb_coefficient)
         return force, (velocity * (rest * self._yielding(rest)),)
 
     def internal_scales(self, load):
-        """N eta_c/delta0, the largest deflection."""
         return (load * self.coulomb_coefficient / self.bristle_stiffness,)
 
     def losses(self, velocity, internal, side, load):
@@ -69,7 +64,6 @@ class Dahl(Law):
         return force * (velocity - rate), 0.0
 
     def stored_energy(self, internal):
-        """Energy of the deflected contact, delta0 xi^2 / 2."""
         (bristle,) = internal
         return 0.5 * self.bristle_stiffness * bristle * bristle
 

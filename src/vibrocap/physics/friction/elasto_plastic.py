@@ -4,17 +4,8 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sin
-from vibrocap.physics.friction.law import (
-    Exponent,
-    Law,
-    NonNegative,
-    Positive,
-    Share,
-    levels_in_order,
-    parameter,
-    parameters,
-    stribeck_level,
-)
+from vibrocap.physics.friction.law import Exponent, Law, Share, levels_in_order, stribeck_level
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 MARGIN = 1e-6  # of the static level, by which the force passes a border before the piece changes
 
@@ -65,7 +56,6 @@ class ElastoPlastic(Law):
     _levels = levels_in_order
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed >= 0, that of LuGre's law."""
         return stribeck_level(self, speed, load) + self.viscous_damping * speed
 
     def _elastic(self, load):
@@ -82,11 +72,6 @@ class ElastoPlastic(Law):
         return share * (side * velocity) * force / level
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and rates of bristle and pieces while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (xi [1], yielding, flowing)   side: +1 or -1   load: N [1]
-        Returns (R, (xi', 0, 0)).
-        """
         rate = velocity - self._slip_rate(velocity, internal, side, load)
         elastic = self.bristle_stiffness * internal[0] + self.bristle_damping * rate
         return elastic + self.viscous_damping * velocity, (rate, 0.0, 0.0)
@@ -114,7 +99,6 @@ class ElastoPlastic(Law):
         return internal[0], 0.0, 0.0
 
     def internal_scales(self, load):
-        """g(0), the largest deflection; 1 for the pieces."""
         return load * self.static_coefficient / self.bristle_stiffness, 1.0, 1.0
 
     def losses(self, velocity, internal, side, load):
@@ -128,7 +112,6 @@ class ElastoPlastic(Law):
         return elastic * slip + self.viscous_damping * velocity * velocity, self.bristle_damping * rate * rate
 
     def stored_energy(self, internal):
-        """Energy of the deflected bristles, delta0 xi^2 / 2."""
         return 0.5 * self.bristle_stiffness * internal[0] * internal[0]
 
     @property

@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Curve, NonNegative, exp, levels_in_order, parameter, parameters
+from vibrocap.physics.elementary import exp
+from vibrocap.physics.friction.law import Curve, NonNegative, levels_in_order, parameter, parameters
 
 
 @parameters
@@ -29,6 +30,5 @@ class Exponential(Curve):
     _levels = levels_in_order
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed >= 0 (eq. 8)."""
         drop = self.static_coefficient - self.coulomb_coefficient
         return load * (self.coulomb_coefficient + drop * exp(-self.decay_rate * speed))

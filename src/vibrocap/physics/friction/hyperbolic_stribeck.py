@@ -29,7 +29,6 @@ class HyperbolicStribeck(Curve):
     _levels = levels_in_order
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed >= 0."""
         drop = self.static_coefficient - self.coulomb_coefficient
         level = self.coulomb_coefficient + drop / (1.0 + speed / self.stribeck_velocity)
         return load * level + self.viscous_damping * speed

@@ -13,38 +13,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from vibrocap.physics.elementary import exp, log, power, sqrt, stribeck_curve
-from vibrocap.physics.parameters import (
-    NonNegative,
-    Number,
-    Part,
-    Positive,
-    inner_part,
-    parameter,
-    parameters,
-    wrapped_class,
-)
-
-__all__ = [
-    "AtLeastOne",
-    "Curve",
-    "Exponent",
-    "Law",
-    "NonNegative",
-    "Number",
-    "Positive",
-    "Share",
-    "exp",
-    "inner_part",
-    "levels_in_order",
-    "log",
-    "parameter",
-    "parameters",
-    "power",
-    "sqrt",
-    "stribeck_level",
-    "wrapped_class",
-]
+from vibrocap.physics.elementary import stribeck_curve
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters  # noqa: F401 for parts
 
 LARGEST_EXPONENT = 1e6  # beyond, a power is a step for all that doubles can tell
 AtLeastOne = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=LARGEST_EXPONENT)]
@@ -81,7 +51,10 @@ class Law(Part):
     special_cases: ClassVar[Mapping[str, Mapping[str, float | str]]] = {}
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and the rates of the internal states: (R, (z', ...))."""
+        """Friction force R and the rates of the internal states, (R, (z', ...)), while sliding to `side`.
+
+        velocity: sliding velocity [1]   internal: as `internal` names them [1]   side: +1 or -1   load: N [1]
+        """
         raise NotImplementedError
 
     def steady_force(self, speed, load):
@@ -142,10 +115,6 @@ class Curve(Law):
     kind: ClassVar = "set-valued"
 
     def force(self, velocity, internal, side, load):
-        """Friction force R while sliding to `side`; there are no internal states.
-
-        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
-        """
         return side * self.steady_force(side * velocity, load), ()
 
     def holding_limit(self, load):

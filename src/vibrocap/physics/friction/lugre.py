@@ -2,18 +2,9 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.elementary import bristle_slip
-from vibrocap.physics.friction.law import (
-    Exponent,
-    Law,
-    NonNegative,
-    Positive,
-    exp,
-    levels_in_order,
-    parameter,
-    parameters,
-    stribeck_level,
-)
+from vibrocap.physics.elementary import bristle_slip, exp
+from vibrocap.physics.friction.law import Exponent, Law, levels_in_order, stribeck_level
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 CELLS = 4096  # of speed, in which the bound for passivity is made
 DAMPED_SPEEDS = 6.0  # damping velocities, beyond which the damping of the bristles is below 1e-15 of that at rest
@@ -75,14 +66,9 @@ class LuGre(Law):
         return self.bristle_damping * exp(-(share * share))
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed >= 0 (eq. 11)."""
         return self._steady_level(speed, load) + self.viscous_damping * speed
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and bristle rate (eqs 6, 7) while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (xi,) [1]   side: +1 or -1   load: N [1]      Returns (R, (xi',)).
-        """
         (bristle,) = internal
         slip = self._slip_rate(velocity, bristle, side, load)
         rate = velocity - slip
@@ -113,7 +99,6 @@ class LuGre(Law):
         return elastic * slip + self.viscous_damping * velocity * velocity, damping * rate * rate
 
     def stored_energy(self, internal):
-        """Energy of the deflected bristles, delta0 xi^2 / 2."""
         (bristle,) = internal
         return 0.5 * self.bristle_stiffness * bristle * bristle
 

@@ -4,16 +4,8 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.friction.law import (
-    Exponent,
-    Law,
-    NonNegative,
-    Positive,
-    levels_in_order,
-    parameter,
-    parameters,
-    stribeck_level,
-)
+from vibrocap.physics.friction.law import Exponent, Law, levels_in_order, stribeck_level
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 ELEMENTS = 4
 
@@ -87,7 +79,6 @@ class MaxwellSlip(Law):
         return tuple(zip(stiffness, (self.share_1, self.share_2, self.share_3, rest), strict=True))
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed > 0."""
         return stribeck_level(self, speed, load) + self.viscous_damping * speed
 
     def _element_rates(self, velocity, internal, side, load):
@@ -103,11 +94,6 @@ class MaxwellSlip(Law):
         return rates
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and rates of the elements' forces while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (F_1, ... F_4 [1], slipping_1, ... slipping_4)   side: +1 or -1
-        load: N [1]      Returns (R, (F_1', ... F_4', 0, 0, 0, 0)).
-        """
         rates = self._element_rates(velocity, internal, side, load)
         force = internal[0] + internal[1] + internal[2] + internal[3] + self.viscous_damping * velocity
         return force, (*(rate for _, rate in rates), *(0.0,) * ELEMENTS)
@@ -130,7 +116,6 @@ class MaxwellSlip(Law):
         return (*internal[:ELEMENTS], *(0.0,) * ELEMENTS)
 
     def internal_scales(self, load):
-        """Shares of the static level; 1 for the pieces."""
         static = load * self.static_coefficient
         return (*(share * static for _, share in self._elements()), *(1.0,) * ELEMENTS)
 
@@ -143,7 +128,6 @@ class MaxwellSlip(Law):
         return lost, 0.0
 
     def stored_energy(self, internal):
-        """Energy of the elements' springs, the sum of F_i^2/(2 k_i)."""
         stored = 0.0
         for (stiffness, _), force in zip(self._elements(), internal[:ELEMENTS], strict=True):
             stored = stored + 0.5 * force * force / stiffness

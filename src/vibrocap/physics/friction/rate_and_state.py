@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.friction.law import Law, NonNegative, Positive, exp, log, parameter, parameters, sqrt
+from vibrocap.physics.elementary import exp, log, sqrt
+from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 
 MOST_STRENGTH = 300.0  # of the exponent mu0/a, whose square must stay within the range of numbers
 
@@ -80,14 +81,9 @@ class RateAndStateAgeing(RateAndState):
     name: ClassVar[str] = "rate-and-state-ageing"
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed > 0."""
         return self._force(speed, log(self.reference_velocity / speed), 1.0, load)
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and rate of the state while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (phi,) [1]   side: +1 or -1   load: N [1]     Returns (R, (phi',)).
-        """
         (state,) = internal
         rate = (self.reference_velocity * exp(-state) - side * velocity) / self.critical_distance
         return self._force(velocity, state, side, load), (rate,)
@@ -120,7 +116,6 @@ class RateAndStateSlip(RateAndState):
     name: ClassVar[str] = "rate-and-state-slip"
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed > 0."""
         return self._force(speed, self._steady_state(speed), 1.0, load)
 
     def _steady_state(self, velocity):
@@ -129,10 +124,6 @@ class RateAndStateSlip(RateAndState):
         return -0.5 * log(share * share + least * least)
 
     def force(self, velocity, internal, side, load):
-        """Friction force R and rate of the state while sliding to `side`.
-
-        velocity: sliding velocity [1]   internal: (phi,) [1]   side: +1 or -1   load: N [1]     Returns (R, (phi',)).
-        """
         (state,) = internal
         rate = side * velocity * (self._steady_state(velocity) - state) / self.critical_distance
         return self._force(velocity, state, side, load), (rate,)

@@ -4,7 +4,8 @@ import functools
 from typing import ClassVar, Literal
 
 from vibrocap.physics.elementary import atan, tanh
-from vibrocap.physics.friction.law import Law, Positive, inner_part, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, Positive, parameter
+from vibrocap.physics.parameters import inner_part, wrapped_class
 
 HALF_TURN = 3.141592653589793
 
@@ -42,11 +43,9 @@ def smoothed(law: type[Law]) -> type[Law]:
             return (2.0 / HALF_TURN) * atan(speed / self.smoothing_velocity)
 
         def steady_force(self, speed, load, *side):
-            """Friction force at a constant speed (to `side`, of a law whose directions differ)."""
             return self._smoothed_sign(speed) * inner_part(law, self).steady_force(speed, load, *side)
 
         def force(self, velocity, internal, side, load):
-            """Friction force R while sliding to `side`; there are no internal states."""
             force, _ = inner_part(law, self).force(velocity, internal, side, load)
             return self._smoothed_sign(side * velocity) * force, ()
 

@@ -4,16 +4,8 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import atan, tanh
-from vibrocap.physics.friction.law import (
-    Exponent,
-    Law,
-    NonNegative,
-    Positive,
-    levels_in_order,
-    parameter,
-    parameters,
-    stribeck_level,
-)
+from vibrocap.physics.friction.law import Exponent, Law, levels_in_order, stribeck_level
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 
 @parameters
@@ -44,14 +36,9 @@ class SmoothedStribeck(Law):
         raise NotImplementedError
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed."""
         return self.force(speed, (), 1, load)[0]
 
     def force(self, velocity, internal, side, load):
-        """Friction force R, whatever the side; there are no internal states.
-
-        velocity: sliding velocity [1]   load: normal load N [1]      Returns (R, ()).
-        """
         sign = self._sign(velocity)
         return sign * stribeck_level(self, velocity * sign, load) + self.viscous_damping * velocity, ()
 

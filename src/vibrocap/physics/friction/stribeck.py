@@ -2,16 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import (
-    Curve,
-    Exponent,
-    NonNegative,
-    Positive,
-    levels_in_order,
-    parameter,
-    parameters,
-    stribeck_level,
-)
+from vibrocap.physics.friction.law import Curve, Exponent, levels_in_order, stribeck_level
+from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 
 @parameters
@@ -40,5 +32,4 @@ class Stribeck(Curve):
     _levels = levels_in_order
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed >= 0."""
         return stribeck_level(self, speed, load) + self.viscous_damping * speed

@@ -3,7 +3,8 @@
 import functools
 from typing import Any, ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, inner_part, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, NonNegative, parameter
+from vibrocap.physics.parameters import inner_part, wrapped_class
 
 
 @functools.cache
@@ -47,11 +48,9 @@ def viscous(law: type[Law]) -> Any:
             return self.linear_viscosity + self.quadratic_viscosity * speed
 
         def steady_force(self, speed, load, *side):
-            """Friction force at a constant speed > 0 (to `side`, of a law whose directions differ)."""
             return inner_part(law, self).steady_force(speed, load, *side) + self._viscous(speed) * speed
 
         def force(self, velocity, internal, side, load):
-            """Friction force R with the viscous part, and the rates of the law."""
             force, rates = inner_part(law, self).force(velocity, internal, side, load)
             return force + self._viscous(side * velocity) * velocity, rates
 

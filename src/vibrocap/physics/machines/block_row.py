@@ -67,7 +67,6 @@ class BlockRow(Row):
         return {"position": position, "_loads": some_block_rubs}
 
     def parts(self, q):
-        """Blocks on the belt, on springs and dampers to the wall and to each other."""
         belt = Support("belt", x=self.belt_speed * q.time)
         parts, blocks, gaps = [belt], [], [b - a for a, b in itertools.pairwise(q.position)]
         own = (self._all(name, self.bodies) for name in ("mass", "stiffness", "damping", "actuation", "normal_load"))

@@ -3,9 +3,9 @@
 import math
 from typing import Annotated, Any, ClassVar
 
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale, Scales
 from vibrocap.physics.elementary import cos, sin
-from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, coordinate
 from vibrocap.physics.parameters import MOST, allowed
 
@@ -65,7 +65,6 @@ class CapsuleWithBob(Machine):
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 
     def parts(self, q):
-        """Capsule and bob, with the damper and the drive at the pivot."""
         capsule = Mass("capsule", self.mass_ratio, x=q.position)
         bob = Mass(self.bob, 1.0, on=capsule, x=-sin(q.angle), z=cos(q.angle))
         return [capsule, bob, Damper(self.damping, q.angle), Drive(q.angle), Contact(capsule, load=self.normal_load)]

@@ -43,7 +43,6 @@ class Crawler(Row):
         return {"displacement": first, "position": coordinate("X", "place of body 1", "m"), **gaps}
 
     def parts(self, q):
-        """Bodies in a row, each gap with its spring, damper and drive."""
         places, parts = [q.position], []
         own = (self._all(name, self.bodies - 1) for name in ("stiffness", "damping", "actuation"))
         for i, (stiffness, damping, share) in enumerate(zip(*own, strict=True), start=1):

@@ -4,8 +4,8 @@ import math
 from typing import Annotated, Any, ClassVar
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
-from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale, Scales
+from vibrocap.physics.machines.machine import Machine, parameter, parameters
 from vibrocap.physics.parameters import MOST, allowed
 
 WEIGHT = "weight"

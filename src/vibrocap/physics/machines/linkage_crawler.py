@@ -4,8 +4,9 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from vibrocap.physics.bodies import Shape
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Stop, coordinate
 
 NARROWEST, LOWEST = 0.3, 0.2  # distance at which the bodies meet, and height at which the mass lies on them
@@ -60,7 +61,6 @@ class LinkageCrawler(Machine):
     normal_load: ClassVar = "dynamic"
 
     def parts(self, q):
-        """Bodies, and the mass on rods that lean by c where the bodies do not stand equally high."""
         width = self.stance + q.displacement
         rear, front = (
             Mass("body 1", self.mass_ratio, x=q.position),

@@ -9,27 +9,13 @@ from types import FunctionType
 from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
-from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
+from vibrocap.physics.dimensions.scales import FreeScales, Scales
 from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, whole_pattern
 from vibrocap.physics.mechanics.formulas import numbers_in
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
-from vibrocap.physics.mechanics.stops import IMPACT, stopped
+from vibrocap.physics.mechanics.stops import stopped
 from vibrocap.physics.names import numbered
-from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameter_table, parameters
-
-__all__ = [
-    "IMPACT",
-    "Contact",
-    "Machine",
-    "NonNegative",
-    "Number",
-    "Positive",
-    "SIScales",
-    "Scales",
-    "Shape",
-    "parameter",
-    "parameters",
-]
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameter_table, parameters  # noqa: F401
 
 REPEATED = 1e-9  # of rates and loads over the largest: by how much they may differ a period later
 IMPOSED = ("displacement", "number")  # efforts that are motions

@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.dimensions.scales import oscillation
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.dimensions.scales import SIScales, oscillation
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 
 
@@ -45,7 +45,6 @@ class ModeCouplingBlock(Machine):
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
     def parts(self, q):
-        """The block on its springs, pressed on the belt."""
         belt, block = Support("belt", x=self.belt_speed * q.time), Mass("block", self.mass, x=q.position, z=-q.approach)
         springs = Spring(self.sliding_stiffness, q.position), Spring(self.normal_stiffness, q.approach)
         coupling = Potential(self.coupling_stiffness * (q.position * q.approach))
@@ -58,5 +57,4 @@ class ModeCouplingBlock(Machine):
         return oscillation(self.mass, self.sliding_stiffness, self.normal_load, time) * 2
 
     def effort_scale(self):
-        """N."""
         return self.normal_load

@@ -2,17 +2,10 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.dimensions.scales import oscillation
-from vibrocap.physics.machines.machine import (
-    Machine,
-    NonNegative,
-    Number,
-    Positive,
-    SIScales,
-    parameter,
-    parameters,
-)
+from vibrocap.physics.dimensions.scales import SIScales, oscillation
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
+from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 
 
 @parameters
@@ -55,7 +48,6 @@ class Oscillator(Machine):
         return cls(belt_speed=-speed, **given)
 
     def parts(self, q):
-        """The block on its spring and damper, and the belt under it."""
         belt, block = Support("belt", x=self.belt_speed * q.time), Mass("block", self.mass, x=q.position)
         wall = Spring(self.stiffness, q.position), Damper(self.damping, q.position)
         return [belt, block, *wall, Drive(q.position), Contact(block, on=belt, load=self.normal_load)]
@@ -65,5 +57,4 @@ class Oscillator(Machine):
         return oscillation(self.mass, self.stiffness, self.normal_load, time)
 
     def effort_scale(self):
-        """N."""
         return self.normal_load

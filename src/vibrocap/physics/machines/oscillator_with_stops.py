@@ -65,7 +65,6 @@ class OscillatorWithStops(Oscillator):
         return self
 
     def parts(self, q):
-        """With the stops, which stand on the ground."""
         ground, own = None, super().parts(q)
         sizes = {"size": self.gap, "speed": sqrt(self.normal_load * self.gap / self.mass), "force": self.normal_load}
         stop = elastic_stop(self, None, between=(ground, own[1]), restitution=self.restitution, **sizes)

@@ -43,5 +43,4 @@ class PendulumCapsule(CapsuleWithBob):
     )
 
     def parts(self, q):
-        """With the spring at the pivot."""
         return [*super().parts(q), Spring(self.stiffness, q.angle)]

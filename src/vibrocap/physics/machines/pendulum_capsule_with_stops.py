@@ -44,6 +44,5 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         return self
 
     def parts(self, q):
-        """With the stops."""
         ways = {"gap": self.limit_angle, "back_gap": self.limit_angle}
         return [*super().parts(q), Stop(q.angle, **ways, restitution=self.restitution)]

@@ -50,7 +50,6 @@ class PendulumCrawler(Machine):
         return given if self.motion == "angle" else atan(given / sqrt(1.0 - given * given))
 
     def parts(self, q):
-        """Capsule and bob, and what is at the pivot."""
         capsule, angle = Mass("capsule", self.mass_ratio, x=q.position), q.imposed(self._angle(q.drive))
         bob = Mass("bob", 1.0, on=capsule, x=-sin(angle), z=cos(angle))
         joint = Spring(self.stiffness, angle), Damper(self.damping, angle)

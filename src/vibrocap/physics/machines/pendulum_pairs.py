@@ -53,7 +53,6 @@ class TwoPendulumCapsule(PendulumPair):
     name: ClassVar[str] = "two-pendulum-capsule"
 
     def parts(self, q):
-        """The capsule and its pendulums."""
         capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
         bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
         bob_2 = Mass("bob 2", self.mass_ratio_2, on=capsule, x=-far * sin(second), z=far * cos(second))
@@ -83,7 +82,6 @@ class DoublePendulumCapsule(PendulumPair):
     name: ClassVar[str] = "double-pendulum-capsule"
 
     def parts(self, q):
-        """The capsule, with one bob on another."""
         capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
         bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
         bob_2 = Mass("bob 2", self.mass_ratio_2, on=bob, x=-far * sin(second), z=far * cos(second))

@@ -35,6 +35,5 @@ class RigidStopCapsule(TwoMassCapsule):
     name: ClassVar[str] = "rigid-stop-capsule"
 
     def parts(self, q):
-        """With the stops."""
         stop = Stop(q.displacement, self.gap, self.back_gap, restitution=self.restitution)
         return [*super().parts(q), stop]

@@ -4,7 +4,8 @@ import functools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from vibrocap.physics.machines.machine import Machine, SIScales, parameter, parameters
+from vibrocap.physics.dimensions.scales import SIScales
+from vibrocap.physics.machines.machine import Machine, parameter, parameters
 from vibrocap.physics.names import numbered
 
 WORDS = (
@@ -50,7 +51,6 @@ class Row(Machine):
         return sum(self._all(name, self.bodies))
 
     def effort_scale(self):
-        """The sum of all loads."""
         return self._whole("normal_load")
 
     def _all(self, name: str, count: int) -> tuple:

@@ -2,8 +2,8 @@
 
 from typing import Any, ClassVar
 
-from vibrocap.physics.dimensions.scales import oscillation
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.dimensions.scales import SIScales, oscillation
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Spring, Support, coordinate
 
 
@@ -22,7 +22,6 @@ class TurningBodies(Machine):
         return oscillation(first + second, self.stiffness, self.normal_load, time) * 2
 
     def effort_scale(self):
-        """N."""
         return self.normal_load
 
 
@@ -51,7 +50,6 @@ class DrillString(TurningBodies):
     twist = coordinate("phi", "twist of each string", "rad", count=2)
 
     def parts(self, q):
-        """Table, disc and bit, and the strings between them."""
         table = Support("table", angle=self.table_speed * q.time)
         disc = Inertia("disc", self.disc_inertia, q.twist[0], on=table)
         bit = Inertia("bit", self.bit_inertia, q.twist[1], on=disc)
@@ -86,7 +84,6 @@ class Clutch(TurningBodies):
     vehicle_angle = coordinate("phi", "angle of the vehicle", "rad")
 
     def parts(self, q):
-        """Motor, engine and vehicle."""
         motor = Support("motor", angle=self.motor_speed * q.time)
         vehicle = Inertia("vehicle", self.vehicle_inertia, q.vehicle_angle)
         engine = Inertia("engine", self.engine_inertia, q.slip, on=vehicle)

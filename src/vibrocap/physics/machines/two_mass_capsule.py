@@ -53,7 +53,6 @@ class TwoMassCapsule(WithInnerMass):
     position = coordinate("X", "place of the capsule", "m")
 
     def parts(self, q):
-        """Capsule and inner mass with what joins them."""
         capsule = Mass("capsule", self.mass_ratio, x=q.position)
         inner = Mass("inner mass", 1.0, on=capsule, x=q.displacement)
         joint = Spring(self.stiffness, q.displacement), Damper(self.damping, q.displacement)

@@ -47,6 +47,5 @@ class TwoMassCrawler(WithInnerMass):
     position = coordinate("X", "place of the body", "m", rate="centre_velocity")
 
     def parts(self, q):
-        """The body, and in it the mass that moves as the drive says."""
         body = Mass("body", self.mass_ratio, x=q.position)
         return [body, Mass("inner mass", 1.0, on=body, x=q.imposed(q.drive)), Contact(body, load=self.normal_load)]

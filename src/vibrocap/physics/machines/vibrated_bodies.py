@@ -4,9 +4,9 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.bodies import Shape
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale, Scales
 from vibrocap.physics.elementary import cos, sin, sqrt
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Point, Spring, Support, coordinate
 
 
@@ -45,7 +45,6 @@ class Feeder(Machine):
     position = coordinate("s", "place of the part on the plate", "m", rate="centre_velocity")
 
     def parts(self, q):
-        """The part on its plate."""
         moved, angle = q.imposed(q.drive), self.vibration_angle
         plate = Support("plate", x=moved * cos(angle), z=moved * sin(angle))
         part = Mass("part", self.mass, on=plate, x=q.position)
@@ -86,7 +85,6 @@ class BristleRobot(Machine):
     position = coordinate("X", "place of foot 1", "m")
 
     def parts(self, q):
-        """Feet, body and legs."""
         feet = [Mass(f"foot {i + 1}", self.foot_mass, x=q.position + i * (1.0 + q.stretch)) for i in (0, 1)]
         middle = q.position + self.lean + 0.5 + q.shift
         body = Mass("body", self.mass, x=middle, z=1.0 - q.sag, inertia=self.inertia, angle=q.pitch)

@@ -52,5 +52,4 @@ class VibroImpactCapsule(TwoMassCapsule):
     name: ClassVar[str] = "vibro-impact-capsule"
 
     def parts(self, q):
-        """With the stops."""
         return [*super().parts(q), elastic_stop(self, q.displacement)]

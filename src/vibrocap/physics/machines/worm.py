@@ -42,7 +42,6 @@ class Worm(Row):
     position = coordinate("X", "place of body 1", "m", rate="centre_velocity")
 
     def parts(self, q):
-        """Bodies in a row, from rear to front."""
         x, parts = q.position, []
         shares = (0.0, *self._all("actuation", self.bodies - 1))
         own = zip(shares, self._all("mass", self.bodies), self._all("normal_load", self.bodies), strict=True)

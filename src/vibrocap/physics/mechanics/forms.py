@@ -4,13 +4,14 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program, affine
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
 from vibrocap.physics.mechanics.parts import is_word
 from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
-from vibrocap.physics.mechanics.stops import IMPACT, ends, guards, outcomes, rooms
+from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms
 from vibrocap.physics.mechanics.sums import Sum
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.physics.parameters import parameter_table

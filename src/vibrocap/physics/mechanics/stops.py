@@ -14,7 +14,6 @@ from vibrocap.physics.mechanics.formulas import add, div, mul, sub
 from vibrocap.physics.mechanics.parts import MechanicsError, Stop, as_sum
 from vibrocap.physics.mechanics.sums import Sum, named, solved, total, written
 
-IMPACT = "impact"  # channel of the energy that impacts take, of which the powers know nothing
 LEAST_PULL = 1e-12  # of the force of a stop: with this acceleration a body leaves it, so that the way is no rounding
 
 SLOWEST_REBOUND = 1e-7  # natural speeds: such a rebound rises by some 1e-14, which is rounding
