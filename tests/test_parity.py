@@ -146,7 +146,7 @@ def test_an_edited_law_is_another_kernel(monkeypatch):
 
     def edited(self, velocity, internal, side, load):
         (bristle,) = internal
-        rate = velocity - self._slip_rate(velocity, bristle, side, load)
+        rate = velocity - self._slip_rate(velocity, internal, side, load)
         return self.bristle_stiffness * bristle + self.bristle_damping * rate, (rate,)
 
     monkeypatch.setattr(vc.LuGre, "force", edited)

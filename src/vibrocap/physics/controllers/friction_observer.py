@@ -1,5 +1,3 @@
-"""An observer of friction: bristles that it believes in are estimated, and the force that they make is compensated."""
-
 from typing import ClassVar
 
 from pydantic import model_validator

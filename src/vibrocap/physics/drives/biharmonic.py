@@ -1,8 +1,6 @@
-"""The biharmonic drive: a second harmonic breaks the half-period symmetry, so that a capsule can travel."""
-
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.drives.drive import FREQUENCY, Number, Positive, Wave, parameter, parameters
 from vibrocap.physics.elementary import cos, sin
 
 
@@ -11,9 +9,7 @@ class Biharmonic(Wave):
     """Biharmonic drive: h cos(omega tau) + h2 cos(2 omega tau + psi). Odd under half a period only if h2 = 0."""
 
     amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     second_amplitude: Number = parameter(0.0, "h2", "torque of the second harmonic", "effort")
     second_phase: Number = parameter(
         0.0, "psi", "phase of the second harmonic [rad]", "phase", in_si="phase of the second harmonic"

@@ -1,5 +1,3 @@
-"""The constant drive: a force that stays."""
-
 from typing import ClassVar
 
 from vibrocap.physics.drives.drive import Drive, Number, Positive, parameter, parameters

@@ -1,8 +1,6 @@
-"""The Fourier series: a drive of up to seven harmonics, each with a cosine and a sine."""
-
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.drives.drive import FREQUENCY, Number, Positive, Wave, parameter, parameters
 from vibrocap.physics.elementary import cos, sin
 
 HARMONICS = range(1, 8)
@@ -18,9 +16,7 @@ class FourierSeries(Wave):
     with a_2 or b_2 away from 0.
     """
 
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     cosine_1: Number = parameter(1.8, "a1", "cosine amplitude at omega", "effort")
     sine_1: Number = parameter(0.0, "b1", "sine amplitude at omega", "effort")
     cosine_2: Number = parameter(0.0, "a2", "cosine amplitude at 2 omega", "effort")

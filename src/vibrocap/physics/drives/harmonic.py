@@ -1,8 +1,6 @@
-"""The harmonic drive, the paper's."""
-
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.drives.drive import FREQUENCY, Number, Positive, Wave, parameter, parameters
 from vibrocap.physics.elementary import cos, sin
 
 
@@ -11,9 +9,7 @@ class Harmonic(Wave):
     """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
 
     amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
 
     name: ClassVar[str] = "harmonic"
     source: ClassVar[str] = "liu2019"

@@ -1,5 +1,3 @@
-"""The loading of a test rig: a level, a ramp and an oscillation about them."""
-
 from typing import ClassVar
 
 from vibrocap.physics.drives.drive import Number, Positive, Wave, parameter, parameters

@@ -1,10 +1,18 @@
-"""The on-off drive: a force that is switched on and off, over an offset that stays."""
-
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.drives.drive import Number, Piecewise, Positive, Segment, Wave, WithinOne, parameter, parameters
+from vibrocap.physics.drives.drive import (
+    FREQUENCY,
+    Number,
+    Piecewise,
+    Positive,
+    Segment,
+    Wave,
+    WithinOne,
+    parameter,
+    parameters,
+)
 from vibrocap.physics.elementary import sqrt
 
 Phase = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)]
@@ -22,9 +30,7 @@ class OnOff(Wave, Piecewise):
 
     amplitude: Number = parameter(1.0, "h", "what is added while it is on", "effort")
     offset: Number = parameter(0.0, "h_0", "level while it is off", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     duty: WithinOne = parameter(0.5, "d", "share of the period in which it is on", "share")
     phase: Phase = parameter(0.0, "phi", "share of the period at which it is switched on, less than 1", "share")
 

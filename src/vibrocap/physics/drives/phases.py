@@ -1,5 +1,3 @@
-"""Phases: up to seven levels, each held for its own time."""
-
 from typing import ClassVar
 
 from pydantic import model_validator

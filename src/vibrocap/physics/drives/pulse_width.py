@@ -1,11 +1,18 @@
-"""Pulse-width modulation: pulses of one height, whose widths follow a sine."""
-
 import math
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.drives.drive import Number, PiecewiseWave, Positive, Segment, Share, parameter, parameters
+from vibrocap.physics.drives.drive import (
+    FREQUENCY,
+    Number,
+    PiecewiseWave,
+    Positive,
+    Segment,
+    Share,
+    parameter,
+    parameters,
+)
 
 MOST_PULSES = 10_000
 
@@ -27,9 +34,7 @@ class PulseWidth(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "height of the pulses", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     modulation: Share = parameter(0.8, "m", "peak of the sine that the pulses follow, over their height", "share")
     pulses: Annotated[Any, BeforeValidator(_whole)] = parameter(6, "n", "cells in a period", "convention")
 

@@ -1,5 +1,3 @@
-"""The ramp: a force that grows at a constant rate, until the contact breaks away."""
-
 from typing import ClassVar
 
 from vibrocap.physics.drives.drive import Drive, Number, Positive, parameter, parameters

@@ -1,5 +1,3 @@
-"""The seven-phase stroke: a trapezoid of speed forward, one back, and a rest."""
-
 from typing import ClassVar
 
 from pydantic import model_validator

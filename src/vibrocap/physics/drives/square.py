@@ -1,8 +1,15 @@
-"""The square wave: one level, then the other, switched at once."""
-
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, PiecewiseWave, Positive, Segment, WithinOne, parameter, parameters
+from vibrocap.physics.drives.drive import (
+    FREQUENCY,
+    Number,
+    PiecewiseWave,
+    Positive,
+    Segment,
+    WithinOne,
+    parameter,
+    parameters,
+)
 
 
 @parameters
@@ -13,9 +20,7 @@ class Square(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "level of the first part; that of the second is -h", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     duty: WithinOne = parameter(0.5, "d", "share of the period at the first level", "share")
 
     name: ClassVar[str] = "square"

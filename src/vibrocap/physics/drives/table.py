@@ -1,5 +1,3 @@
-"""The table: a drive given by values at instants, such as a measured current."""
-
 import itertools
 from typing import Annotated, Any, ClassVar, Literal
 

@@ -1,5 +1,3 @@
-"""The three-phase stroke: forward and back with three accelerations."""
-
 from typing import ClassVar
 
 from vibrocap.physics.drives.drive import Piecewise, Positive, Segment, parameter, parameters

@@ -1,10 +1,8 @@
-"""The trapezoid wave: up, hold, down, hold."""
-
 from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.drives.drive import PiecewiseWave, Segment, Share, WithinOne, check_shares
+from vibrocap.physics.drives.drive import FREQUENCY, PiecewiseWave, Segment, Share, WithinOne, check_shares
 from vibrocap.physics.parameters import Number, Positive, parameter, parameters
 
 
@@ -17,9 +15,7 @@ class Trapezoid(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "upper level; the lower one is -h", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     rise: WithinOne = parameter(0.125, "r", "share of the period in which it rises", "share")
     hold: Share = parameter(0.375, "d", "share of the period at the upper level", "share")
     fall: WithinOne = parameter(0.125, "f", "share of the period in which it falls", "share")

@@ -1,8 +1,15 @@
-"""The triangle wave: up at one rate, down at another."""
-
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, PiecewiseWave, Positive, Segment, WithinOne, parameter, parameters
+from vibrocap.physics.drives.drive import (
+    FREQUENCY,
+    Number,
+    PiecewiseWave,
+    Positive,
+    Segment,
+    WithinOne,
+    parameter,
+    parameters,
+)
 
 
 @parameters
@@ -14,9 +21,7 @@ class Triangle(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "peak of the wave, half of its stroke", "effort")
-    frequency: Positive = parameter(
-        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-    )
+    frequency: Positive = FREQUENCY
     rise: WithinOne = parameter(0.5, "r", "share of the period in which it rises", "share")
 
     name: ClassVar[str] = "triangle"

@@ -1,5 +1,3 @@
-"""The Bouc-Wen law: a smooth hysteresis with a shape of its own for loading and for unloading."""
-
 from typing import ClassVar
 
 from pydantic import model_validator

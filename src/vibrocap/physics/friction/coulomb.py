@@ -1,5 +1,3 @@
-"""Coulomb's law: one level while sliding, a higher one at rest, set-valued there."""
-
 from typing import ClassVar
 
 from vibrocap.physics.friction.law import Curve, NonNegative, levels_in_order, parameter, parameters

@@ -1,5 +1,3 @@
-"""Dahl's law: an elastic contact that yields gradually, the same at every speed."""
-
 from typing import ClassVar
 
 from vibrocap.physics.elementary import exp, log, power

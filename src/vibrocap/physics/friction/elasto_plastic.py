@@ -1,17 +1,15 @@
-"""The elasto-plastic law: LuGre's bristles with a range in which they only bend, so that the contact does not creep."""
-
 import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sin
-from vibrocap.physics.friction.law import Exponent, Law, Share, levels_in_order, stribeck_level
-from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.friction.law import Bristles, Share, stribeck_level
+from vibrocap.physics.parameters import parameter, parameters
 
 MARGIN = 1e-6  # of the static level, by which the force passes a border before the piece changes
 
 
 @parameters
-class ElastoPlastic(Law):
+class ElastoPlastic(Bristles):
     """Elasto-plastic law: below a breakaway deflection the contact is elastic and no displacement is lost.
 
     LuGre's bristles slip a little under any force, so that an oscillating force below breakaway makes them drift. Here
@@ -32,49 +30,28 @@ class ElastoPlastic(Law):
     |xi| <= g(0) = N eta_s/delta0 is invariant. Like LuGre's law it is stiff for a large delta0 |v|.
     """
 
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles", "stiffness")
-    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles", "bristle damping")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
-    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
-    stribeck_velocity: Positive = parameter(
-        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
-    )
-    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     elastic_share: Share = parameter(
         0.7, "z_ba", "elastic range, as a share of the deflection of Coulomb level", "fraction"
     )
 
     name: ClassVar[str] = "elasto-plastic"
-    kind: ClassVar = "kinked"
     internal: ClassVar = ("bristle", "yielding", "flowing")
     switched: ClassVar = ("yielding", "flowing")
     internal_symmetry: ClassVar = (-1, 1, 1)
-    shape_parameters: ClassVar = ("stribeck_exponent",)
     source: ClassVar[str] = "dupont2002"
-
-    _levels = levels_in_order
-
-    def steady_force(self, speed, load):
-        return stribeck_level(self, speed, load) + self.viscous_damping * speed
 
     def _elastic(self, load):
         """delta0 z_ba, a force."""
         return self.elastic_share * load * self.coulomb_coefficient
 
     def _slip_rate(self, velocity, internal, side, load):
-        """v - xi': the part of the velocity at which bristles slip, p |v| xi/g(v)."""
+        """p |v| xi/g(v)."""
         bristle, yielding, flowing = internal
         elastic, level = self._elastic(load), stribeck_level(self, side * velocity, load)
         force = self.bristle_stiffness * bristle
         ramp = 0.5 + 0.5 * sin(math.pi * (side * force - 0.5 * (level + elastic)) / (level - elastic))
         share = yielding * (ramp + flowing * (1.0 - ramp))
         return share * (side * velocity) * force / level
-
-    def force(self, velocity, internal, side, load):
-        rate = velocity - self._slip_rate(velocity, internal, side, load)
-        elastic = self.bristle_stiffness * internal[0] + self.bristle_damping * rate
-        return elastic + self.viscous_damping * velocity, (rate, 0.0, 0.0)
 
     def switches(self, velocity, internal, side, load):
         """The deflection in loading passes z_ba; it passes g(v)."""
@@ -97,22 +74,6 @@ class ElastoPlastic(Law):
     def after_reversal(self, internal, side, load):
         """Unloading: elastic."""
         return internal[0], 0.0, 0.0
-
-    def internal_scales(self, load):
-        return load * self.static_coefficient / self.bristle_stiffness, 1.0, 1.0
-
-    def losses(self, velocity, internal, side, load):
-        """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles as in LuGre's law.
-
-        contact sliding: (delta0 xi + delta1 xi') (v - xi') + delta2 v^2      bristle loss: delta1 xi'^2
-        """
-        slip = self._slip_rate(velocity, internal, side, load)
-        rate = velocity - slip
-        elastic = self.bristle_stiffness * internal[0] + self.bristle_damping * rate
-        return elastic * slip + self.viscous_damping * velocity * velocity, self.bristle_damping * rate * rate
-
-    def stored_energy(self, internal):
-        return 0.5 * self.bristle_stiffness * internal[0] * internal[0]
 
     @property
     def passive(self) -> bool:

@@ -1,5 +1,3 @@
-"""The exponential law (EM): static friction with a Stribeck droop, set-valued at rest."""
-
 from typing import ClassVar
 
 from vibrocap.physics.elementary import exp

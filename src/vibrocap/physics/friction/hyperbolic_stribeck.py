@@ -1,5 +1,3 @@
-"""The hyperbolic Stribeck curve: friction falls like one over the speed, set-valued at rest."""
-
 from typing import ClassVar
 
 from vibrocap.physics.friction.law import Curve, NonNegative, Positive, levels_in_order, parameter, parameters

@@ -1,17 +1,15 @@
-"""The LuGre law (LM): bristles that deflect, so that friction remembers."""
-
 from typing import ClassVar
 
 from vibrocap.physics.elementary import bristle_slip, exp
-from vibrocap.physics.friction.law import Exponent, Law, levels_in_order, stribeck_level
-from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.friction.law import Bristles, stribeck_level
+from vibrocap.physics.parameters import Positive, parameter, parameters
 
 CELLS = 4096  # of speed, in which the bound for passivity is made
 DAMPED_SPEEDS = 6.0  # damping velocities, beyond which the damping of the bristles is below 1e-15 of that at rest
 
 
 @parameters
-class LuGre(Law):
+class LuGre(Bristles):
     """LuGre law (LM): elastic bristles of mean deflection xi carry the load until they slip.
 
     The force lags the velocity (hysteresis) and yields elastically below breakaway (presliding).
@@ -29,78 +27,28 @@ class LuGre(Law):
         delta1(v) = delta1 exp(-(v/v_d)^2)
     """
 
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles", "stiffness")
-    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles", "bristle damping")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
-    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
-    stribeck_velocity: Positive = parameter(
-        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
-    )
-    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     damping_velocity: Positive | None = parameter(
         None, "v_d", "speed over which the damping of the bristles fades; none: it stays", "fading velocity"
     )
 
     name: ClassVar[str] = "lugre"
-    kind: ClassVar = "kinked"
     internal: ClassVar = ("bristle",)
-    shape_parameters: ClassVar = ("stribeck_exponent",)
     source: ClassVar[str] = "canudas1995; olsson1996"
     creeps: ClassVar[bool] = True
     special_cases: ClassVar = {
         "dahl": {"bristle_damping": 0.0, "viscous_damping": 0.0, "static_coefficient": "coulomb_coefficient"}
     }
 
-    _levels = levels_in_order
-
-    def _steady_level(self, speed, load):
-        """delta0 g(v) (eq. 10), a force."""
-        return stribeck_level(self, speed, load)
-
     def _damping(self, velocity):
-        """delta1(v)."""
         if self.damping_velocity is None:
             return self.bristle_damping
         share = velocity / self.damping_velocity
         return self.bristle_damping * exp(-(share * share))
 
-    def steady_force(self, speed, load):
-        return self._steady_level(speed, load) + self.viscous_damping * speed
-
-    def force(self, velocity, internal, side, load):
-        (bristle,) = internal
-        slip = self._slip_rate(velocity, bristle, side, load)
-        rate = velocity - slip
-        force = self.bristle_stiffness * bristle + self._damping(velocity) * rate + self.viscous_damping * velocity
-        return force, (rate,)
-
-    def _slip_rate(self, velocity, bristle, side, load):
-        """v - xi': the part of the velocity at which bristles slip, |v| xi / g(v)."""
-        level = self._steady_level(side * velocity, load)
-        return bristle_slip(side * velocity, bristle, self.bristle_stiffness, level)
-
-    def internal_scales(self, load):
-        """g(0), the largest deflection."""
-        return (load * self.static_coefficient / self.bristle_stiffness,)
-
-    def losses(self, velocity, internal, side, load):
-        """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles.
-
-        contact sliding: (delta0 xi + delta1 xi') (v - xi') + delta2 v^2      bristle loss: delta1 xi'^2
-
-        with delta1(v) for delta1 where it fades.
-        """
-        (bristle,) = internal
-        slip = self._slip_rate(velocity, bristle, side, load)
-        rate = velocity - slip
-        damping = self._damping(velocity)
-        elastic = self.bristle_stiffness * bristle + damping * rate
-        return elastic * slip + self.viscous_damping * velocity * velocity, damping * rate * rate
-
-    def stored_energy(self, internal):
-        (bristle,) = internal
-        return 0.5 * self.bristle_stiffness * bristle * bristle
+    def _slip_rate(self, velocity, internal, side, load):
+        """|v| xi / g(v)."""
+        level = stribeck_level(self, side * velocity, load)
+        return bristle_slip(side * velocity, internal[0], self.bristle_stiffness, level)
 
     @property
     def passive(self) -> bool:

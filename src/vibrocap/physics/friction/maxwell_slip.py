@@ -1,10 +1,15 @@
-"""The generalised Maxwell-slip law: elements in parallel that stick like springs, each up to a share of the level."""
-
 from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.friction.law import Exponent, Law, levels_in_order, stribeck_level
+from vibrocap.physics.friction.law import (
+    STRIBECK_EXPONENT,
+    STRIBECK_VELOCITY,
+    Exponent,
+    Law,
+    levels_in_order,
+    stribeck_level,
+)
 from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 ELEMENTS = 4
@@ -49,10 +54,8 @@ class MaxwellSlip(Law):
     share_3: Positive = parameter(0.3, "nu_3", "share of element 3 in the level; element 4 has the rest", "share")
     coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
     static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
-    stribeck_velocity: Positive = parameter(
-        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
-    )
-    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_velocity: Positive = STRIBECK_VELOCITY
+    stribeck_exponent: Exponent = STRIBECK_EXPONENT
     attraction_rate: NonNegative = parameter(
         5.0, "C", "rate at which slipping elements follow the level, over N", "attraction rate"
     )

@@ -49,6 +49,21 @@ class RateAndState(Law):
         jumps = side * velocity * (0.5 / self.reference_velocity) * exp(strength)
         return side * load * self.direct_effect * log(jumps + sqrt(1.0 + jumps * jumps))
 
+    def _steady_state(self, speed):
+        """The state of steady sliding."""
+        raise NotImplementedError
+
+    def _rate(self, velocity, state, side):
+        """phi'."""
+        raise NotImplementedError
+
+    def steady_force(self, speed, load):
+        return self._force(speed, self._steady_state(speed), 1.0, load)
+
+    def force(self, velocity, internal, side, load):
+        rate = self._rate(velocity, internal[0], side)
+        return self._force(velocity, internal[0], side, load), (rate,)
+
     def internal_scales(self, load):
         """1: a change of the state by one is an age e times as great."""
         return (1.0,)
@@ -80,13 +95,11 @@ class RateAndStateAgeing(RateAndState):
 
     name: ClassVar[str] = "rate-and-state-ageing"
 
-    def steady_force(self, speed, load):
-        return self._force(speed, log(self.reference_velocity / speed), 1.0, load)
+    def _steady_state(self, speed):
+        return log(self.reference_velocity / speed)
 
-    def force(self, velocity, internal, side, load):
-        (state,) = internal
-        rate = (self.reference_velocity * exp(-state) - side * velocity) / self.critical_distance
-        return self._force(velocity, state, side, load), (rate,)
+    def _rate(self, velocity, state, side):
+        return (self.reference_velocity * exp(-state) - side * velocity) / self.critical_distance
 
 
 @parameters
@@ -115,15 +128,10 @@ class RateAndStateSlip(RateAndState):
 
     name: ClassVar[str] = "rate-and-state-slip"
 
-    def steady_force(self, speed, load):
-        return self._force(speed, self._steady_state(speed), 1.0, load)
-
-    def _steady_state(self, velocity):
+    def _steady_state(self, speed):
         """ln(v0/|v|), cut off below v_c."""
-        share, least = velocity / self.reference_velocity, self.cutoff_velocity / self.reference_velocity
+        share, least = speed / self.reference_velocity, self.cutoff_velocity / self.reference_velocity
         return -0.5 * log(share * share + least * least)
 
-    def force(self, velocity, internal, side, load):
-        (state,) = internal
-        rate = side * velocity * (self._steady_state(velocity) - state) / self.critical_distance
-        return self._force(velocity, state, side, load), (rate,)
+    def _rate(self, velocity, state, side):
+        return side * velocity * (self._steady_state(velocity) - state) / self.critical_distance

@@ -1,8 +1,13 @@
-"""The Stribeck curve: static friction, a droop of any exponent and a viscous rise, set-valued at rest."""
-
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Curve, Exponent, levels_in_order, stribeck_level
+from vibrocap.physics.friction.law import (
+    STRIBECK_EXPONENT,
+    STRIBECK_VELOCITY,
+    Curve,
+    Exponent,
+    levels_in_order,
+    stribeck_level,
+)
 from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 
@@ -19,10 +24,8 @@ class Stribeck(Curve):
 
     coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
     static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
-    stribeck_velocity: Positive = parameter(
-        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
-    )
-    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_velocity: Positive = STRIBECK_VELOCITY
+    stribeck_exponent: Exponent = STRIBECK_EXPONENT
     viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "stribeck"

@@ -1,5 +1,3 @@
-"""The linkage crawler: two bodies on the ground, and a mass that two rods carry above them."""
-
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field

@@ -1,5 +1,3 @@
-"""The mode-coupling block: springs at an angle, and a sliding contact whose load follows the block's second motion."""
-
 from typing import ClassVar
 
 from vibrocap.physics.dimensions.scales import SIScales, oscillation

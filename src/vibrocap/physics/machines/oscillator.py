@@ -1,5 +1,3 @@
-"""The oscillator: a block on a spring and a damper, on a belt that may run, moved by the force of the drive."""
-
 from typing import ClassVar
 
 from vibrocap.physics.dimensions.scales import SIScales, oscillation

@@ -1,5 +1,3 @@
-"""The oscillator with stops: a block on the ground, with or without a spring, that strikes a stop or is between two."""
-
 from typing import ClassVar
 
 from pydantic import model_validator

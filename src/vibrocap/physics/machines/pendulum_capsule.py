@@ -1,5 +1,3 @@
-"""The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
-
 from typing import ClassVar
 
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING, CapsuleWithBob, Load, load

@@ -1,5 +1,3 @@
-"""The pendulum capsule with stops: its pendulum can swing so far only, where a run ends or the pendulum bounces."""
-
 import math
 from typing import ClassVar
 

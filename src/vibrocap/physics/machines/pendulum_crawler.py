@@ -1,5 +1,3 @@
-"""The pendulum crawler: a pendulum capsule whose pendulum moves as it is told, whatever torque that takes."""
-
 from typing import Annotated, ClassVar
 
 from vibrocap.physics.elementary import atan, cos, sin, sqrt

@@ -1,5 +1,3 @@
-"""The capsule with rigid stops: its inner mass bounces off a wall, on one side or on both."""
-
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, parameter, parameters

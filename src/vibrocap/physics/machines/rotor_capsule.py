@@ -1,5 +1,3 @@
-"""The rotor capsule: an eccentric mass, turned by a motor of limited power, on a capsule that slides on a line."""
-
 import math
 from typing import ClassVar
 

@@ -1,5 +1,3 @@
-"""The two-mass capsule: a mass on a spring and a damper inside a capsule, driven along the line of sliding."""
-
 from typing import Annotated, ClassVar
 
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass

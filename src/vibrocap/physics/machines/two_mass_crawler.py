@@ -1,5 +1,3 @@
-"""The two-mass crawler: a body in which an inner mass moves to and fro as it is told, whatever force that takes."""
-
 from typing import ClassVar
 
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass

@@ -1,5 +1,3 @@
-"""The vibro-impact capsule: its inner mass strikes an elastic stop, on one side or on both."""
-
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
