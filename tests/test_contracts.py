@@ -47,7 +47,7 @@ CLASSES = [*laws().values(), *machines().values(), *drives().values(), *controll
 SAMPLES = 20
 # the contracts, wrappers of laws and drives, and what machines of several bodies share
 NO_PARTS = {"law", "machine", "drive", "controller", "anisotropic", "backlash", "smoothed", "viscous", "row", "stops"}
-NO_PARTS |= {"capsule_with_bob", "inner_mass", "scheduled"}
+NO_PARTS |= {"capsule_with_bob", "consistent_units", "inner_mass", "scheduled"}
 
 
 WRAPPED = ("anisotropic-stribeck", "anisotropic-lugre", "backlash-dahl")

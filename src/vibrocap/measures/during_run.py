@@ -29,33 +29,21 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, codes, replayed
 from vibrocap.physics.system import System
 
-# what a measure is called elsewhere: its name here
-SYNONYMS = {
-    "speed": "mean_velocity",
-    "velocity": "mean_velocity",
-    "average_speed": "mean_velocity",
-    "average_velocity": "mean_velocity",
-    "distance": "displacement",
-    "travel": "displacement",
-    "progress": "drift",
-    "step": "drift",
-    "efficiency": "cost_of_transport",
-    "cot": "cost_of_transport",
-    "energy": "drive_work",
-    "work": "drive_work",
-    "power": "drive_work",
-    "friction": "peak_friction",
-    "force": "peak_friction",
-    "dissipation": "contact_sliding_work",
-    "hysteresis": "displacement_loop_area",
-    "settling_time": "time_to_settle",
-    "symmetry": "symmetric",
-    "bounces": "impacts",
-    "collisions": "impacts",
-    "grazing": "impacts",
-    "sticking": "stick_fraction",
-    "stick": "stick_fraction",
+MEANT = {  # what a measure is called elsewhere, by its name
+    "mean_velocity": "speed velocity average_speed average_velocity",
+    "displacement": "distance travel",
+    "drift": "progress step",
+    "cost_of_transport": "efficiency cot",
+    "drive_work": "energy work power",
+    "peak_friction": "friction force",
+    "contact_sliding_work": "dissipation",
+    "displacement_loop_area": "hysteresis",
+    "time_to_settle": "settling_time",
+    "symmetric": "symmetry",
+    "impacts": "bounces collisions grazing",
+    "stick_fraction": "sticking stick",
 }
+SYNONYMS = {word: measure for measure, words in MEANT.items() for word in words.split()}
 
 
 def measure_table(system: System | None = None) -> dict[str, Measure]:
@@ -113,8 +101,8 @@ def _switch_times(motion: Trajectory) -> list[np.ndarray]:
 
 def near_measure(name: object, table: Iterable[str]) -> str:
     """What to say of the name of a measure that is none: the one that goes by it elsewhere, or that is spelled so."""
-    named = SYNONYMS.get(str(name).lower().replace("-", "_").replace(" ", "_"))
-    return suggestion(named if named in (known := list(table)) else name, known, cutoff=0.0)
+    known, meant = list(table), SYNONYMS.get(str(name).lower().replace("-", "_").replace(" ", "_"))
+    return suggestion(meant if meant in known else name, known, cutoff=0.0)
 
 
 def resolved(

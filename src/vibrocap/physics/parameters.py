@@ -1,13 +1,12 @@
 """Parts of a system, a machine, a law or a drive: frozen records of parameters, checked when they are made.
 
 Wrong values and unknown names are refused with a ParameterError (a ValueError) that names every bad field, what was
-given and what would be right. A part may be given in SI, its parameters with their units.
+given and what would be right.
 
-A parameter declares beside its value its symbol, its meaning and what it does in its part, `parameter(0.15, "eta_c",
-"friction coefficient at high speed", "level")`: its role, one of `ROLES`, hence its dimension. Fits know from it where
-to start and what to look for, conversions to SI by which scales to multiply. A parameter that has none of these roles
-declares its unit, `unit="N s/m"`, or nothing: then it is fitted from the value that the law starts with, and cannot be
-converted.
+A parameter declares beside its default its symbol, its meaning and its role, one of `ROLES`, hence its dimension:
+`parameter(0.15, "eta_c", "friction coefficient at high speed", "level")`. Fits know from the role where to start,
+conversions to SI by which scales to multiply. One without such a role declares its unit, `unit="N s/m"`, or nothing:
+then fits start from its default, and it cannot be converted.
 """
 
 import dataclasses
@@ -49,9 +48,9 @@ class Dimension:
         return Dimension(*(exponent * a for a in self.exponents))
 
     @property
-    def exponents(self) -> tuple[float, float, float, float, float]:
+    def exponents(self) -> tuple[float, ...]:
         """Of coefficient, force, length, time and effort."""
-        return self.coefficient, self.force, self.length, self.time, self.effort
+        return dataclasses.astuple(self)
 
     def resolved(self, effort: "Dimension", known_load: bool = True) -> "Dimension":
         """The dimension in force, length and time alone: with what a drive exerts, and with or without a known load."""
@@ -179,19 +178,21 @@ def allowed(wanted: str, words: tuple[str | None, ...], most: float = -1.0) -> B
     return BeforeValidator(checked)
 
 
-def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "", in_si: str = "") -> Any:
+def parameter(
+    default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "", over: str = "", in_si: str = ""
+) -> Any:
     """A field with its default, its symbol in the literature, what it means and what it does.
 
-    role: one of `ROLES` ("level", "stiffness", "frequency"...), from which fits know where to start and conversions to
-    SI its dimension. unit: in place of a role that there is not, the SI unit ("N s/m").
-    in_si: what it means in SI, where the meaning speaks of a ratio: a "mass" in place of a "mass over another".
+    role: one of `ROLES`; unit: in place of a role that there is not, the SI unit ("N s/m")
+    over: what follows the meaning but in SI, the rest of a ratio: "spring", over=", k/(m omega_0^2)".
+    in_si: what it means in SI, where another ratio is meant: a "mass" in place of a "mass over another".
     Raises ValueError: a role or a unit that there is not, or both given.
     """
     if role and unit:
         raise ValueError(f"parameter: a role has its unit already; give role={role!r} or unit={unit!r}, not both")
     dimension = dimension_of_role(role) if role else dimension_of_unit(unit) if unit else None
     extra: Any = {"symbol": symbol, "role": role, "dimension": dimension, "in_si": in_si or meaning, "unit": unit}
-    return Field(default=default, description=meaning, json_schema_extra=extra)
+    return Field(default=default, description=meaning + over, json_schema_extra=extra)
 
 
 class ParameterError(ValueError):
@@ -232,10 +233,7 @@ def parameters(cls: type[Record]) -> type[Record]:
 
 @dataclasses.dataclass(frozen=True)
 class ParameterInfo:
-    """What is known of one parameter: its name in code, its symbol, its meaning, its default, its role and dimension.
-
-    role and unit: "" where not declared; dimension: None where neither is. in_si: its meaning in SI.
-    """
+    """What is known of a parameter: role and unit "", dimension None where not declared; in_si: its meaning there."""
 
     name: str
     symbol: str

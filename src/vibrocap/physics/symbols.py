@@ -19,53 +19,33 @@ from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 
-GREEK = {
-    "alpha": "α",
-    "beta": "β",
-    "delta": "δ",
-    "epsilon": "ε",
-    "eta": "η",
-    "gamma": "γ",
-    "kappa": "κ",
-    "lambda": "λ",
-    "mu": "μ",
-    "nu": "ν",
-    "Omega": "Ω",
-    "omega": "ω",
-    "phi": "φ",
-    "psi": "ψ",
-    "rho": "ρ",
-    "sigma": "σ",
-    "tau": "τ",
-    "theta": "θ",
-    "xi": "ξ",
-}
+LETTERS = "alpha beta delta epsilon eta gamma kappa lambda mu nu Omega omega phi psi rho sigma tau theta xi"
+GREEK = dict(zip(LETTERS.split(), "αβδεηγκλμνΩωφψρστθξ", strict=True))
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+def _moving(name: str, symbol: str, meaning: str, rate: str = "") -> dict[str, tuple[str, str]]:
+    """A state and its rate."""
+    return {name: (symbol, meaning), rate or f"{name}_rate": (f"{symbol}'", "its rate")}
+
 
 HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
 MECHANICAL = {
-    "angle": ("theta", "angle of the pendulum or the rotor from upright"),
-    "angle_rate": ("theta'", "its rate"),
-    "angle_2": ("theta_2", "angle of the second rod from upright (two pendulums, double pendulum)"),
-    "angle_rate_2": ("theta_2'", "its rate"),
-    "twist": ("phi_1", "twist of the string above the disc (drill string)"),
-    "twist_rate": ("phi_1'", "its rate"),
+    **_moving("angle", "theta", "angle of the pendulum or the rotor from upright"),
+    **_moving(
+        "angle_2", "theta_2", "angle of the second rod from upright (two pendulums, double pendulum)", "angle_rate_2"
+    ),
+    **_moving("twist", "phi_1", "twist of the string above the disc (drill string)"),
     "twist_2": ("phi_2", "twist of the string above the bit (drill string)"),
     "bit_speed": ("v", "angular speed of the bit (drill string)"),
-    "slip": ("s", "angle of the engine from the vehicle (clutch)"),
-    "slip_rate": ("s'", "its rate"),
-    "vehicle_angle": ("phi", "angle of the vehicle (clutch)"),
-    "vehicle_angle_rate": ("phi'", "its rate"),
-    "sag": ("h", "how far the body has sunk (bristle robot)"),
-    "sag_rate": ("h'", "its rate"),
-    "pitch": ("phi", "angle of the body (bristle robot)"),
-    "pitch_rate": ("phi'", "its rate"),
-    "shift": ("u", "how far the body is in front of its place at rest over foot 1 (bristle robot)"),
-    "shift_rate": ("u'", "its rate"),
+    **_moving("slip", "s", "angle of the engine from the vehicle (clutch)"),
+    **_moving("vehicle_angle", "phi", "angle of the vehicle (clutch)"),
+    **_moving("sag", "h", "how far the body has sunk (bristle robot)"),
+    **_moving("pitch", "phi", "angle of the body (bristle robot)"),
+    **_moving("shift", "u", "how far the body is in front of its place at rest over foot 1 (bristle robot)"),
     "stretch": ("w", "distance of the feet, less that of the hips (bristle robot)"),
-    "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
-    "displacement_rate": ("z'", "its rate"),
+    **_moving("displacement", "z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "position": ("X", "position of the capsule, body 1, foot 1 or part; nothing depends on it but springs to a wall"),
     "velocity": ("X'", "its velocity"),
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
@@ -77,8 +57,7 @@ MECHANICAL = {
         for i in (2, 3)
         for name, symbol, meaning in (("position", "x", "position"), ("sliding_velocity", "v", "sliding velocity"))
     },
-    "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
-    "approach_rate": ("y'", "its rate"),
+    **_moving("approach", "y", "displacement of a block towards the belt (mode-coupling block)"),
     "touching": ("s", "stop that the inner mass, the pendulum or the block touches: 1 in front, -1 behind, 0 none"),
     "actuator_output": ("u", "force or torque behind an actuator"),
     "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),

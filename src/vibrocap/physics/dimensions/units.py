@@ -47,36 +47,19 @@ ROLE_UNITS: dict[str, dict[str, float]] = {
 # unit of a state: others in which it may be given
 OTHER_UNITS: dict[str, dict[str, float]] = {"rad": {"deg": math.pi / 180.0}}
 
-# SI unit of what a motion can be asked for; the rate of a state has its unit over s, what is not here has none
-QUANTITIES = {
-    "time": "s",
-    "angle": "rad",
-    "angle_rate": "rad/s",
-    "displacement": "m",
-    "displacement_rate": "m/s",
-    "approach": "m",
-    "approach_rate": "m/s",
-    "position": "m",
-    "velocity": "m/s",
-    "sliding_velocity": "m/s",
-    "bristle": "m",
-    "observed_bristle": "m",
-    **{f"element_force_{i}": "N" for i in range(1, 5)},
-    "gap_position": "m",
-    "contact_velocity": "m/s",
-    "friction": "N",
-    "holding_force": "N",
-    "reaction": "N",
-    "holding_limit": "N",
-    "holding_centre": "N",
-    "energy": "J",
-    "contact_energy": "J",
-    "momentum": "N s",
-    "outer_force": "N",
-    "actuator_force": "N",
-    "actuator_torque": "N m",
-    "impulse": "N s",
+QUANTITY_NAMES = {  # of what a motion can be asked for, by SI unit; the rate of a state has its unit over s
+    "s": "time",
+    "rad": "angle",
+    "rad/s": "angle_rate",
+    "m": "displacement approach position bristle observed_bristle gap_position",
+    "m/s": "displacement_rate approach_rate velocity sliding_velocity contact_velocity",
+    "N": "element_force_1 element_force_2 element_force_3 element_force_4 friction holding_force reaction "
+    "holding_limit holding_centre outer_force actuator_force",
+    "J": "energy contact_energy",
+    "N s": "momentum impulse",
+    "N m": "actuator_torque",
 }
+QUANTITIES = {name: unit for unit, names in QUANTITY_NAMES.items() for name in names.split()}  # all others have none
 TURNED = {"kg": "kg m^2", "N": "N m", "m": "rad"}
 UNDECLARED = (
     'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'

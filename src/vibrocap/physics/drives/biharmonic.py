@@ -11,9 +11,7 @@ class Biharmonic(Wave):
     amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
     frequency: Positive = FREQUENCY
     second_amplitude: Number = parameter(0.0, "h2", "torque of the second harmonic", "effort")
-    second_phase: Number = parameter(
-        0.0, "psi", "phase of the second harmonic [rad]", "phase", in_si="phase of the second harmonic"
-    )
+    second_phase: Number = parameter(0.0, "psi", "phase of the second harmonic", "phase", over=" [rad]")
 
     name: ClassVar[str] = "biharmonic"
     source: ClassVar[str] = "vibrocap"

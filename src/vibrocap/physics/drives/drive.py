@@ -16,9 +16,7 @@ from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, par
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 WithinOne = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]  # a share, but neither 0 nor 1
 
-FREQUENCY = parameter(
-    1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
-)
+FREQUENCY = parameter(1.0, "omega", "drive frequency", "frequency", over=" over the machine's natural frequency")
 ROUNDING = 64.0 * sys.float_info.epsilon  # of values over the largest, and of times over the period
 
 

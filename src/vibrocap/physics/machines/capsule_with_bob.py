@@ -11,33 +11,23 @@ from vibrocap.physics.parameters import MOST, allowed
 
 LOADS = 'a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
 Load = Annotated[Any, allowed(LOADS, ("weight", "dynamic"), MOST)]
-SPRING = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring")
-DAMPER = parameter(
-    1.0,
-    "nu",
-    "viscous damper at the pivot, c/(m l^2 omega_n)",
-    "torsional damping",
-    in_si="viscous damper at the pivot",
-)
+CAPSULE = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule")
+SPRING = parameter(2.0, "rho", "torsional spring", "torsional stiffness", over=", k/(m l^2 omega_n^2)")
+DAMPER = parameter(1.0, "nu", "viscous damper at the pivot", "torsional damping", over=", c/(m l^2 omega_n)")
 
 
 def load(default: Any) -> Any:
     """The load of a capsule with a bob, as a parameter of the machine."""
-    return parameter(
-        default,
-        "N",
-        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
-        "load",
-        in_si='load on the contact: a force, "weight" or "dynamic" (what the motion makes)',
-    )
+    plain, in_si = 'a number, "weight" (lambda + 1)', 'load on the contact: a force, "weight"'
+    made = 'or "dynamic" (what the motion makes)'
+    return parameter(default, "N", f"load on the contact over m g: {plain} {made}", "load", in_si=f"{in_si} {made}")
 
 
 @parameters
 class PendulumScales(Scales):
-    """Scales of a pendulum of mass m and length l under gravity g_0 (Liu et al. 2019, before eq. 4).
+    """Scales of a pendulum of mass m and length l under gravity g_0: time in 1/omega_n = sqrt(l/g_0), force in m g_0.
 
-    Mass is counted in m, length in l and time in 1/omega_n = sqrt(l/g_0), so that forces are counted in the weight of
-    the pendulum, m g_0.
+    Liu et al. 2019, before eq. 4.
     """
 
     pendulum_mass_kg: Scale = parameter(..., "m", "mass of the pendulum", unit="kg")
@@ -46,7 +36,6 @@ class PendulumScales(Scales):
 
     @property
     def units(self) -> tuple[float, float, float]:
-        """m, l, 1/omega_n = sqrt(l/g_0)."""
         return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import NonNegative, Number, Positive
 from vibrocap.physics.machines.row import Numbered, Row, row_of
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
@@ -49,18 +48,11 @@ class Crawler(Row):
             gap = getattr(q, numbered("displacement", i))
             places.append(places[-1] + gap)
             parts += [Spring(stiffness, gap), Damper(damping, gap), Drive(gap, share)]
-        for i, (x, mass, load) in enumerate(zip(places, *self._of_bodies(), strict=True), start=1):
+        bodies = zip(places, self._all("mass", self.bodies), self._all("normal_load", self.bodies), strict=True)
+        for i, (x, mass, load) in enumerate(bodies, start=1):
             body = Mass(f"body {i}", mass, x=x)
             parts += [body, Contact(body, load=load, speed=numbered("velocity", i))]
         return parts
-
-    def _of_bodies(self) -> tuple:
-        """(masses, loads)."""
-        return self._all("mass", self.bodies), self._all("normal_load", self.bodies)
-
-    def scales(self, time=1.0):
-        """Way and speed that a force of the size of all loads gives to all bodies together."""
-        return oscillation(self._whole("mass"), self.stiffness, self.effort_scale(), time) * self.bodies  # type: ignore[attr-defined]
 
 
 def crawler(bodies: int) -> Any:

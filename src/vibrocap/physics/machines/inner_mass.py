@@ -15,13 +15,19 @@ ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of 
 Load = Annotated[Any, allowed('a finite number >= 0 or "weight" (mass_ratio + 1, in units of m g)', (WEIGHT,), MOST)]
 
 
+def load(unit: str) -> Any:
+    """The load of such a machine, as a parameter of it."""
+    plain = f'load on the contact{unit}: a number, or "weight" (lambda + 1, in units of m g)'
+    return parameter(1.0, "N", plain, "load", in_si='load on the contact: a force, or "weight"')
+
+
 @parameters
 class InnerMassScales(Scales):
     """Scales of a machine that counts mass in that of its inner mass.
 
-    Length is counted in a centimetre and time in sqrt(l/g), 32 milliseconds, unless they are given: sizes of a bench,
-    with which forces are counted in the weight of the inner mass, m g. They decide only over what size errors are
-    measured: good units are of the size of the motion, the length of a stroke and the time of one radian of the drive.
+    Length is counted in a centimetre and time in sqrt(l/g), 32 milliseconds, unless they are given; force is then
+    counted in the weight of the inner mass, m g. Errors are measured over these sizes: good units are the length of a
+    stroke and the time of one radian of the drive.
     """
 
     inner_mass_kg: Scale = parameter(..., "m", "inner mass", unit="kg")
@@ -33,7 +39,6 @@ class InnerMassScales(Scales):
 
     @property
     def units(self) -> tuple[float, float, float]:
-        """m, l, 1/omega_0."""
         time = self.time_unit_s
         time = math.sqrt(self.length_unit_m / self.gravity_m_per_s2) if time is None else time
         return self.inner_mass_kg, self.length_unit_m, time

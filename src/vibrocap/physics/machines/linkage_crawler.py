@@ -16,9 +16,9 @@ Stance = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=NARROWEST, 
 class LinkageCrawler(Machine):
     """Two bodies, both rubbing, with an actuator between them; two rods of the length l, hinged, carry a mass m on top.
 
-    Pushed apart the bodies let the mass down, drawn together they lift it, so that what moves one of them moves the
-    other, and presses on both: motion and loads of the contacts are coupled. With w = w_0 + z the distance of the
-    bodies, c = (w/2)/h the slope of the rods from the vertical, h = sqrt(1 - w^2/4) the height of the mass:
+    Pushed apart the bodies let the mass down, drawn together they lift it: motion and loads of the contacts are
+    coupled. With w = w_0 + z the distance of the bodies, h = sqrt(1 - w^2/4) the height of the mass and c = (w/2)/h the
+    slope of the rods from the vertical:
 
         (lambda_1 + 1/4 + c^2/4) v_1' + (1/4 - c^2/4) v_2' =   F + J - R_1
         (lambda_2 + 1/4 + c^2/4) v_2' + (1/4 - c^2/4) v_1' = - F - J - R_2
@@ -26,30 +26,19 @@ class LinkageCrawler(Machine):
         N_1 = lambda_1 + [1 + h'' + (v_1' + v_2')/(2 c)]/2,     N_2 = lambda_2 + [1 + h'' - (v_1' + v_2')/(2 c)]/2
 
     from Lagrange's equations and the balance of forces at the mass. Mass is counted in m, length in l, time in
-    sqrt(l/g); a positive drive pushes the bodies apart. Loads follow the motion always.
+    sqrt(l/g); a positive drive pushes the bodies apart. Loads always follow the motion.
 
-    A rod that stands steeper than the cone of friction cannot slide its foot away, however hard it is pressed: there
-    friction and load raise one another, and for some forces there are several ways to go on, or none. A run that comes
-    there ends as "ambiguous contacts" (see `contacts.py`). It ends, too, where the bodies meet, at w = 0.3, and
-    where the mass comes down on them, at h = 0.2.
+    A rod that is steeper than the cone of friction cannot slide its foot away, however hard it is pressed: friction and
+    load raise one another there, and a run ends as "ambiguous contacts" (`contacts.py`). It also ends where the bodies
+    meet, at w = 0.3, and where the mass comes down on them, at h = 0.2.
     """
 
     mass_ratio: Positive = parameter(
-        1.0,
-        "lambda_1",
-        "mass of body 1, the rear one, over the mass on top",
-        "mass",
-        in_si="mass of body 1, the rear one",
+        1.0, "lambda_1", "mass of body 1, the rear one", "mass", over=", over the mass on top"
     )
-    mass_ratio_2: Positive = parameter(
-        1.0, "lambda_2", "mass of body 2 over the mass on top", "mass", in_si="mass of body 2"
-    )
-    stiffness: Positive = parameter(
-        2.0, "rho", "spring between the bodies, k l/(m g)", "stiffness", in_si="spring between the bodies"
-    )
-    damping: NonNegative = parameter(
-        0.5, "nu", "damper between the bodies, c sqrt(l/g)/m", "viscous damping", in_si="damper between the bodies"
-    )
+    mass_ratio_2: Positive = parameter(1.0, "lambda_2", "mass of body 2", "mass", over=" over the mass on top")
+    stiffness: Positive = parameter(2.0, "rho", "spring between the bodies", "stiffness", over=", k l/(m g)")
+    damping: NonNegative = parameter(0.5, "nu", "damper between the bodies", "viscous damping", over=", c sqrt(l/g)/m")
     stance: Stance = parameter(1.2, "w_0", "distance of the bodies at which the spring is not stretched", "distance")
 
     name: ClassVar[str] = "linkage-crawler"
@@ -78,19 +67,15 @@ class LinkageCrawler(Machine):
         return 1.0 - 0.5 * self.stance, 1.0, 1.0, 1.0
 
     def scene(self, t, y) -> Any:
-        """Two blocks, two rods, a disc and a spring."""
         height = sqrt(1.0 - 0.25 * (self.stance + y[0]) * (self.stance + y[0]))
         behind, ahead = y[2], y[2] + self.stance + y[0]
         top = (0.5 * (behind + ahead), 0.1 + height)
+        feet = (1, behind), (2, ahead)
         return (
-            Shape("box", "body 1", ((behind, 0.1),), (0.3, 0.2)),
-            Shape("box", "body 2", ((ahead, 0.1),), (0.3, 0.2)),
+            *(Shape("box", f"body {i}", ((x, 0.1),), (0.3, 0.2)) for i, x in feet),
             Shape("spring", "spring", ((behind + 0.15, 0.1), (ahead - 0.15, 0.1))),
-            Shape("rod", "rod 1", ((behind, 0.1), top)),
-            Shape("rod", "rod 2", ((ahead, 0.1), top)),
-            Shape("hinge", "hinge 1", ((behind, 0.1),)),
-            Shape("hinge", "hinge 2", ((ahead, 0.1),)),
+            *(Shape("rod", f"rod {i}", ((x, 0.1), top)) for i, x in feet),
+            *(Shape("hinge", f"hinge {i}", ((x, 0.1),)) for i, x in feet),
             Shape("disc", "mass", (top,), (0.25, 0.25)),
-            Shape("contact", "contact 1", ((behind, 0.0),), (0.27, 0.0)),
-            Shape("contact", "contact 2", ((ahead, 0.0),), (0.27, 0.0)),
+            *(Shape("contact", f"contact {i}", ((x, 0.0),), (0.27, 0.0)) for i, x in feet),
         )

@@ -25,18 +25,14 @@ IMPOSED = ("displacement", "number")  # efforts that are motions
 class Contact:
     """One contact of a machine at one instant: how fast it slides, what would hold it, what the ground carries there.
 
-    velocity: sliding velocity v. holding_force: friction force that would keep it at rest, of a contact on a body of
-    its own, whose acceleration depends on no other friction. acceleration, response: in place of that, of contacts
-    that act on one another, the acceleration without friction and what each friction force R_j takes off it:
+    velocity: sliding velocity v. holding_force: friction force that would keep it at rest, of a contact whose
+    acceleration depends on no other friction. acceleration, response: in place of that, of contacts that act on one
+    another. reaction: (n, s_1, ...) of the normal reaction N of the ground as the motion makes it:
 
-        a = acceleration - (response_1 R_1 + response_2 R_2 + ...)
+        a = acceleration - (response_1 R_1 + response_2 R_2 + ...),     N = n + s_1 R_1 + s_2 R_2 + ...
 
-    reaction: normal reaction N of the ground as the motion makes it, (n, s_1, s_2, ...) of
-
-        N = n + s_1 R_1 + s_2 R_2 + ...
-
-    It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it is what a
-    true one would be. None: not known. factor: on the friction, by which N is multiplied here.
+    N is the load where that follows the motion (`Machine.follows_load`), else what a true one would be. None: not
+    known. factor: on the friction, by which N is multiplied here.
     """
 
     velocity: Any
@@ -98,27 +94,24 @@ class Machine(Part):
     `name` and:
 
     effort: what the drive is, a force along the line of sliding or a torque; or a displacement or an angle (a number)
-    that it imposes, `q.drive`: along `q.imposed(path)` what this takes is shown as the actuator's
-    si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
-    case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
-    the load besides a force
-    gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
-    but for None: the units of the machine say nothing of it, and only the environment does
+    that it imposes, `q.drive`: what `q.imposed(path)` takes along the path is shown as the actuator's
+    si_scales: the record of what one unit of mass, length and time is in SI, whose fields stand in [machine] of a case
+    in SI. si_names: names in SI of parameters that are ratios. si_load: what may be given in SI as the load but a force
+    gravity: its parts normal to the line and back along it, of the class those on level ground. It follows, but for
+    None: the units of the machine say nothing of it, and only the environment does
 
     It may define `scales`, `effort_scale`, `check_scales` and `scene`, give other names to `channels`, and let `cyclic`
     be None where travel means nothing. One with `switched` states of its own has them as `q.NAME`, and defines
     `switch_events`, `switches` and `after_switch`. What follows, of the class:
 
-    states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
-    where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
-    state whose rate is the velocity of the first contact plus `ground_speed` (of the first that one coordinate alone
-    moves). turns: states on which everything depends with a period, such as the angle of a rotor, by name with it
+    states: coordinates and their speeds in order, then `touching` of each stop. place: the state whose rate is the
+    velocity of the first contact plus `ground_speed` (of the first that one coordinate alone moves). cyclic: that place
+    where nothing depends on it (its change is the travel), else None. turns: coordinates that repeat, with the period
     contact_states: of each contact, in one order everywhere, the state that moves one to one with its sliding velocity;
     where distances between contacts are imposed, they share one. contact_names: the name of the body that rubs
     switched: states that are whole numbers, 1 or -1 while a stop is touched, else 0. They have the rate 0.0 and change
     where a guard of `switches` falls to zero; a run starts with all of them at 0 and the branch that its other states
-    ask for. switch_events: what happens at each guard. strikes_ground: those of them at which the ground takes an
-    impulse, so that `momentum` may change
+    ask for. switch_events: what happens at each guard. strikes_ground: those of them that may change `momentum`
     symmetry: sign of each state under the half-period symmetry
     channels: of energy, as in `powers`: drive, damper, the belts and what else moves in time, impacts
 
@@ -137,20 +130,11 @@ class Machine(Part):
     imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
     waves: ClassVar[tuple | None] = None  # of its signals; None: as the class has them
 
-    states: ClassVar[Any] = Derived()
-    contact_states: ClassVar[Any] = Derived()
-    contact_names: ClassVar[Any] = Derived()
-    switched: ClassVar[Any] = Derived()
-    switch_events: ClassVar[Any] = Derived()
-    strikes_ground: ClassVar[Any] = Derived()
-    channels: ClassVar[Any] = Derived()
-    stops: ClassVar[Any] = Derived()
-    place: ClassVar[Any] = Derived()
+    states, contact_states, contact_names, stops, place = (Derived() for _ in range(5))
+    switched, switch_events, strikes_ground, channels = (Derived() for _ in range(4))
     cyclic: ClassVar[Any] = Derived(_cyclic)
     turns: ClassVar[Any] = Derived(
-        lambda kind, owner: {
-            name: coordinate.repeats for name, coordinate in owner.all_coordinates.items() if coordinate.repeats
-        }
+        lambda kind, owner: {name: own.repeats for name, own in owner.all_coordinates.items() if own.repeats}
     )
     state_units: ClassVar[Any] = Derived(_units)
 
@@ -164,12 +148,12 @@ class Machine(Part):
         cls.declared = {**cls.declared, **own}
         for name in own:
             delattr(cls, name)
-        every = [(name, coordinate) for name, coordinate in cls.declared.items() if isinstance(coordinate, Coordinate)]
-        cls.signals = {name: coordinate for name, coordinate in cls.declared.items() if isinstance(coordinate, Signal)}
-        cls.counts = {name: coordinate.count for name, coordinate in every if coordinate.count}
-        several = [(name, coordinate, i + 1) for name, coordinate in every for i in range(coordinate.count or 1)]
-        cls.all_coordinates = {numbered(name, i): coordinate for name, coordinate, i in several}
-        cls.coordinates = {numbered(name, i): numbered(coordinate.rate_of(name), i) for name, coordinate, i in several}
+        cls.signals = {name: own for name, own in cls.declared.items() if isinstance(own, Signal)}
+        coordinates = {name: own for name, own in cls.declared.items() if isinstance(own, Coordinate)}
+        cls.counts = {name: own.count for name, own in coordinates.items() if own.count}
+        several = [(name, own, i + 1) for name, own in coordinates.items() for i in range(own.count or 1)]
+        cls.all_coordinates = {numbered(name, i): own for name, own, i in several}
+        cls.coordinates = {numbered(name, i): numbered(own.rate_of(name), i) for name, own, i in several}
 
     def parts(self, q: Any) -> Iterable:
         """What the machine is made of, at coordinates q."""
@@ -196,15 +180,9 @@ class Machine(Part):
 
     def _form(self) -> tuple[Form, list]:
         """Its form, and its numbers."""
-        cls, values, pattern, numbers = type(self), vars(self), [], []
-        for info in parameter_table(cls):
-            value = values[info.name]
-            if isinstance(value, NO_NUMBERS):
-                pattern.append(value)
-            else:
-                pattern.append(NUMBER)
-                numbers.append(value)
-        return cls.form(tuple(pattern), self.level), numbers
+        values = [vars(self)[info.name] for info in parameter_table(self)]
+        pattern = tuple(value if isinstance(value, NO_NUMBERS) else NUMBER for value in values)
+        return self.form(pattern, self.level), [value for value in values if not isinstance(value, NO_NUMBERS)]
 
     @property
     def derived(self) -> Any:
@@ -248,7 +226,7 @@ class Machine(Part):
         """Whether what depends on time in its parts is the same a period later, as far as some instants tell."""
         form, names = self._form()[0], ("rates", "contacts")
         own = (value for name, values in form.inputs.signals.items() if name != "drive" for value in values)
-        timed = {input_value.operands[0] for input_value in (form.inputs.t, *own)}
+        timed = {value.operands[0] for value in (form.inputs.t, *own)}
         if all(timed.isdisjoint(form.program(name).inputs) for name in names):
             return True
         y = [0.01 * (1 + i) for i in range(len(self.states))]

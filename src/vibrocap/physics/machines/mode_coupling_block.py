@@ -1,12 +1,12 @@
 from typing import ClassVar
 
-from vibrocap.physics.dimensions.scales import SIScales, oscillation
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.consistent_units import ConsistentUnits
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 
 
 @parameters
-class ModeCouplingBlock(Machine):
+class ModeCouplingBlock(ConsistentUnits):
     """Block on a belt, on springs that couple its motion along the belt, x, to that towards it, y.
 
     The smallest model in which friction makes vibrations though its coefficient is constant (Hoffmann, Fischer,
@@ -39,7 +39,6 @@ class ModeCouplingBlock(Machine):
     approach = coordinate("y", "place of the block towards the belt", "m")
     position = coordinate("x", "place of the block along the belt", "m", rate="sliding_velocity")
     gravity: ClassVar = None
-    si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
     def parts(self, q):
@@ -50,9 +49,7 @@ class ModeCouplingBlock(Machine):
         pressed = Contact(block, on=belt, load=self.normal_load + self.contact_stiffness * q.approach)
         return [belt, block, *springs, coupling, *dampers, Drive(q.position), pressed]
 
-    def scales(self, time=1.0):
-        """Amplitude and speed that a force of the size of the load makes, in either direction."""
-        return oscillation(self.mass, self.sliding_stiffness, self.normal_load, time) * 2
-
-    def effort_scale(self):
-        return self.normal_load
+    @property
+    def stiffness(self):
+        """k11."""
+        return self.sliding_stiffness

@@ -1,13 +1,12 @@
 from typing import ClassVar
 
-from vibrocap.physics.dimensions.scales import SIScales, oscillation
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.machines.consistent_units import ConsistentUnits
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 
 
 @parameters
-class Oscillator(Machine):
+class Oscillator(ConsistentUnits):
     """Block of mass m on a spring k and a damper c, on a belt of the speed v_b, moved by the force of the drive.
 
     The oldest machine of dry friction (Den Hartog 1931), and with a running belt the standard test of stick-slip. The
@@ -19,8 +18,8 @@ class Oscillator(Machine):
     ground through a spring, whose far end moves at the speed V, is the same system seen from that end: v_b = -V, and
     the stretch of the spring is -x (`pulled`). Without a spring it is a mass on the ground.
 
-    No constant of nature and no unit stands in these equations, nor in the friction laws: any consistent units may be
-    used, SI as well as none. With a friction law whose coefficients are forces in N, the normal load is 1.
+    Any consistent units may be used, SI as well as none: no constant of nature stands in these equations. With a
+    friction law whose coefficients are forces in N, the normal load is 1.
     """
 
     mass: Positive = parameter(1.0, "m", "mass of the block", "mass")
@@ -34,7 +33,6 @@ class Oscillator(Machine):
     name: ClassVar[str] = "oscillator"
     source: ClassVar[str] = "denhartog1931"
     position = coordinate("x", "place of the block", "m", rate="sliding_velocity")
-    si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
     @classmethod
@@ -49,10 +47,3 @@ class Oscillator(Machine):
         belt, block = Support("belt", x=self.belt_speed * q.time), Mass("block", self.mass, x=q.position)
         wall = Spring(self.stiffness, q.position), Damper(self.damping, q.position)
         return [belt, block, *wall, Drive(q.position), Contact(block, on=belt, load=self.normal_load)]
-
-    def scales(self, time=1.0) -> tuple:
-        """Amplitude and speed that a force of the size of the load makes."""
-        return oscillation(self.mass, self.stiffness, self.normal_load, time)
-
-    def effort_scale(self):
-        return self.normal_load

@@ -13,8 +13,7 @@ from vibrocap.physics.parameters import Fraction
 class OscillatorWithStops(Oscillator):
     """Oscillator that strikes a stop on the ground: in front at x = delta, and behind at x = -delta_b if given.
 
-    Energy harvesters, impact absorbers, spool valves: a block between two stops, with dry friction. Without
-    `stop_stiffness` the stops are rigid walls, off which it bounces,
+    Energy harvesters, impact absorbers, spool valves. Without `stop_stiffness` the stops are rigid walls,
 
         x' := -e x',     (1 - e^2) m x'^2/2 is lost,     (1 + e) m x' goes into the ground
 
@@ -23,12 +22,9 @@ class OscillatorWithStops(Oscillator):
 
         at the wall   x' = 0,     until   drive - k x - c x' - R = 0,
 
-    the force W with which the wall then pushes back (`wall_force`). While the block is at rest the wall takes all of
-    that force and friction none: how they share it is open, the motion is not, as friction would hold what is left.
-    On a running belt friction slides at the wall. With `stop_stiffness` the stops are springs (`Stop`), whose
-    force counts as one from outside.
-
-    Units: any consistent ones, see `Oscillator`.
+    the force W with which the wall pushes back (`wall_force`). At rest the wall takes all of that force and friction
+    none: how they share it is open, the motion is not. On a running belt friction slides at the wall. With
+    `stop_stiffness` the stops are springs (`Stop`), whose force counts as one from outside.
     """
 
     gap: Positive = parameter(0.8, "delta", "way of the block to the stop in front", "gap")
@@ -67,7 +63,3 @@ class OscillatorWithStops(Oscillator):
         sizes = {"size": self.gap, "speed": sqrt(self.normal_load * self.gap / self.mass), "force": self.normal_load}
         stop = elastic_stop(self, None, between=(ground, own[1]), restitution=self.restitution, **sizes)
         return [*own, stop]
-
-    def scales(self, time=1.0):
-        """As of the oscillator; which stop is touched is a number."""
-        return *super().scales(time), 1.0

@@ -1,7 +1,7 @@
 from typing import ClassVar
 
-from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING, CapsuleWithBob, Load, load
-from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.capsule_with_bob import CAPSULE, DAMPER, SPRING, CapsuleWithBob, Load, load
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameters
 from vibrocap.physics.mechanics.parts import Spring
 
 
@@ -16,19 +16,15 @@ class PendulumCapsule(CapsuleWithBob):
         X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
 
     Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
-    weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
-    In SI there is no default: what is meant has to be said. A constant load does not follow the pendulum, whose bob
-    rises and falls. With normal_load = "dynamic" it does: from the
-    vertical balance, N = lambda + 1 + (cos(theta))'', and with eq. 9
+    weight of the pendulum, m g; that on the contact is lambda + 1, normal_load = "weight" (erratum 1). In SI there is
+    no default. With normal_load = "dynamic" the load follows the bob, N = lambda + 1 + (cos(theta))'', and with eq. 9
 
         B N = (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2 + sin(theta) cos(theta) R
 
     Its mean over a period of a motion that repeats is lambda + 1. The capsule lifts off where N falls to zero.
     """
 
-    mass_ratio: Positive = parameter(
-        2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule"
-    )
+    mass_ratio: Positive = CAPSULE
     stiffness: NonNegative = SPRING
     damping: NonNegative = DAMPER
     normal_load: Load = load(1.0)

@@ -1,12 +1,15 @@
 import math
-from typing import ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import model_validator
 
 from vibrocap.physics.machines.machine import Positive, parameter, parameters
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
-from vibrocap.physics.machines.stops import EndOrRestitution
 from vibrocap.physics.mechanics.parts import Stop
+from vibrocap.physics.parameters import allowed
+
+ENDS = "a number from 0 to 1, or be left out where a run is to end at the stop"
+EndOrRestitution = Annotated[Any, allowed(ENDS, (None,), 1.0)]
 
 
 @parameters
@@ -18,8 +21,8 @@ class PendulumCapsuleWithStops(PendulumCapsule):
 
         theta' := -e theta',     (lambda+1) X' - cos(theta) theta' stays
 
-    with no impulse of friction, which is finite under a constant load; a load that follows the motion would have one,
-    and is refused. A pendulum that is pushed against its stop rests there after its rebounds, see `RigidStopCapsule`:
+    with no impulse of friction, which is finite under a constant load (one that follows the motion is refused). A
+    pendulum that is pushed against its stop rests there after its rebounds, see `RigidStopCapsule`:
 
         together   (lambda+1) X'' = -R,     until  P + cos(theta) X'' = 0
     """
@@ -35,10 +38,8 @@ class PendulumCapsuleWithStops(PendulumCapsule):
     @model_validator(mode="after")
     def _constant_load(self):
         if self.restitution is not None and self.follows_load:
-            raise ValueError(
-                'restitution should be left out with normal_load = "dynamic", as a blow would have an impulse of the '
-                f"load, got {self.restitution}"
-            )
+            why = 'with normal_load = "dynamic", as a blow would have an impulse of the load'
+            raise ValueError(f"restitution should be left out {why}, got {self.restitution}")
         return self
 
     def parts(self, q):

@@ -7,14 +7,8 @@ from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 
-
-def _ratio(default: float, symbol: str, whose: str, over: str) -> Any:
-    """A mass over that of the first bob."""
-    return parameter(default, symbol, f"{whose} over {over}", "mass", in_si=whose)
-
-
-CAPSULE = _ratio(6.0, "lambda", "mass of the capsule", "that of the first bob, M/m")
-BOB = _ratio(0.5, "mu", "mass of the second bob", "that of the first, m_2/m")
+CAPSULE = parameter(6.0, "lambda", "mass of the capsule", "mass", over=" over that of the first bob, M/m")
+BOB = parameter(0.5, "mu", "mass of the second bob", "mass", over=" over that of the first, m_2/m")
 ROD = parameter(0.6, "l_2", "length of the second rod over that of the first", "distance", in_si="second rod")
 DAMPER = parameter(0.5, "nu", "viscous damper of each joint", "torsional damping")
 

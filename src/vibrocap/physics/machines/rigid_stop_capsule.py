@@ -1,7 +1,7 @@
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap
+from vibrocap.physics.machines.stops import BACK_GAP, BackGap
 from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
 from vibrocap.physics.mechanics.parts import Stop
 from vibrocap.physics.parameters import Fraction
@@ -15,22 +15,19 @@ class RigidStopCapsule(TwoMassCapsule):
 
         z' := -e z',     lambda X' + (X' + z') stays,     lambda/(lambda + 1) (1 - e^2) z'^2/2 is lost
 
-    Dry friction is finite, so that its impulse at that instant is zero. Rebounds of a mass that is pushed against the
-    wall follow one another ever faster, without end in a finite time (Zeno). Where the next one would be slower than
-    1e-7 natural speeds, and rise by rounding only, it is left out: the masses continue together, with the momentum
-    that they have (z' = 0), until the wall would have to pull:
+    Dry friction is finite and has no impulse then. Rebounds of a mass that is pushed against the wall accumulate in a
+    finite time (Zeno). Those slower than 1e-7 natural speeds, which would rise by rounding only, are left out: the
+    masses continue together (z' = 0), with the momentum that they have, until the wall would have to pull:
 
         together   (lambda + 1) X'' = [drive] - R,     until  drive - F - X'' = 0
     """
 
     restitution: Fraction = parameter(0.5, "e", "coefficient of restitution of the stops, 0 to 1", "fraction")
     gap: NonNegative = parameter(0.2, "delta", "way of the mass to the stop in front", "gap")
-    back_gap: BackGap = parameter(
-        None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
-    )
+    back_gap: BackGap = BACK_GAP
 
-    source: ClassVar[str] = "liu2013; brogliato2016"
     name: ClassVar[str] = "rigid-stop-capsule"
+    source: ClassVar[str] = "liu2013; brogliato2016"
 
     def parts(self, q):
         stop = Stop(q.displacement, self.gap, self.back_gap, restitution=self.restitution)

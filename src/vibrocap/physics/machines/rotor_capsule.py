@@ -15,16 +15,12 @@ class RotorCapsule(CapsuleWithBob):
         P = T + sin(theta) - nu theta',     nu = T/Omega_0              Kononenko 1969, linear characteristic
 
     where T is the drive, the torque at standstill, which the voltage of a direct-current motor sets, and Omega_0 the
-    speed at which nothing of it is left (damping of the bearings adds to nu). So the speed is no input: it follows from
-    the motion of the capsule, is not even over a turn, and may be caught at a resonance or stop where T cannot lift the
-    mass. A constant drive is a motor that is switched on; theta is the angle from upright, the equations are those of
-    `PendulumCapsule` under this P. All of them have the period 2 pi in theta: what a motion gains in whole turns leads
-    back to where it was, and their number in a period is its winding number.
+    speed at which nothing of it is left (damping of the bearings adds to nu). So the speed follows from the motion of
+    the capsule; it may be caught at a resonance, or stop where T cannot lift the mass. A constant drive is a motor that
+    is switched on. The equations are those of `PendulumCapsule` under this P, with theta from upright; all have the
+    period 2 pi in theta, and the number of whole turns in a period of a motion is its winding number.
 
-    Units as of the pendulum capsule, with the eccentric mass and the eccentricity for pendulum's mass and length:
-    time in sqrt(l/g). The load is a constant, the weight lambda + 1 by default, or follows the motion ("dynamic").
-
-    V. O. Kononenko, Vibrating Systems with a Limited Power Supply, Iliffe, London 1969, ch. 1.
+    Units as of the pendulum capsule. The load is the weight lambda + 1, another constant or "dynamic".
     """
 
     mass_ratio: Positive = parameter(

@@ -4,8 +4,8 @@ import functools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from vibrocap.physics.dimensions.scales import SIScales
-from vibrocap.physics.machines.machine import Machine, parameter, parameters
+from vibrocap.physics.machines.consistent_units import ConsistentUnits
+from vibrocap.physics.machines.machine import parameter, parameters
 from vibrocap.physics.names import numbered
 
 WORDS = (
@@ -30,14 +30,13 @@ class Numbered(NamedTuple):
     role: str
 
 
-class Row(Machine):
+class Row(ConsistentUnits):
     """Bodies 1, 2, ... in a row, each with a contact of its own; `row_of` makes the class of each number of them."""
 
     called: ClassVar[tuple[str, str]]  # what a body and the row are: ("body", "crawler") of "two-body-crawler"
     bodies: ClassVar[int]
     summary: ClassVar[str]  # of the class of a number of bodies
     row_parameters: ClassVar[tuple[Numbered, ...]]  # its parameters
-    si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
     normal_load: Any
 
@@ -49,9 +48,6 @@ class Row(Machine):
     def _whole(self, name: str):
         """The sum of a parameter over all bodies."""
         return sum(self._all(name, self.bodies))
-
-    def effort_scale(self):
-        return self._whole("normal_load")
 
     def _all(self, name: str, count: int) -> tuple:
         """A parameter of the first so many bodies or gaps."""

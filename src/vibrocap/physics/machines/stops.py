@@ -3,14 +3,12 @@
 from typing import Annotated, Any
 
 from vibrocap.physics.mechanics.parts import Stop
-from vibrocap.physics.parameters import MOST, allowed
+from vibrocap.physics.parameters import MOST, allowed, parameter
 
 BackGap = Annotated[Any, allowed("a number >= 0, or be left out where there is no stop behind", (None,), MOST)]
 StopStiffness = Annotated[Any, allowed("a number >= 0, or be left out", (None,), MOST)]
 StopDamping = Annotated[Any, allowed("a number >= 0, or be left out where the stop has no damper", (None,), MOST)]
-EndOrRestitution = Annotated[
-    Any, allowed("a number from 0 to 1, or be left out where a run is to end at the stop", (None,), 1.0)
-]
+BACK_GAP = parameter(None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap")
 
 
 def elastic_stop(machine: Any, stretch: Any, **more: Any) -> Stop:

@@ -1,32 +1,14 @@
 """Bodies that only turn, so that friction and its load are torques: a drill string, and a clutch."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from vibrocap.physics.dimensions.scales import SIScales, oscillation
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.consistent_units import ConsistentUnits
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Spring, Support, coordinate
 
 
-class TurningBodies(Machine):
-    """What both have in common: a torque as drive, any consistent units, natural sizes from load and inertia."""
-
-    inertias: ClassVar[tuple[str, ...]]  # names of the parameters
-    stiffness: Any
-    normal_load: Any
-    effort: ClassVar = "torque"
-    si_scales: ClassVar = SIScales
-
-    def scales(self, time=1.0):
-        """Angle and speed that a torque of the size of the load makes, as of an `Oscillator`."""
-        first, second = (getattr(self, name) for name in self.inertias)
-        return oscillation(first + second, self.stiffness, self.normal_load, time) * 2
-
-    def effort_scale(self):
-        return self.normal_load
-
-
 @parameters
-class DrillString(TurningBodies):
+class DrillString(ConsistentUnits):
     """Drill string: a table that turns steadily drives a disc and, below it, the bit, which rubs on the rock.
 
     Drill strings stick and slip as a block on a belt does, with a torsional spring of many turns (Leine et al. 1998).
@@ -46,7 +28,7 @@ class DrillString(TurningBodies):
     normal_load: Positive = parameter(1.0, "N", "load on the bit, as a torque", "torque")
     name: ClassVar[str] = "drill-string"
     source: ClassVar[str] = "leine1998"
-    inertias: ClassVar = ("disc_inertia", "bit_inertia")
+    effort: ClassVar = "torque"
     twist = coordinate("phi", "twist of each string", "rad", count=2)
 
     def parts(self, q):
@@ -58,7 +40,7 @@ class DrillString(TurningBodies):
 
 
 @parameters
-class Clutch(TurningBodies):
+class Clutch(ConsistentUnits):
     """Clutch: two inertias that rub on each other under a load that is a function of time: the drive changes it.
 
     A motor, whose torque falls with its speed, turns the engine. With the angle phi of the vehicle, on its shaft, and
@@ -79,8 +61,8 @@ class Clutch(TurningBodies):
     share: Number = parameter(0.4, "a", "change of the load over the drive", "share")
     name: ClassVar[str] = "clutch"
     source: ClassVar[str] = "pfeiffer1996"
+    effort: ClassVar = "torque"
     slip = coordinate("s", "angle of the engine from the vehicle", "rad")
-    inertias: ClassVar = ("engine_inertia", "vehicle_inertia")
     vehicle_angle = coordinate("phi", "angle of the vehicle", "rad")
 
     def parts(self, q):

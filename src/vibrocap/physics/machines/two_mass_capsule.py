@@ -1,6 +1,6 @@
 from typing import Annotated, ClassVar
 
-from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
+from vibrocap.physics.machines.inner_mass import Load, WithInnerMass, load
 from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 from vibrocap.physics.parameters import allowed
@@ -17,28 +17,19 @@ class TwoMassCapsule(WithInnerMass):
 
         z'' + X'' = drive - F,     lambda X'' = F - drive - R,     F = rho z + nu z'
 
-    A drive between the masses pushes the capsule back, as here. One that pulls the mass from outside, a magnet for
-    instance (actuation = "external"), does not: lambda X'' = F - R (Liu et al. 2013).
+    A drive between the masses pushes the capsule back, as here. One that pulls the mass from outside, such as a magnet
+    (actuation = "external"), does not: lambda X'' = F - R (Liu et al. 2013).
 
-    Time is in units of 1/omega_0 for a frequency omega_0 of one's choice, mass in m, length in a length l of one's
-    choice and force in m l omega_0^2; the load is a force in that unit. Nothing rises or falls: the load is constant.
-    Where force is counted in m g, as in SI, normal_load = "weight" is that of capsule and mass, lambda + 1.
+    Mass is counted in m, time in 1/omega_0 and length in l for omega_0 and l of one's choice, force and the load in m l
+    omega_0^2. The load is constant; where force is counted in m g, as in SI, normal_load = "weight" is lambda + 1.
     """
 
     mass_ratio: Positive = parameter(
         2.5, "lambda", "capsule mass over inner mass, M/m", "mass", in_si="mass of the capsule"
     )
-    stiffness: NonNegative = parameter(1.0, "rho", "spring, k/(m omega_0^2)", "stiffness", in_si="spring")
-    damping: NonNegative = parameter(
-        0.1, "nu", "viscous damper, c/(m omega_0)", "viscous damping", in_si="viscous damper"
-    )
-    normal_load: Load = parameter(
-        1.0,
-        "N",
-        'load on the contact over m l omega_0^2: a number, or "weight" (lambda + 1, in units of m g)',
-        "load",
-        in_si='load on the contact: a force, or "weight"',
-    )
+    stiffness: NonNegative = parameter(1.0, "rho", "spring", "stiffness", over=", k/(m omega_0^2)")
+    damping: NonNegative = parameter(0.1, "nu", "viscous damper", "viscous damping", over=", c/(m omega_0)")
+    normal_load: Load = load(" over m l omega_0^2")
     actuation: Actuation = parameter(
         "internal", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
     )

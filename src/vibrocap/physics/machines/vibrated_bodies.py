@@ -28,8 +28,8 @@ class WeightScales(Scales):
 class Feeder(Machine):
     """Part on a plate that vibrates along a line at an angle to it, as vibratory feeders do (Sloot and Kruyt 1996).
 
-    The load rises and falls with the plate, so that friction holds on one way and lets go on the other. The drive is
-    the displacement d of the plate, and s the place of the part on it,
+    The load rises and falls with the plate: friction holds on one way and lets go on the other. The drive is the
+    displacement d of the plate, and s the place of the part on it,
 
         s' = p - d' cos(beta),     m p' = -R,     N = m (1 + d'' sin(beta))
 
@@ -55,9 +55,9 @@ class Feeder(Machine):
 class BristleRobot(Machine):
     """Bristle robot: a body on two leaning legs; the drive pushes it up and down, the legs turn this into travel.
 
-    After Cicconofri and DeSimone (2015), with springs along and across each leg, and loads that differ as it pitches.
-    Body at x = X + s + 1/2 + u, z = 1 - h, turned by phi; feet at x_1 = X, x_2 = X + 1 + w; hips at 1/2 behind and
-    before the middle of the body. From foot to hip it is d_x, d_z, and the leg is stretched by
+    After Cicconofri and DeSimone (2015), with springs along and across each leg. Body at x = X + s + 1/2 + u, z = 1 -
+    h, turned by phi; feet at x_1 = X, x_2 = X + 1 + w; hips at 1/2 behind and before the middle of the body. From foot
+    to hip it is d_x, d_z, and the leg is stretched by
 
         e = (s d_x + d_z)/sqrt(1 + s^2) - sqrt(1 + s^2),     b = (d_x - s d_z)/sqrt(1 + s^2)
 
@@ -99,7 +99,6 @@ class BristleRobot(Machine):
         return parts
 
     def scene(self, t, y):
-        """The body between its hips, the motor on it, two legs."""
         sag, pitch, shift, stretch, back = y[0], y[2], y[4], y[6], y[8]
         middle, height = back + self.lean + 0.5 + shift, 1.0 - sag
 

@@ -1,7 +1,7 @@
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop
+from vibrocap.physics.machines.stops import BACK_GAP, BackGap, StopDamping, StopStiffness, elastic_stop
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
 
@@ -9,26 +9,23 @@ from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 class VibroImpactCapsule(TwoMassCapsule):
     """Two-mass capsule in which the inner mass strikes a spring: forward, and back too where `back_gap` is given.
 
-    The stop is a spring without mass at the distance delta, which the mass touches and leaves without a jump:
+    The stop is a spring without mass at the distance delta, which the mass touches and leaves without a jump,
 
         F = rho z + nu z' + beta max(0, z - delta)  [- beta max(0, -z - delta_b)]
 
-    With actuation = "external", rho = 1 and the friction level N eta = 1 it is the capsule of Liu, Wiercigroch,
-    Pavlovskaia and Yu (Int. J. Mech. Sci. 66, 2013, 2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, force in P_f,
-    nu = 2 xi and lambda = gamma. A stop may have a damper too, which acts while it is touched, and the stop behind a
-    spring and a damper of its own (`Stop`).
+    or a spring and a damper, which acts while it is touched; the stop behind may have its own (`Stop`). With actuation
+    = "external", rho = 1 and the friction level N eta = 1 it is the capsule of Liu, Wiercigroch, Pavlovskaia and Yu
+    (Int. J. Mech. Sci. 66, 2013, 2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, nu = 2 xi, lambda = gamma.
     """
 
     mass_ratio: Positive = parameter(
         5.0, "gamma", "capsule mass over inner mass, m_2/m_1", "mass", in_si="mass of the capsule"
     )
     stop_stiffness: NonNegative = parameter(
-        15.0, "beta", "spring of the stop, k_2/(m_1 omega_0^2)", "stiffness", in_si="spring of the stop"
+        15.0, "beta", "spring of the stop", "stiffness", over=", k_2/(m_1 omega_0^2)"
     )
     gap: NonNegative = parameter(0.02, "delta", "way of the mass to the stop in front", "gap")
-    back_gap: BackGap = parameter(
-        None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
-    )
+    back_gap: BackGap = BACK_GAP
     stop_damping: StopDamping = parameter(
         None,
         "nu_s",

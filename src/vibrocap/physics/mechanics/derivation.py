@@ -75,6 +75,10 @@ class Derivation(Motion):
         """M, written."""
         return tuple(tuple(written(self.inertia(i, j)) for j in self.names) for i in self.names)
 
+    def whole_mass(self) -> Any:
+        """The sum of all masses and inertias."""
+        return written(total(as_sum(m.mass) + as_sum(m.inertia) for m in self.masses))
+
     def numbers(self) -> tuple:
         """(what, number, most) of what may not be negative, nor more than that."""
         numbers = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
