@@ -1,22 +1,16 @@
 """`vibrocap passes`: when a state of a motion passes a value."""
 
-import dataclasses
-from typing import Annotated
-
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.command import Answer, OfCase, Report, command
 from vibrocap.cli.completers import states_of_case
-from vibrocap.cli.options import Json, Option
+from vibrocap.cli.options import JSON, option, required
 from vibrocap.cli.terminal import said
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class PassesRequest(OfCase):
-    """The options of `vibrocap passes`."""
-
-    state: Annotated[str, Option("a state of the system, such as angle", offers=states_of_case)]
-    value: Annotated[float, Option("the value to pass, of a case in SI in the unit of the state")] = 0.0
-    json: Json = False
+    state: str = required("a state of the system, such as angle", offers=states_of_case)
+    value: float = option("the value to pass, of a case in SI in the unit of the state", 0.0)
+    json: bool = JSON
 
     def plan(self, refused: Complaints) -> None:
         """A state of the case."""

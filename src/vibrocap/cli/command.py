@@ -8,6 +8,7 @@ import contextlib
 import dataclasses
 import functools
 import inspect
+import itertools
 import shlex
 import typing
 from collections.abc import Callable, Iterator, Mapping
@@ -20,7 +21,7 @@ from vibrocap.arguments import Complaints
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import SECTIONS
 from vibrocap.cli.destinations import needs
-from vibrocap.cli.options import CaseOption, Option, Parts, flag
+from vibrocap.cli.options import CASE, Option, flag, option
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
@@ -31,23 +32,31 @@ ADVANCED = Group("Advanced", sort_key=9)
 Report = Callable[..., None]  # takes the share done and, where it changes, what is done
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+@typing.dataclass_transform(kw_only_default=True, frozen_default=True)
 class Request:
-    """The options of a command; each field is annotated with its `Option`."""
+    """The options of a command: a frozen record, each of whose fields is declared by its `Option`."""
+
+    def __init_subclass__(cls) -> None:
+        """Make the class a record."""
+        for name, declared in list(vars(cls).items()):
+            if isinstance(declared, Option):
+                setattr(cls, name, dataclasses.field(default=declared.default, metadata={"option": declared}))
+        dataclasses.dataclass(frozen=True, kw_only=True)(cls)
 
     @classmethod
     @functools.cache
     def options(cls) -> Mapping[str, tuple[Any, Option]]:
         """By field, (its type, its option)."""
-        hints = typing.get_type_hints(cls, include_extras=True)
-        return {field.name: typing.get_args(hints[field.name])[:2] for field in dataclasses.fields(cls)}  # type: ignore[misc]
+        hints = typing.get_type_hints(cls)
+        return {field.name: (hints[field.name], field.metadata["option"]) for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
 
     @classmethod
     def flags(cls) -> dict[str, str]:
         """The option by every argument that it sets."""
-        options = {name: option for name, (_, option) in cls.options().items()}
-        own = {name: flag(name, option) for name, option in options.items()}
-        return {argument: own[name] for name, option in options.items() for argument in option.sets} | own
+        own = {name: flag(name, declared) for name, (_, declared) in cls.options().items()}
+        return {
+            argument: own[name] for name, (_, declared) in cls.options().items() for argument in declared.sets
+        } | own
 
     def given(self, *names: str) -> dict[str, Any]:
         """Options by name, those that are None left out."""
@@ -58,16 +67,16 @@ class Request:
         name = next(command.name for command in COMMANDS.values() if command.request is type(self))
         places, words = [], []
         for field in dataclasses.fields(self):
-            value, option = getattr(self, field.name), self.options()[field.name][1]
+            value, declared = getattr(self, field.name), field.metadata["option"]
             if value == field.default or field.name in ("json", "plot", "resume"):
                 continue
             values = list(map(str, value)) if isinstance(value, (list, tuple)) else [str(value)]
-            if option.place:
+            if declared.place:
                 places += values
+            elif value is True:
+                words.append(flag(field.name))
             else:
-                words += [
-                    w for each in values for w in ([flag(field.name)] if value is True else [flag(field.name), each])
-                ]
+                words += itertools.chain.from_iterable((flag(field.name), word) for word in values)
         return shlex.join(["vibrocap", name, *places, *words])
 
     def plan(self, refused: Complaints) -> None:
@@ -76,15 +85,15 @@ class Request:
     def refuse(self) -> None:
         """Refusal for options that cannot be used, all of them, before any work."""
         refused = Complaints()
-        for name, (_, option) in self.options().items():
+        for name, (_, declared) in self.options().items():
             value = getattr(self, name)
             if _is_left_out(value):
                 continue
-            if option.needs and _is_left_out(getattr(self, option.needs)):
-                refused.add(flag(name), f"should be left out without {flag(option.needs)}")
-            elif option.check is not None:
+            if declared.needs and _is_left_out(getattr(self, declared.needs)):
+                refused.add(flag(name), f"should be left out without {flag(declared.needs)}")
+            elif declared.check is not None:
                 with refused.collected():
-                    option.check(flag(name, option), value)
+                    declared.check(flag(name, declared), value)
         with refused.collected():
             self.plan(refused)
         if refused:
@@ -95,18 +104,18 @@ def _is_left_out(value: Any) -> bool:
     return value is None or value is False or value in ([], ())
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class WithParts(Request):
     """A request that names parts, which may be your own."""
 
-    parts: Parts = None
+    parts: list[Path] | None = option(
+        "a Python file with your own laws, machines, drives or controllers; may be repeated"
+    )
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class OfCase(WithParts):
     """A request about a case."""
 
-    case: CaseOption
+    case: Path = CASE
 
     @classmethod
     def flags(cls) -> dict[str, str]:
@@ -130,19 +139,12 @@ class OfCase(WithParts):
         super().refuse()
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class Drawn(Request):
     """A request that draws a picture, for a page."""
 
-    width: Annotated[
-        str | None,
-        Option(
-            "of the picture: column (3.4 inches), page (7) or inches",
-            advanced=True,
-        ),
-    ] = None
-    no_header: Annotated[bool, Option("draw no title, parameters and small print", advanced=True)] = False
-    style: Annotated[Path | None, Option("a style sheet of Matplotlib (.mplstyle)", advanced=True)] = None
+    width: str | None = option("of the picture: column (3.4 inches), page (7) or inches", advanced=True)
+    no_header: bool = option("draw no title, parameters and small print", False, advanced=True)
+    style: Path | None = option("a style sheet of Matplotlib (.mplstyle)", advanced=True)
 
     def page(self) -> contextlib.ExitStack:
         """A context in which pictures are drawn as the options say; Refusal for a file that is no style sheet."""
@@ -236,21 +238,17 @@ def command(group: str, *examples: str, doing: str = "") -> Callable[[Callable[.
     return entered
 
 
-def _parameter(field: Any, kind: Any, option: Option) -> inspect.Parameter:
+def _parameter(field: Any, kind: Any, declared: Option) -> inspect.Parameter:
     """The parameter of a field."""
-    many = option.place and typing.get_origin(kind) is tuple
+    many = declared.place and typing.get_origin(kind) is tuple
     default = inspect.Parameter.empty if many or field.default is dataclasses.MISSING else field.default
     place = inspect.Parameter.VAR_POSITIONAL if many else inspect.Parameter.POSITIONAL_ONLY
-    more: dict[str, Any] = {} if option.place else {"name": flag(field.name)}
-    more |= {"group": ADVANCED} if option.advanced else {}
-    settings = Parameter(help=option.words, completer=option.offers, **more)
+    more: dict[str, Any] = {} if declared.place else {"name": flag(field.name)}
+    more |= {"group": ADVANCED} if declared.advanced else {}
+    settings = Parameter(help=declared.words, completer=declared.offers, **more)
     annotation = Annotated[typing.get_args(kind)[0] if many else kind, settings]
-    return inspect.Parameter(
-        field.name,
-        place if option.place else inspect.Parameter.KEYWORD_ONLY,
-        default=default,
-        annotation=annotation,
-    )
+    place = place if declared.place else inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(field.name, place, default=default, annotation=annotation)
 
 
 def perform(chosen: Command, request: Request) -> int:

@@ -4,13 +4,13 @@ import dataclasses
 import functools
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaints, check_whole, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Drawn, WithParts
 from vibrocap.cli.destinations import needs, own_names
-from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, flag, folder, picture
+from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, SEED, flag, folder, option, picture
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.texts import column_names, pairs, priors, range_of, split
 
@@ -54,144 +54,99 @@ class FitPlan:
     doubts: list[str]
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class FitRequest(WithParts, Drawn):
-    """The options of `vibrocap fit`."""
-
-    data: Annotated[
-        tuple[Path, ...],
-        Option(
-            "FILE.csv, .txt, .xlsx, .json, .npz or .mat: force with velocity, displacement or both; may be several",
-            place=True,
-        ),
-    ] = ()
-    law: Annotated[str | None, Option("a law, see `vibrocap list laws`", offers=completers.law_names)] = None
-    compare: Annotated[
-        list[str] | None,
-        Option(
-            "LAW,LAW,... instead of --law: rank them by their error on data that they were not fitted to",
-            sets=("laws",),
-            offers=completers.law_names,
-        ),
-    ] = None
-    machine: Annotated[
-        Path | None,
-        Option("a case instead of --law: machine and law together, fitted to its motion under the measured force"),
-    ] = None
-    predict: Annotated[str, Option("of --machine: the quantity to compare, such as angle or velocity")] = "position"
-    over: Annotated[
-        list[str] | None,
-        Option(
-            "NAME=LEAST:LARGEST, bounds of a parameter; of --machine an unknown, such as machine.mass_kg=1:10; may be "
-            "repeated",
-            sets=("bounds",),
-        ),
-    ] = None
-    columns: Columns = None
-    units: ColumnUnits = None
-    sampling_rate: SamplingRate = None
-    load: Annotated[
-        float | None,
-        Option("normal force in N; without it and such a column, coefficients are forces in N", sets=("normal_force",)),
-    ] = None
-    cutoff: Annotated[float | None, Option("of the low-pass filter of the motion in Hz [default: no filter]")] = None
-    fixed: Annotated[
-        list[str] | None,
-        Option("NAME=VALUE, a parameter that is not fitted; may be repeated", offers=completers.law_parameters),
-    ] = None
-    free: Annotated[
-        list[str] | None,
-        Option(
-            "NAME,NAME,... the fitted parameters [default: all but those fixed by convention]",
-            offers=completers.law_parameters,
-        ),
-    ] = None
-    terms: Annotated[
-        list[str] | None,
-        Option("TERM,TERM,... that the sensor measures too, or search: " + TERM_NAMES),
-    ] = None
-    by_record: Annotated[
-        list[str] | None, Option("NAME,NAME,... parameters and terms with a value in each record", advanced=True)
-    ] = None
-    along: Annotated[
-        list[str] | None,
-        Option("NAME=CONDITION, what changes with a number of the record, or load; may be repeated", advanced=True),
-    ] = None
-    prior: Annotated[
-        list[str] | None,
-        Option(
-            "NAME=MEAN+-DEVIATION, known of a parameter, a term or an unknown beforehand, such as mass=95+-1; may be "
-            "repeated",
-            sets=("priors",),
-        ),
-    ] = None
-    hold_out: Annotated[
-        list[str] | None,
-        Option(
-            "RECORD,RECORD,... that are predicted and not fitted; eq_* for all that begin with eq_", sets=("held_out",)
-        ),
-    ] = None
-    steady: Annotated[bool, Option("fit only force over velocity, without the memory of the contact")] = False
-    spring: Annotated[
-        str | None,
-        Option(
-            "of rate-and-state laws: stiffness of the machine in N/m, measured (from the data), or searched (fitted)",
-            sets=("program", "machine_stiffness"),
-        ),
-    ] = None
-    out: Annotated[
-        Path | None,
-        folder("folder for fit.json, friction.toml, residuals.csv and pictures; with --compare one for each law"),
-    ] = None
-    pendulum: Annotated[
-        list[str] | None, Option("mass=KG,length=M of the pendulum whose weight and length are the units of a case")
-    ] = None
-    report: Annotated[
-        bool,
-        Option("write report.html into the folder: curves, parameters, errors, how to run it again", needs="out"),
-    ] = False
-    design: Annotated[
-        str | None,
-        Option(
-            "amplitude=LOW:HIGH,frequency=LOW:HIGH (m or rad, Hz) that the rig can do: the experiments to do next",
-            check=rig,
-        ),
-    ] = None
-    plot: Annotated[Path | None, picture("measured and fitted force, loops and intervals")] = None
-    json: Json = False
-    least_speed: Annotated[float, Option("slowest samples of --steady, in m/s", advanced=True)] = 0.0
-    loss: Annotated[
-        str, Option("linear, soft_l1, huber, cauchy or arctan; all but linear weigh outliers less", advanced=True)
-    ] = "linear"
-    weights: Annotated[
-        str,
-        Option("power: records count alike, whatever their forces; equal: samples have the same noise", advanced=True),
-    ] = "power"
-    start: Annotated[str, Option("the contact at the first sample: fitted, or relaxed", advanced=True)] = "fitted"
-    intervals: Annotated[
-        str | None,
-        Option(
-            "profile (of the likelihood) or covariance, quicker [default: profile, comparing covariance]", advanced=True
-        ),
-    ] = None
-    bootstrap: Annotated[
-        int | None,
-        Option(
-            "refits of records, or of stretches of them, drawn with replacement",
-            check=lambda name, value: check_whole(name, value, 10),
-            advanced=True,
-        ),
-    ] = None
-    posterior: Annotated[
-        int | None,
-        Option(
-            "samples of all parameters jointly; with --out posterior.json, which robust takes (needs emcee)",
-            check=lambda name, value: check_whole(name, value, 100),
-            advanced=True,
-        ),
-    ] = None
-    starts: Annotated[int, Option("searches from different starting points", advanced=True)] = 8
-    seed: Seed = 0
+    data: tuple[Path, ...] = option(
+        "FILE.csv, .txt, .xlsx, .json, .npz or .mat: force with velocity, displacement or both; may be several",
+        (),
+        place=True,
+    )
+    law: str | None = option("a law, see `vibrocap list laws`", offers=completers.law_names)
+    compare: list[str] | None = option(
+        "LAW,LAW,... instead of --law: rank them by their error on data that they were not fitted to",
+        sets=("laws",),
+        offers=completers.law_names,
+    )
+    machine: Path | None = option(
+        "a case instead of --law: machine and law together, fitted to its motion under the measured force"
+    )
+    predict: str = option("of --machine: the quantity to compare, such as angle or velocity", "position")
+    over: list[str] | None = option(
+        "NAME=LEAST:LARGEST, bounds of a parameter; of --machine an unknown, such as machine.mass_kg=1:10; may be "
+        "repeated",
+        sets=("bounds",),
+    )
+    columns: list[str] | None = COLUMNS
+    units: list[str] | None = COLUMN_UNITS
+    sampling_rate: float | None = SAMPLING_RATE
+    load: float | None = option(
+        "normal force in N; without it and such a column, coefficients are forces in N", sets=("normal_force",)
+    )
+    cutoff: float | None = option("of the low-pass filter of the motion in Hz [default: no filter]")
+    fixed: list[str] | None = option(
+        "NAME=VALUE, a parameter that is not fitted; may be repeated", offers=completers.law_parameters
+    )
+    free: list[str] | None = option(
+        "NAME,NAME,... the fitted parameters [default: all but those fixed by convention]",
+        offers=completers.law_parameters,
+    )
+    terms: list[str] | None = option("TERM,TERM,... that the sensor measures too, or search: " + TERM_NAMES)
+    by_record: list[str] | None = option(
+        "NAME,NAME,... parameters and terms with a value in each record", advanced=True
+    )
+    along: list[str] | None = option(
+        "NAME=CONDITION, what changes with a number of the record, or load; may be repeated", advanced=True
+    )
+    prior: list[str] | None = option(
+        "NAME=MEAN+-DEVIATION, known of a parameter, a term or an unknown beforehand, such as mass=95+-1; may be "
+        "repeated",
+        sets=("priors",),
+    )
+    hold_out: list[str] | None = option(
+        "RECORD,RECORD,... that are predicted and not fitted; eq_* for all that begin with eq_", sets=("held_out",)
+    )
+    steady: bool = option("fit only force over velocity, without the memory of the contact", False)
+    spring: str | None = option(
+        "of rate-and-state laws: stiffness of the machine in N/m, measured (from the data), or searched (fitted)",
+        sets=("program", "machine_stiffness"),
+    )
+    out: Path | None = folder(
+        "folder for fit.json, friction.toml, residuals.csv and pictures; with --compare one for each law"
+    )
+    pendulum: list[str] | None = option(
+        "mass=KG,length=M of the pendulum whose weight and length are the units of a case"
+    )
+    report: bool = option(
+        "write report.html into the folder: curves, parameters, errors, how to run it again", False, needs="out"
+    )
+    design: str | None = option(
+        "amplitude=LOW:HIGH,frequency=LOW:HIGH (m or rad, Hz) that the rig can do: the experiments to do next",
+        check=rig,
+    )
+    plot: Path | None = picture("measured and fitted force, loops and intervals")
+    json: bool = JSON
+    least_speed: float = option("slowest samples of --steady, in m/s", 0.0, advanced=True)
+    loss: str = option(
+        "linear, soft_l1, huber, cauchy or arctan; all but linear weigh outliers less", "linear", advanced=True
+    )
+    weights: str = option(
+        "power: records count alike, whatever their forces; equal: samples have the same noise", "power", advanced=True
+    )
+    start: str = option("the contact at the first sample: fitted, or relaxed", "fitted", advanced=True)
+    intervals: str | None = option(
+        "profile (of the likelihood) or covariance, quicker [default: profile, comparing covariance]", advanced=True
+    )
+    bootstrap: int | None = option(
+        "refits of records, or of stretches of them, drawn with replacement",
+        check=lambda name, value: check_whole(name, value, 10),
+        advanced=True,
+    )
+    posterior: int | None = option(
+        "samples of all parameters jointly; with --out posterior.json, which robust takes (needs emcee)",
+        check=lambda name, value: check_whole(name, value, 100),
+        advanced=True,
+    )
+    starts: int = option("searches from different starting points", 8, advanced=True)
+    seed: int = SEED
 
     def changed(self, name: str) -> bool:
         """Whether an option is not its default."""
@@ -320,11 +275,11 @@ def held_parameters(laws: list[str], fixed: Any, free: Any, bounds: Any, complai
             held[name] = float(text)
         except ValueError:
             complaints.append(f"--fixed {name}={text}: should be a number")
-    for option, given in (("fixed", held), ("free", split(free)), ("over", bounds)):
+    for flagged, given in (("fixed", held), ("free", split(free)), ("over", bounds)):
         for name in given:
             if known and name not in known:
                 near = suggestion(name, known, there_is="there are")
-                complaints.append(f"--{option}: {', '.join(laws)} has no parameter {name!r}; {near}")
+                complaints.append(f"--{flagged}: {', '.join(laws)} has no parameter {name!r}; {near}")
     return held
 
 

@@ -5,14 +5,14 @@ import dataclasses
 import functools
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaint, Complaints
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli import completers
 from vibrocap.cli.command import WithParts
 from vibrocap.cli.destinations import needs, with_headings, writable_folder, writable_table
-from vibrocap.cli.options import CASE, Option, Tolerance, flag
+from vibrocap.cli.options import CASE, TOLERANCE, flag, option
 from vibrocap.cli.refusal import by_option
 from vibrocap.cli.texts import pairs, split
 from vibrocap.inputs import read_input
@@ -26,81 +26,55 @@ FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # un
 NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "tile_runs", "device")
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class SweepRequest(WithParts):
     """The options of `vibrocap sweep`; some of them say how the study is carried out."""
 
-    case: Annotated[Path, dataclasses.replace(CASE, words=f"{CASE.words}; with --verify the folder of a study")]
-    over: Annotated[
-        list[str] | None,
-        Option(
-            "PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3; with --design PATH=LOW:HIGH; may be repeated",
-            offers=completers.paths_of_case,
-        ),
-    ] = None
-    measure: Annotated[
-        list[str] | None,
-        Option(
-            "such as mean_velocity,mode_sequence; `vibrocap list measures` lists them [default: mean_velocity]",
-            offers=completers.measure_names,
-        ),
-    ] = None
-    out: Annotated[Path | None, Option("folder for the results, stored as they come")] = None
-    resume: Annotated[
-        bool, Option("continue the study in --out, repairing it if it is damaged; start one if there is none")
-    ] = False
-    export: Annotated[
-        Path | None,
-        Option("write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too"),
-    ] = None
-    cases: Annotated[
-        Path | None, Option("instead of --over, a table FILE.csv: a row of paths, then a row of values for each run")
-    ] = None
-    design: Annotated[
-        str | None, Option("spread --runs points over the ranges: sobol, halton, latin-hypercube or random")
-    ] = None
-    runs: Annotated[int | None, Option("number of runs of a design")] = None
-    adaptive: Annotated[
-        bool, Option("run points only where the mode sequence, the travel or the response period changes")
-    ] = False
-    periods: Annotated[
-        float | None, Option("drive periods of a run, at most; a whole number [default: the case's]")
-    ] = None
-    verify: Annotated[bool, Option("compare a stored study with its checksums, and run nothing")] = False
-    device: Annotated[str, Option("cpu, or a device of another package: cuda of vibrocap-gpu", advanced=True)] = "cpu"
-    mixed: Annotated[
-        bool, Option("--resume a study of another version or processor; new tiles are marked", advanced=True)
-    ] = False
-    no_extrapolate: Annotated[
-        bool, Option("let each run settle, and do not extrapolate the limit of its states", advanced=True)
-    ] = False
-    seed: Annotated[
-        int | None, Option("of a design; the same seed gives the same runs [default: 0]", advanced=True)
-    ] = None
-    settle: Annotated[
-        float | None,
-        Option(
-            "end a run this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]",
-            advanced=True,
-        ),
-    ] = None
-    threads: Annotated[int | None, Option("number of threads [default: one for each core]", advanced=True)] = None
-    tile_runs: Annotated[
-        int | None,
-        Option("runs stored together, which Ctrl-C loses [default: some five seconds of work]", advanced=True),
-    ] = None
-    tolerance: Annotated[float | None, Tolerance] = None
-    unit_headings: Annotated[
-        bool, Option('name and unit in the headings of .csv and .xlsx, as in "drift [m]"', advanced=True)
-    ] = False
-    window: Annotated[
-        int | None,
-        Option(
-            "drive periods at the end that are measured if a run does not settle [default: 10, or all]", advanced=True
-        ),
-    ] = None
-    workers: Annotated[int | None, Option("number of processes, each of one thread", advanced=True)] = None
-    yes: Annotated[bool, Option("allow more than ten million runs", advanced=True)] = False
+    case: Path = dataclasses.replace(CASE, words=f"{CASE.words}; with --verify the folder of a study")
+    over: list[str] | None = option(
+        "PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3; with --design PATH=LOW:HIGH; may be repeated",
+        offers=completers.paths_of_case,
+    )
+    measure: list[str] | None = option(
+        "such as mean_velocity,mode_sequence; `vibrocap list measures` lists them [default: mean_velocity]",
+        offers=completers.measure_names,
+    )
+    out: Path | None = option("folder for the results, stored as they come")
+    resume: bool = option(
+        "continue the study in --out, repairing it if it is damaged; start one if there is none", False
+    )
+    export: Path | None = option(
+        "write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too"
+    )
+    cases: Path | None = option(
+        "instead of --over, a table FILE.csv: a row of paths, then a row of values for each run"
+    )
+    design: str | None = option("spread --runs points over the ranges: sobol, halton, latin-hypercube or random")
+    runs: int | None = option("number of runs of a design")
+    adaptive: bool = option("run points only where the mode sequence, the travel or the response period changes", False)
+    periods: float | None = option("drive periods of a run, at most; a whole number [default: the case's]")
+    verify: bool = option("compare a stored study with its checksums, and run nothing", False)
+    device: str = option("cpu, or a device of another package: cuda of vibrocap-gpu", "cpu", advanced=True)
+    mixed: bool = option("--resume a study of another version or processor; new tiles are marked", False, advanced=True)
+    no_extrapolate: bool = option(
+        "let each run settle, and do not extrapolate the limit of its states", False, advanced=True
+    )
+    seed: int | None = option("of a design; the same seed gives the same runs [default: 0]", advanced=True)
+    settle: float | None = option(
+        "end a run this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]", advanced=True
+    )
+    threads: int | None = option("number of threads [default: one for each core]", advanced=True)
+    tile_runs: int | None = option(
+        "runs stored together, which Ctrl-C loses [default: some five seconds of work]", advanced=True
+    )
+    tolerance: float | None = TOLERANCE()
+    unit_headings: bool = option(
+        'name and unit in the headings of .csv and .xlsx, as in "drift [m]"', False, advanced=True
+    )
+    window: int | None = option(
+        "drive periods at the end that are measured if a run does not settle [default: 10, or all]", advanced=True
+    )
+    workers: int | None = option("number of processes, each of one thread", advanced=True)
+    yes: bool = option("allow more than ten million runs", False, advanced=True)
 
     @functools.cached_property
     def how(self) -> "Execution":

@@ -1,13 +1,12 @@
 """`vibrocap basins`: which initial conditions lead to which steady motion."""
 
-import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.options import Json, Option, SettlePeriods, picture
+from vibrocap.cli.options import JSON, SETTLE_PERIODS, option, picture, required
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import range_of
@@ -16,23 +15,17 @@ from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class BasinsRequest(OfCase, Drawn):
-    """The options of `vibrocap basins`."""
-
-    plane: Annotated[
-        list[str],
-        Option(
-            'two axes, such as angle=-1:1,angle_rate, in SI velocity_m_per_s=-1:1; "phase" is a share of the drive\'s '
-            "period [default range: as visited]",
-            offers=completers.states_of_case,
-        ),
-    ]
-    resolution: Annotated[int, Option("initial conditions along each axis")] = 100
-    plot: Annotated[Path | None, picture("the plane")] = None
-    json: Json = False
-    phase: Annotated[float, Option("where in the drive's period the runs start, from 0 to 1", advanced=True)] = 0.0
-    settle_periods: SettlePeriods = 500
+    plane: list[str] = required(
+        'two axes, such as angle=-1:1,angle_rate, in SI velocity_m_per_s=-1:1; "phase" is a share of the drive\'s '
+        "period [default range: as visited]",
+        offers=completers.states_of_case,
+    )
+    resolution: int = option("initial conditions along each axis", 100)
+    plot: Path | None = picture("the plane")
+    json: bool = JSON
+    phase: float = option("where in the drive's period the runs start, from 0 to 1", 0.0, advanced=True)
+    settle_periods: int = SETTLE_PERIODS(500)
 
 
 @command(

@@ -1,27 +1,20 @@
 """`vibrocap branch`: the branches of steady motions over a parameter."""
 
-import dataclasses
 from pathlib import Path
-from typing import Annotated
 
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.options import Json, Option, Over, SettlePeriods, picture
+from vibrocap.cli.options import JSON, OVER, SETTLE_PERIODS, option, picture
 from vibrocap.cli.texts import quantity_range
 from vibrocap.quantities.dimensional import in_si
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class BranchRequest(OfCase, Drawn):
-    """The options of `vibrocap branch`."""
-
-    over: Over
-    plot: Annotated[
-        Path | None, picture("the mean velocity over the parameter, or the period if the machine cannot travel")
-    ] = None
-    json: Json = False
-    depth: Annotated[int, Option("recursion depth at branch points", advanced=True)] = 2
-    points: Annotated[int, Option("points of a branch in each direction, at most", advanced=True)] = 1000
-    settle_periods: SettlePeriods = 2000
+    over: str = OVER
+    plot: Path | None = picture("the mean velocity over the parameter, or the period if the machine cannot travel")
+    json: bool = JSON
+    depth: int = option("recursion depth at branch points", 2, advanced=True)
+    points: int = option("points of a branch in each direction, at most", 1000, advanced=True)
+    settle_periods: int = SETTLE_PERIODS(2000)
 
 
 @command(

@@ -1,14 +1,13 @@
 """`vibrocap calibrate`: parameters of a case from a measured table of settled motions."""
 
-import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import Json, Option, Seed, folder
+from vibrocap.cli.options import JSON, SEED, folder, option, required
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
@@ -16,31 +15,22 @@ from vibrocap.quantities.dimensional import in_si
 from vibrocap.quantities.json_text import json_text
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class CalibrateRequest(OfCase):
-    """The options of `vibrocap calibrate`."""
-
-    to: Annotated[Path, Option("the table, a CSV file with a line of headings", sets=("table",))]
-    over: Annotated[
-        list[str],
-        Option(
-            "PATH=LEAST:LARGEST, an unknown parameter and its bounds; PATH,PATH=factor:LEAST:LARGEST for one factor of "
-            "the values of the case; may be repeated",
-            offers=completers.paths_of_case,
-        ),
-    ]
-    held_out: Annotated[list[int] | None, Option("rows, from 1, that judge the fit and are not fitted")] = None
-    out: Annotated[
-        Path | None,
-        folder(
-            "a folder for calibration.json, residuals.csv and calibrated.toml, the calibrated case",
-            *("calibration.json", "residuals.csv", "calibrated.toml"),
-        ),
-    ] = None
-    json: Json = False
-    starts: Annotated[int, Option("points from which the search begins", advanced=True)] = 256
-    seed: Seed = 0
-    periods: Annotated[int, Option("drive periods in which the run of a row has to settle", advanced=True)] = 300
+    to: Path = required("the table, a CSV file with a line of headings", sets=("table",))
+    over: list[str] = required(
+        "PATH=LEAST:LARGEST, an unknown parameter and its bounds; PATH,PATH=factor:LEAST:LARGEST for one factor of "
+        "the values of the case; may be repeated",
+        offers=completers.paths_of_case,
+    )
+    held_out: list[int] | None = option("rows, from 1, that judge the fit and are not fitted")
+    out: Path | None = folder(
+        "a folder for calibration.json, residuals.csv and calibrated.toml, the calibrated case",
+        *("calibration.json", "residuals.csv", "calibrated.toml"),
+    )
+    json: bool = JSON
+    starts: int = option("points from which the search begins", 256, advanced=True)
+    seed: int = SEED
+    periods: int = option("drive periods in which the run of a row has to settle", 300, advanced=True)
 
 
 @command(

@@ -1,14 +1,13 @@
 """`vibrocap crossing`: where a measure of the steady motion of a case takes a value."""
 
-import dataclasses
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import Json, Option, Over
+from vibrocap.cli.options import JSON, OVER, option
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import said
 from vibrocap.cli.texts import pairs, quantity_range, split, value_of
@@ -16,31 +15,23 @@ from vibrocap.physics.names import split_path
 from vibrocap.quantities.dimensional import in_si
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class CrossingRequest(OfCase):
-    """The options of `vibrocap crossing`."""
-
-    over: Over
-    measure: Annotated[
-        str,
-        Option(
-            "a measure that is a number; `vibrocap list measures`",
-            sets=("measures",),
-            offers=completers.measure_names,
-        ),
-    ] = "drift"
-    value: Annotated[float, Option("the value to find, of a case in SI in the unit of the measure")] = 0.0
-    against: Annotated[
-        str | None,
-        Option(
-            "PATH=VALUE or friction.law=NAME, or several with commas between: find the value in the difference from "
-            "the case so changed; another law keeps the parameters that both laws have",
-            offers=completers.paths_of_case,
-        ),
-    ] = None
-    json: Json = False
-    points: Annotated[int, Option("values of the parameter at which the motion is run first", advanced=True)] = 200
-    periods: Annotated[int, Option("drive periods in which a motion has to settle", advanced=True)] = 2000
+    over: str = OVER
+    measure: str = option(
+        "a measure that is a number; `vibrocap list measures`",
+        "drift",
+        sets=("measures",),
+        offers=completers.measure_names,
+    )
+    value: float = option("the value to find, of a case in SI in the unit of the measure", 0.0)
+    against: str | None = option(
+        "PATH=VALUE or friction.law=NAME, or several with commas between: find the value in the difference from "
+        "the case so changed; another law keeps the parameters that both laws have",
+        offers=completers.paths_of_case,
+    )
+    json: bool = JSON
+    points: int = option("values of the parameter at which the motion is run first", 200, advanced=True)
+    periods: int = option("drive periods in which a motion has to settle", 2000, advanced=True)
 
 
 @command(

@@ -1,36 +1,27 @@
 """`vibrocap equilibria`: steady sliding and rest of a case that nothing drives in time, and their Hopf points."""
 
-import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import check_whole
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.completers import paths_of_case
-from vibrocap.cli.options import Json, Option, picture
+from vibrocap.cli.options import JSON, option, picture
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.texts import quantity_range
 from vibrocap.quantities.dimensional import in_si, view
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class EquilibriaRequest(OfCase, Drawn):
-    """The options of `vibrocap equilibria`."""
-
-    over: Annotated[
-        str | None,
-        Option(
-            "PATH=LEAST:LARGEST, such as machine.belt_speed=0.5:2, to follow a state of steady sliding",
-            sets=("between",),
-            offers=paths_of_case,
-        ),
-    ] = None
-    start: Annotated[
-        int | None, Option("the state of steady sliding to follow, by its number without --over", needs="over")
-    ] = None
-    plot: Annotated[Path | None, picture("the real parts of the eigenvalues over the parameter", needs="over")] = None
-    json: Json = False
-    points: Annotated[int, Option("points of a branch in each direction, at most", advanced=True)] = 2000
+    over: str | None = option(
+        "PATH=LEAST:LARGEST, such as machine.belt_speed=0.5:2, to follow a state of steady sliding",
+        sets=("between",),
+        offers=paths_of_case,
+    )
+    start: int | None = option("the state of steady sliding to follow, by its number without --over", needs="over")
+    plot: Path | None = picture("the real parts of the eigenvalues over the parameter", needs="over")
+    json: bool = JSON
+    points: int = option("points of a branch in each direction, at most", 2000, advanced=True)
 
 
 @command(

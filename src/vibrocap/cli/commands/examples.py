@@ -1,28 +1,21 @@
 """`vibrocap examples`: the example cases, and copies of them to work with."""
 
-import dataclasses
 import os
 from pathlib import Path
-from typing import Annotated
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.command import Answer, Request, command
 from vibrocap.cli.completers import example_names
 from vibrocap.cli.examples import examples_folder, shows, tables_of
-from vibrocap.cli.options import Option, folder
+from vibrocap.cli.options import folder, option
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, table
 from vibrocap.files import made_folder, write_text
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class ExamplesRequest(Request):
-    """The options of `vibrocap examples`."""
-
-    names: Annotated[tuple[str, ...], Option("examples by name [default: all]", place=True, offers=example_names)] = ()
-    to: Annotated[
-        Path | None, folder("folder for the copies, which is made [default: examples, where names are given]")
-    ] = None
+    names: tuple[str, ...] = option("examples by name [default: all]", (), place=True, offers=example_names)
+    to: Path | None = folder("folder for the copies, which is made [default: examples, where names are given]")
 
 
 @command("start", "vibrocap examples", "vibrocap examples --to examples")

@@ -1,13 +1,12 @@
 """`vibrocap export`: a case as what other programs run."""
 
-import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.command import Answer, OfCase, command
 from vibrocap.cli.destinations import needs, own_names, writable_file, writable_folder
-from vibrocap.cli.options import Option
+from vibrocap.cli.options import option, required
 from vibrocap.cli.terminal import Page, progress, said, table
 from vibrocap.cli.texts import split
 
@@ -17,32 +16,21 @@ if TYPE_CHECKING:
     from vibrocap.exchange.mujoco_motion import Ending
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class ExportRequest(OfCase):
-    """The options of `vibrocap export`."""
-
-    to: Annotated[
-        Literal["c", "fmu", "mjcf"], Option("C sources (c), an FMU for co-simulation (fmu), a MuJoCo model (mjcf)")
-    ] = "c"
-    out: Annotated[Path, Option("folder of the C sources, FILE.fmu of an FMU, FILE.xml of a MuJoCo model")]
-    input: Annotated[
-        Literal["drive"] | None, Option("the caller sets the drive from step to step [default: the case's drive]")
-    ] = None
-    judge: Annotated[
-        bool, Option("run the MuJoCo model too (needs mujoco), and compare its end with that of the exact motion")
-    ] = False
-    name: Annotated[str, Option("of the library or of the model, with which all its names begin", advanced=True)] = (
-        "capsule"
+    to: Literal["c", "fmu", "mjcf"] = option(
+        "C sources (c), an FMU for co-simulation (fmu), a MuJoCo model (mjcf)", "c"
     )
-    fmi: Annotated[Literal["3.0", "2.0"] | None, Option("version of an FMU [default: 3.0]", advanced=True)] = None
-    platforms: Annotated[
-        list[str] | None,
-        Option(
-            "of an FMU's machine code, such as x86_64-windows, all or none [default: this computer's if it has a "
-            "compiler]",
-            advanced=True,
-        ),
-    ] = None
+    out: Path = required("folder of the C sources, FILE.fmu of an FMU, FILE.xml of a MuJoCo model")
+    input: Literal["drive"] | None = option("the caller sets the drive from step to step [default: the case's drive]")
+    judge: bool = option(
+        "run the MuJoCo model too (needs mujoco), and compare its end with that of the exact motion", False
+    )
+    name: str = option("of the library or of the model, with which all its names begin", "capsule", advanced=True)
+    fmi: Literal["3.0", "2.0"] | None = option("version of an FMU [default: 3.0]", advanced=True)
+    platforms: list[str] | None = option(
+        "of an FMU's machine code, such as x86_64-windows, all or none [default: this computer's if it has a compiler]",
+        advanced=True,
+    )
 
     def plan(self, refused: Complaints) -> None:
         """Some options are of one form only."""

@@ -1,16 +1,15 @@
 """`vibrocap friction`: what a friction law is and does, its canonical tests, and the limits of a case's friction."""
 
-import dataclasses
 import inspect
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import suggestion
 from vibrocap.citations.bibliography import references
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, Report, WithParts, command
 from vibrocap.cli.friction_limits import limits_of, print_limits
-from vibrocap.cli.options import Json, Option, picture
+from vibrocap.cli.options import JSON, option, picture, required
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, parameters_in_words
 from vibrocap.io.motion_file import read_source
@@ -25,33 +24,26 @@ KINDS = {
 OF_CASE = (".toml", ".nc", ".csv")
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class FrictionRequest(WithParts, Drawn):
-    """The options of `vibrocap friction`."""
-
-    name: Annotated[
-        str,
-        Option("a law, see `vibrocap list laws`, or a case file (.toml, .nc, .csv)", True, offers=completers.law_names),
-    ]
-    tests: Annotated[bool, Option("run the canonical tests of the law")] = False
-    set_: Annotated[
-        list[str] | None,
-        Option("NAME=VALUE in place of a default of the law; may be repeated", offers=completers.law_parameters),
-    ] = None
-    plot: Annotated[Path | None, picture("steady curve and presliding loops of a law, or all its tests")] = None
-    json: Json = False
-    load: Annotated[float, Option("normal force on the contact", advanced=True)] = 1.0
-    mass: Annotated[
-        float | None, Option("of the block in the tests [default: from the law]", needs="tests", advanced=True)
-    ] = None
-    stiffness: Annotated[
-        float | None,
-        Option("of the spring that pulls it [default: 0.01 of the contact's]", needs="tests", advanced=True),
-    ] = None
-    speed: Annotated[
-        float | None,
-        Option("of the spring [default: 0.3 of the speed at which friction changes]", needs="tests", advanced=True),
-    ] = None
+    name: str = required(
+        "a law, see `vibrocap list laws`, or a case file (.toml, .nc, .csv)",
+        offers=completers.law_names,
+        place=True,
+    )
+    tests: bool = option("run the canonical tests of the law", False)
+    set_: list[str] | None = option(
+        "NAME=VALUE in place of a default of the law; may be repeated", offers=completers.law_parameters
+    )
+    plot: Path | None = picture("steady curve and presliding loops of a law, or all its tests")
+    json: bool = JSON
+    load: float = option("normal force on the contact", 1.0, advanced=True)
+    mass: float | None = option("of the block in the tests [default: from the law]", needs="tests", advanced=True)
+    stiffness: float | None = option(
+        "of the spring that pulls it [default: 0.01 of the contact's]", needs="tests", advanced=True
+    )
+    speed: float | None = option(
+        "of the spring [default: 0.3 of the speed at which friction changes]", needs="tests", advanced=True
+    )
 
 
 @command(

@@ -1,17 +1,15 @@
 """`vibrocap lab`: the exact capsule in one HTML page."""
 
 import contextlib
-import dataclasses
 import tempfile
 import webbrowser
 from pathlib import Path
-from typing import Annotated
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Report, WithParts, command
 from vibrocap.cli.examples import examples_folder
-from vibrocap.cli.options import Option, file
+from vibrocap.cli.options import file, option
 from vibrocap.cli.texts import split
 from vibrocap.files import write_text
 from vibrocap.physics import catalogue
@@ -19,28 +17,21 @@ from vibrocap.physics import catalogue
 KINDS = {"machines": catalogue.machines, "laws": catalogue.laws, "drives": catalogue.drives}
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class LabRequest(WithParts):
-    """The options of `vibrocap lab`."""
-
-    case: Annotated[Path | None, Option("a case file to begin with", place=True, sets=("system",))] = None
-    out: Annotated[
-        Path | None,
-        file("FILE.html to write; without it the page is written to a temporary folder and opened", ".html"),
-    ] = None
-    open: Annotated[bool, Option("open the page that --out writes in the browser", needs="out")] = False
-    machines: Annotated[
-        list[str] | None,
-        Option("machines by name [default: the case's, or pendulum-capsule]", offers=completers.machine_names),
-    ] = None
-    laws: Annotated[
-        list[str] | None,
-        Option("friction laws [default: exponential and lugre, and the case's]", offers=completers.law_names),
-    ] = None
-    drives: Annotated[
-        list[str] | None,
-        Option("waveforms [default: harmonic and biharmonic, and the case's]", offers=completers.drive_names),
-    ] = None
+    case: Path | None = option("a case file to begin with", place=True, sets=("system",))
+    out: Path | None = file(
+        "FILE.html to write; without it the page is written to a temporary folder and opened", ".html"
+    )
+    open: bool = option("open the page that --out writes in the browser", False, needs="out")
+    machines: list[str] | None = option(
+        "machines by name [default: the case's, or pendulum-capsule]", offers=completers.machine_names
+    )
+    laws: list[str] | None = option(
+        "friction laws [default: exponential and lugre, and the case's]", offers=completers.law_names
+    )
+    drives: list[str] | None = option(
+        "waveforms [default: harmonic and biharmonic, and the case's]", offers=completers.drive_names
+    )
 
     def plan(self, refused: Complaints) -> None:
         """Known machines, laws and drives."""

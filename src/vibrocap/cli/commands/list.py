@@ -1,17 +1,16 @@
 """`vibrocap list`: machines, friction laws, drives, controllers, measures and data sets, what each is, and a check."""
 
-import dataclasses
 import inspect
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import suggestion
 from vibrocap.citations.bibliography import references
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, WithParts, command
 from vibrocap.cli.destinations import needs, writable_folder
-from vibrocap.cli.options import Json, Option
+from vibrocap.cli.options import JSON, option
 from vibrocap.cli.parts import checked
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import WRONG_INPUT, Page, parameters_in_words, progress, table
@@ -28,29 +27,21 @@ PARTS = {
 OF_SYSTEM = {"machines": "machine", "laws": "friction", "drives": "drive", "controllers": "controller"}
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class ListRequest(WithParts):
-    """The options of `vibrocap list`."""
-
-    names: Annotated[
-        tuple[str, ...],
-        Option(
-            f"{', '.join(completers.LISTED)}; a machine, law, drive or controller; with a case file those of the case",
-            place=True,
-            offers=completers.listed_names,
-        ),
-    ] = ()
-    check: Annotated[bool, Option("test whether a part, or those of --parts, keep their contracts")] = False
-    fetch: Annotated[
-        str | None, Option("of datasets: fetch this one and compare its checksums", offers=completers.data_sets)
-    ] = None
-    json: Json = False
-    quick: Annotated[bool, Option("check without a motion", needs="check", advanced=True)] = False
-    latex: Annotated[bool, Option("print the equations of a machine alone, as LaTeX", advanced=True)] = False
-    to: Annotated[
-        Path | None,
-        Option("folder for data sets [default: VIBROCAP_DATA, else a cache]", needs="fetch", advanced=True),
-    ] = None
+    names: tuple[str, ...] = option(
+        f"{', '.join(completers.LISTED)}; a machine, law, drive or controller; with a case file those of the case",
+        (),
+        place=True,
+        offers=completers.listed_names,
+    )
+    check: bool = option("test whether a part, or those of --parts, keep their contracts", False)
+    fetch: str | None = option("of datasets: fetch this one and compare its checksums", offers=completers.data_sets)
+    json: bool = JSON
+    quick: bool = option("check without a motion", False, needs="check", advanced=True)
+    latex: bool = option("print the equations of a machine alone, as LaTeX", False, advanced=True)
+    to: Path | None = option(
+        "folder for data sets [default: VIBROCAP_DATA, else a cache]", needs="fetch", advanced=True
+    )
 
 
 @command(

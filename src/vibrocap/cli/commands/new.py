@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import case_text
@@ -11,7 +11,7 @@ from vibrocap.case.sections import CHOICES, DIMENSIONLESS, SI
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, WithParts, command
 from vibrocap.cli.new_case import new_case
-from vibrocap.cli.options import Option, file
+from vibrocap.cli.options import file, option
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.texts import pairs, split
 from vibrocap.files import write_text
@@ -21,40 +21,29 @@ from vibrocap.physics.dimensions.units import UNDECLARED, undeclared
 from vibrocap.physics.parameters import ParameterError, parameter_table
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class NewRequest(WithParts):
-    """The options of `vibrocap new`."""
-
-    kind: Annotated[
-        str,
-        Option(
-            'of the machine, such as pendulum-capsule or oscillator; "mechanism" for one of your own',
-            place=True,
-            offers=completers.machine_names,
-        ),
-    ] = "pendulum-capsule"
-    law: Annotated[str, Option("of friction, see `vibrocap list laws`", offers=completers.law_names)] = "exponential"
-    drive: Annotated[str, Option("its waveform, see `vibrocap list drives`", offers=completers.drive_names)] = (
-        "harmonic"
+    kind: str = option(
+        'of the machine, such as pendulum-capsule or oscillator; "mechanism" for one of your own',
+        "pendulum-capsule",
+        place=True,
+        offers=completers.machine_names,
     )
-    si: Annotated[bool, Option("a case in SI, of a bench of a usual size")] = False
-    from_: Annotated[
-        Path | None, Option("a case file (.toml) or exported motion to write in the other form, SI or without units")
-    ] = None
-    out: Annotated[Path | None, file("FILE.toml to write [default: print it]", ".toml")] = None
-    overwrite: Annotated[bool, Option("write it even if there is such a file")] = False
-    to: Annotated[
-        Literal["SI", "dimensionless"] | None,
-        Option("the form of --from [default: the other form than that of the case]", needs="from_", advanced=True),
-    ] = None
-    scales: Annotated[
-        list[str] | None,
-        Option(
-            "KEY=VALUE, the units of the machine of --from, where the case does not give them; replaces its own",
-            needs="from_",
-            advanced=True,
-        ),
-    ] = None
+    law: str = option("of friction, see `vibrocap list laws`", "exponential", offers=completers.law_names)
+    drive: str = option("its waveform, see `vibrocap list drives`", "harmonic", offers=completers.drive_names)
+    si: bool = option("a case in SI, of a bench of a usual size", False)
+    from_: Path | None = option(
+        "a case file (.toml) or exported motion to write in the other form, SI or without units"
+    )
+    out: Path | None = file("FILE.toml to write [default: print it]", ".toml")
+    overwrite: bool = option("write it even if there is such a file", False)
+    to: Literal["SI", "dimensionless"] | None = option(
+        "the form of --from [default: the other form than that of the case]", needs="from_", advanced=True
+    )
+    scales: list[str] | None = option(
+        "KEY=VALUE, the units of the machine of --from, where the case does not give them; replaces its own",
+        needs="from_",
+        advanced=True,
+    )
 
     @functools.cached_property
     def chosen(self) -> dict[str, str]:

@@ -1,15 +1,14 @@
 """`vibrocap optimise`: the best settled, stable design of a case, with its orbit and a case file that runs."""
 
-import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.commands.orbit import bound_rows, bounds_record
 from vibrocap.cli.destinations import needs, writable_folder
-from vibrocap.cli.options import For, Json, Option, Seed, Uncertain, folder, picture
+from vibrocap.cli.options import FOR, JSON, SEED, UNCERTAIN, folder, option, picture, required
 from vibrocap.cli.terminal import Page, said
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
@@ -19,65 +18,43 @@ from vibrocap.quantities.json_text import json_text
 CASES = "cases"  # in the folder of a front
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class OptimiseRequest(OfCase, Drawn):
-    """The options of `vibrocap optimise`."""
-
-    over: Annotated[
-        list[str],
-        Option(
-            "PATH=LEAST:LARGEST, PATH=log:LEAST:LARGEST or PATH=CHOICE,CHOICE; once for each design variable",
-            offers=completers.paths_of_case,
-        ),
-    ]
-    for_: For = "mean_velocity"
-    against: Annotated[
-        str | None,
-        Option(
-            "a second measure, for a Pareto front (needs pymoo)",
-            sets=("objectives[1]",),
-            offers=completers.measure_names,
-        ),
-    ] = None
-    subject_to: Annotated[
-        list[str] | None,
-        Option(
-            'a constraint such as "least_reaction > 0.1", in the unit of the measure; may be repeated',
-            offers=completers.measure_names,
-        ),
-    ] = None
-    uncertain: Annotated[list[str] | None, Uncertain] = None
-    robust: Annotated[
-        str | None,
-        Option("of the samples: worst (the default), mean, or cvar, the mean of the worst tenth", needs="uncertain"),
-    ] = None
-    evaluations: Annotated[int, Option("designs to evaluate, about")] = 10_000
-    out: Annotated[
-        Path | None,
-        folder(
-            "a folder for design.json, best.toml (a case that starts on the orbit) and all evaluated designs; "
-            "of a front front.csv, front.json and a case for each point in cases/",
-            *("design.json", "best.toml"),
-            sets=("store",),
-        ),
-    ] = None
-    resume: Annotated[bool, Option("continue an interrupted search from its folder", needs="out")] = False
-    report: Annotated[
-        bool,
-        Option(
-            "write report.html into the folder: the design, its motion as picture and film, its limits, how to run it",
-            needs="out",
-        ),
-    ] = False
-    plot: Annotated[Path | None, picture("the Pareto front", needs="against")] = None
-    json: Json = False
-    samples: Annotated[
-        int | None, Option("of the uncertain quantities for each design (default 16)", needs="uncertain", advanced=True)
-    ] = None
-    points: Annotated[
-        int | None, Option("of a Pareto front, at most (default 100)", needs="against", advanced=True)
-    ] = None
-    seed: Seed = 0
+    over: list[str] = required(
+        "PATH=LEAST:LARGEST, PATH=log:LEAST:LARGEST or PATH=CHOICE,CHOICE; once for each design variable",
+        offers=completers.paths_of_case,
+    )
+    for_: str = FOR
+    against: str | None = option(
+        "a second measure, for a Pareto front (needs pymoo)", sets=("objectives[1]",), offers=completers.measure_names
+    )
+    subject_to: list[str] | None = option(
+        'a constraint such as "least_reaction > 0.1", in the unit of the measure; may be repeated',
+        offers=completers.measure_names,
+    )
+    uncertain: list[str] | None = UNCERTAIN()
+    robust: str | None = option(
+        "of the samples: worst (the default), mean, or cvar, the mean of the worst tenth", needs="uncertain"
+    )
+    evaluations: int = option("designs to evaluate, about", 10_000)
+    out: Path | None = folder(
+        "a folder for design.json, best.toml (a case that starts on the orbit) and all evaluated designs; "
+        "of a front front.csv, front.json and a case for each point in cases/",
+        *("design.json", "best.toml"),
+        sets=("store",),
+    )
+    resume: bool = option("continue an interrupted search from its folder", False, needs="out")
+    report: bool = option(
+        "write report.html into the folder: the design, its motion as picture and film, its limits, how to run it",
+        False,
+        needs="out",
+    )
+    plot: Path | None = picture("the Pareto front", needs="against")
+    json: bool = JSON
+    samples: int | None = option(
+        "of the uncertain quantities for each design (default 16)", needs="uncertain", advanced=True
+    )
+    points: int | None = option("of a Pareto front, at most (default 100)", needs="against", advanced=True)
+    seed: int = SEED
 
     def plan(self, refused: Complaints) -> None:
         """A front is of the case itself; its cases are written anew."""

@@ -3,11 +3,11 @@
 import dataclasses
 import itertools
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import Json, Option, SettlePeriods, Tolerance
+from vibrocap.cli.options import JSON, SETTLE_PERIODS, TOLERANCE, option
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, said, table
 from vibrocap.physics.system import System
@@ -28,25 +28,17 @@ STABLE = {
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class OrbitRequest(OfCase):
-    """The options of `vibrocap orbit`."""
-
-    response_period: Annotated[
-        int | None, Option("find an orbit of this many drive periods near the start, stable or not")
-    ] = None
-    half: Annotated[bool, Option("find a symmetric orbit near the start, stable or not")] = False
-    gradients: Annotated[
-        bool, Option("slopes and elasticities of mean velocity and cost of transport in each parameter")
-    ] = False
-    json: Json = False
-    settle_periods: SettlePeriods = 2000
-    section: Annotated[
-        str | None,
-        Option("without a periodic drive: an event such as stick_2, or NAME=VALUE, NAME=VALUE:down", advanced=True),
-    ] = None
-    returns: Annotated[int, Option("most returns to the section in one cycle", advanced=True)] = 64
-    tolerance: Annotated[float, Tolerance] = 1e-12
+    response_period: int | None = option("find an orbit of this many drive periods near the start, stable or not")
+    half: bool = option("find a symmetric orbit near the start, stable or not", False)
+    gradients: bool = option("slopes and elasticities of mean velocity and cost of transport in each parameter", False)
+    json: bool = JSON
+    settle_periods: int = SETTLE_PERIODS(2000)
+    section: str | None = option(
+        "without a periodic drive: an event such as stick_2, or NAME=VALUE, NAME=VALUE:down", advanced=True
+    )
+    returns: int = option("most returns to the section in one cycle", 64, advanced=True)
+    tolerance: float = TOLERANCE(1e-12)
 
 
 @command(

@@ -1,41 +1,31 @@
 """`vibrocap plot`: a picture of a study."""
 
-import dataclasses
 from pathlib import Path
-from typing import Annotated
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command import Answer, Drawn, command
 from vibrocap.cli.destinations import needs, writable_picture
-from vibrocap.cli.options import Option
+from vibrocap.cli.options import option, required
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.texts import pairs
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class PlotRequest(Drawn):
-    """The options of `vibrocap plot`."""
-
-    source: Annotated[Path, Option("the folder of a study (`vibrocap sweep --out`), or FILE.nc", place=True)]
-    measure: Annotated[
-        str | None,
-        Option("the measure to draw, or status, settled, response_period [default: the first measure]"),
-    ] = None
-    out: Annotated[
-        Path | None, Option("FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]")
-    ] = None
-    at: Annotated[
-        list[str] | None, Option("PATH=VALUE, to fix a further axis (at the nearest value); may be repeated")
-    ] = None
-    border: Annotated[
-        list[str] | None,
-        Option("draw lines where this changes on a map, such as mode_sequence or travel; may be repeated"),
-    ] = None
-    dead_band: Annotated[
-        float | None,
-        Option("smaller velocities count as no travel [default: the residue of settled runs, or 1e-6]", advanced=True),
-    ] = None
+    source: Path = required("the folder of a study (`vibrocap sweep --out`), or FILE.nc", place=True)
+    measure: str | None = option(
+        "the measure to draw, or status, settled, response_period [default: the first measure]"
+    )
+    out: Path | None = option(
+        "FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]"
+    )
+    at: list[str] | None = option("PATH=VALUE, to fix a further axis (at the nearest value); may be repeated")
+    border: list[str] | None = option(
+        "draw lines where this changes on a map, such as mode_sequence or travel; may be repeated"
+    )
+    dead_band: float | None = option(
+        "smaller velocities count as no travel [default: the residue of settled runs, or 1e-6]", advanced=True
+    )
 
 
 @command(

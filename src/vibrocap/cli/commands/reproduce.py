@@ -1,30 +1,24 @@
 """`vibrocap reproduce`: the paper, its figures and its claims, from our own runs."""
 
 import collections
-import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.command import Answer, Report, Request, command
 from vibrocap.cli.destinations import needs, own_names
-from vibrocap.cli.options import Option, folder
+from vibrocap.cli.options import folder, option
 from vibrocap.cli.terminal import Page, table
 
 OF_REPORT = (("claims", "json"), ("claims", "csv"), ("load", "json"), ("report", "html"))
 WIDE = 120  # columns of a terminal
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class ReproduceRequest(Request):
-    """The options of `vibrocap reproduce`."""
-
-    out: Annotated[Path, folder("folder for report.html, the figures and their data; made where it is missing")] = Path(
-        "out"
+    out: Path = folder(
+        "folder for report.html, the figures and their data; made where it is missing", default=Path("out")
     )
-    only: Annotated[
-        str | None, Option("one figure and its claims, such as fig09; the report is report-fig09.html then")
-    ] = None
+    only: str | None = option("one figure and its claims, such as fig09; the report is report-fig09.html then")
 
     def plan(self, refused: Complaints) -> None:
         """A figure of the paper, and a folder without files of others."""

@@ -1,24 +1,18 @@
 """`vibrocap robust`: how sure a measure of a case is where some of its quantities are not known exactly."""
 
-import dataclasses
-from typing import Annotated
-
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import For, Json, Option, Seed, Uncertain
+from vibrocap.cli.options import FOR, JSON, REQUIRED, SEED, UNCERTAIN, option
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.quantities.dimensional import in_si
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class RobustRequest(OfCase):
-    """The options of `vibrocap robust`."""
-
-    uncertain: Annotated[list[str], Uncertain]
-    for_: For = "mean_velocity"
-    json: Json = False
-    samples: Annotated[int, Option("a power of two", advanced=True)] = 256
-    seed: Seed = 0
+    uncertain: list[str] = UNCERTAIN(REQUIRED)
+    for_: str = FOR
+    json: bool = JSON
+    samples: int = option("a power of two", 256, advanced=True)
+    seed: int = SEED
 
 
 @command(

@@ -1,17 +1,16 @@
 """`vibrocap simulate`: one motion of a case."""
 
-import dataclasses
 import functools
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.completers import states_of_case
+from vibrocap.cli.completers import paths_of_case, states_of_case
 from vibrocap.cli.destinations import with_headings, writable_film, writable_table
 from vibrocap.cli.motion_tables import print_motion
-from vibrocap.cli.options import Json, Option, Settings, Tolerance, picture
+from vibrocap.cli.options import JSON, TOLERANCE, option, picture
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import progress, said
 from vibrocap.cli.texts import changes, split
@@ -19,42 +18,32 @@ from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.quantities.dimensional import computed, in_si, view
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class SimulateRequest(OfCase, Drawn):
-    """The options of `vibrocap simulate`."""
-
-    out: Annotated[
-        Path | None,
-        Option(
-            "export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)",
-            check=lambda name, path: writable_table(name, path, "xarray"),
-        ),
-    ] = None
-    plot: Annotated[Path | None, picture("time histories, phase planes and the friction loop")] = None
-    animate: Annotated[
-        Path | None, Option("a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif", check=writable_film)
-    ] = None
-    set_: Settings = None
-    initial: Annotated[
-        list[str] | None,
-        Option(
-            "NAME=VALUE in place of the case's initial condition, such as angle=0.5; may be repeated",
-            offers=states_of_case,
-        ),
-    ] = None
-    periods: Annotated[float | None, Option("drive periods to run [default: the case's]")] = None
-    json: Json = False
-    cite: Annotated[
-        Literal["text", "bibtex"] | None, Option("print the works to cite for the case, instead of a motion")
-    ] = None
-    tolerance: Annotated[float | None, Tolerance] = None
-    unit_headings: Annotated[
-        bool, Option('name and unit in the headings of .csv and .xlsx, as in "position [m]"', advanced=True)
-    ] = False
-    analyses: Annotated[
-        list[str] | None,
-        Option("with --cite, commands that were used too, such as orbit,fit", needs="cite", advanced=True),
-    ] = None
+    out: Path | None = option(
+        "export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)",
+        check=lambda name, path: writable_table(name, path, "xarray"),
+    )
+    plot: Path | None = picture("time histories, phase planes and the friction loop")
+    animate: Path | None = option(
+        "a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif", check=writable_film
+    )
+    set_: list[str] | None = option(
+        "PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated",
+        offers=paths_of_case,
+    )
+    initial: list[str] | None = option(
+        "NAME=VALUE in place of the case's initial condition, such as angle=0.5; may be repeated", offers=states_of_case
+    )
+    periods: float | None = option("drive periods to run [default: the case's]")
+    json: bool = JSON
+    cite: Literal["text", "bibtex"] | None = option("print the works to cite for the case, instead of a motion")
+    tolerance: float | None = TOLERANCE()
+    unit_headings: bool = option(
+        'name and unit in the headings of .csv and .xlsx, as in "position [m]"', False, advanced=True
+    )
+    analyses: list[str] | None = option(
+        "with --cite, commands that were used too, such as orbit,fit", needs="cite", advanced=True
+    )
 
     @functools.cached_property
     def changes(self) -> tuple[dict[str, tuple[str, Any]], Complaints]:

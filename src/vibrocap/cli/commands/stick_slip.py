@@ -1,14 +1,13 @@
 """`vibrocap stick-slip`: stick-slip in the measured force on sliders that are pulled through a spring."""
 
-import dataclasses
 import functools
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaints
 from vibrocap.cli.command import Answer, Drawn, command
-from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, picture
+from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, option, picture, required
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import Page, table
 from vibrocap.cli.texts import column_names, pairs, split
@@ -18,32 +17,25 @@ if TYPE_CHECKING:
     from vibrocap.records.stick_slip import Spread, StickSlip
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class StickSlipRequest(Drawn):
-    """The options of `vibrocap stick-slip`."""
-
-    source: Annotated[
-        Path,
-        Option(
-            "FILE.csv, .txt, .xlsx, .json, .npz or .mat with force over time, or the folder of paper-stick-slip", True
-        ),
-    ]
-    record: Annotated[str | None, Option("the name of one record of several, such as k168_v42")] = None
-    columns: Columns = None
-    units: ColumnUnits = None
-    sampling_rate: SamplingRate = None
-    stiffness: Annotated[float | None, Option("stiffness of the spring in N/m")] = None
-    speed: Annotated[float | None, Option("speed at which the spring is pulled, in m/s", sets=("pulling_speed",))] = (
-        None
+    source: Path = required(
+        "FILE.csv, .txt, .xlsx, .json, .npz or .mat with force over time, or the folder of paper-stick-slip",
+        place=True,
     )
-    mass: Annotated[float | None, Option("mass of the slider in kg")] = None
-    normal_force: Annotated[float | None, Option("normal force in N, for friction coefficients")] = None
-    coefficient: Annotated[bool, Option("the column of force holds friction over normal force")] = False
-    plot: Annotated[Path | None, picture("the record, or the diagram of regimes of several")] = None
-    json: Json = False
-    minor: Annotated[
-        float, Option("slips below this share of the mean slip do not count in period and slips", advanced=True)
-    ] = 0.5
+    record: str | None = option("the name of one record of several, such as k168_v42")
+    columns: list[str] | None = COLUMNS
+    units: list[str] | None = COLUMN_UNITS
+    sampling_rate: float | None = SAMPLING_RATE
+    stiffness: float | None = option("stiffness of the spring in N/m")
+    speed: float | None = option("speed at which the spring is pulled, in m/s", sets=("pulling_speed",))
+    mass: float | None = option("mass of the slider in kg")
+    normal_force: float | None = option("normal force in N, for friction coefficients")
+    coefficient: bool = option("the column of force holds friction over normal force", False)
+    plot: Path | None = picture("the record, or the diagram of regimes of several")
+    json: bool = JSON
+    minor: float = option(
+        "slips below this share of the mean slip do not count in period and slips", 0.5, advanced=True
+    )
 
     @functools.cached_property
     def reading(self) -> tuple[dict[str, Any], dict[str, str]]:
