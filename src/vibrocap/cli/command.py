@@ -36,6 +36,8 @@ Report = Callable[..., None]  # takes the share done and, where it changes, what
 class Request:
     """The options of a command: a frozen record, each of whose fields is declared by its `Option`."""
 
+    __dataclass_fields__: typing.ClassVar[dict[str, dataclasses.Field[Any]]]  # for type checkers
+
     def __init_subclass__(cls) -> None:
         """Make the class a record."""
         for name, declared in list(vars(cls).items()):
@@ -48,7 +50,7 @@ class Request:
     def options(cls) -> Mapping[str, tuple[Any, Option]]:
         """By field, (its type, its option)."""
         hints = typing.get_type_hints(cls)
-        return {field.name: (hints[field.name], field.metadata["option"]) for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        return {field.name: (hints[field.name], field.metadata["option"]) for field in dataclasses.fields(cls)}
 
     @classmethod
     def flags(cls) -> dict[str, str]:

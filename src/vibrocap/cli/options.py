@@ -29,7 +29,11 @@ class Option:
     advanced: bool = False
 
 
-option: Callable[..., Any] = Option  # for type checkers, which see the value of the field
+def option(words: str, default: Any = None, **more: Any) -> Any:
+    """An `Option` as the value of the field that it declares."""
+    return Option(words, default, **more)
+
+
 REQUIRED: Any = dataclasses.MISSING  # as a default
 required = functools.partial(option, default=REQUIRED)
 
