@@ -17,13 +17,13 @@ from pathlib import Path
 import pytest
 
 from vibrocap.cli.completers import script
-from vibrocap.cli.main import app, main
+from vibrocap.cli.main import app_of, main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHELLS = [shell for shell in ("bash", "zsh", "fish") if shutil.which(shell)]
-COMMANDS = [name for name in app if not name.startswith("-")]
+COMMANDS = [name for name in app_of() if not name.startswith("-")]
 CASE, IN_SI = str(EXAMPLES / "travels-by-stick-slip.toml"), str(EXAMPLES / "bench-in-si.toml")
 
 
@@ -40,7 +40,7 @@ def _own_folder(tmp_path, monkeypatch):
 
 def offered(capsys, *words: str) -> dict[str, str]:
     """What the hidden command offers for the last of the words, with its meaning."""
-    app(["__complete", *words], exit_on_error=False, print_error=False)
+    app_of()(["__complete", *words], exit_on_error=False, print_error=False)
     lines = capsys.readouterr().out.splitlines()
     return dict((*line.split("\t"), "")[:2] for line in lines if line and line[0] != "\x1f")
 
@@ -142,7 +142,7 @@ def test_a_case_that_cannot_be_read_offers_nothing_and_says_nothing(case, capsys
 
 def completed(shell: str, line: str) -> list[str]:
     """What a shell makes of a line as its TAB is pressed: the words that it offers, or the line where it is one."""
-    Path("script").write_text(script(app, shell))
+    Path("script").write_text(script(app_of(), shell))
     if shell == "bash":
         *first, last = line.split(" ")
         words = " ".join(map(shlex.quote, [*first, last]))
@@ -224,7 +224,7 @@ def test_what_is_installed_is_the_script_that_is_printed(tmp_path, monkeypatch, 
     assert main(["--completion", "bash", "--install"]) == OK
     path = tmp_path / ".local/share/bash-completion/completions/vibrocap"
     assert str(path) in capsys.readouterr().out.replace("\n", "")
-    assert path.read_text() == script(app, "bash")
+    assert path.read_text() == script(app_of(), "bash")
 
 
 def test_an_unknown_shell_is_refused(capsys):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import vibrocap as vc
 from vibrocap.cli.command import COMMANDS
-from vibrocap.cli.main import app
+from vibrocap.cli.main import app_of
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.equations import equations_of
 from vibrocap.physics.machines.machine import Machine
@@ -38,7 +38,7 @@ TITLES = {
 
 def stage_commands(folder: Path) -> None:
     """Write commands.md: every command with its arguments, options and examples."""
-    text = app.generate_docs(output_format="markdown", usage_name="vibrocap")
+    text = app_of().generate_docs(output_format="markdown", usage_name="vibrocap")
     text = re.sub(
         r"(?<=^```console\n)(vibrocap[ \w-]*?) -m \w+", r"\1", text, flags=re.MULTILINE
     )  # how this Python runs

@@ -51,18 +51,17 @@ def names_of(*kinds: str) -> Callable[[Any], Offered]:
     def offered(asked: Any) -> Offered:
         from vibrocap.physics import catalogue
 
-        return [piece for kind in kinds for piece in _pieces(asked, _described(getattr(catalogue, kind)()))]
+        return [piece for kind in kinds for piece in _pieces(asked, described(getattr(catalogue, kind)()))]
 
     return offered
 
 
 law_names, machine_names, drive_names = names_of("laws"), names_of("machines"), names_of("drives")
-part_names = names_of("laws", "machines", "drives")
 
 
 def listed_names(asked: Any) -> Offered:
     """The kinds that `vibrocap list` lists, and the names of parts."""
-    return [*((kind, "") for kind in LISTED), *part_names(asked)]
+    return [*((kind, "") for kind in LISTED), *names_of("laws", "machines", "drives")(asked)]
 
 
 def law_parameters(asked: Any) -> Offered:
@@ -99,7 +98,7 @@ def measure_names(asked: Any) -> Offered:
 def paths_of_case(asked: Any) -> Offered:
     """Every path of the case on the line that can be varied; behind PATH= of a kind of part what there is of it."""
     from vibrocap.case.sections import kind_paths, kinds_of
-    from vibrocap.physics.dimensions.conversion import paths_in_si
+    from vibrocap.physics.dimensions.conversion import paths_in_si, quantity_in_si
     from vibrocap.studies.plan.variation import paths
 
     if (system := _system(asked)) is None:
@@ -112,7 +111,8 @@ def paths_of_case(asked: Any) -> Offered:
         return [(begun + name, "") for name in kinds_of(split_path(path)[0])] if path in kinds else []
     known = [*paths(system.parts), *kinds]
     if system.units is not None:
-        known = [*paths_in_si(system.parts), *_without_unit(known, system)]
+        without = [path for path in known if quantity_in_si(path, system).path == quantity_in_si(path, system).plain]
+        known = [*paths_in_si(system.parts), *without]  # those without a unit in SI either
     return [(f"{path}=", _meaning(path, system)) for path in known]
 
 
@@ -136,13 +136,6 @@ def _system(asked: Any) -> System | None:
         return None
 
 
-def _without_unit(plain: Iterable[str], system: System) -> list[str]:
-    """Paths of a system in SI that have no unit there either."""
-    from vibrocap.physics.dimensions.conversion import quantity_in_si
-
-    return [path for path in plain if quantity_in_si(path, system).plain == quantity_in_si(path, system).path]
-
-
 def _meaning(path: str, system: System) -> str:
     """What the parameter of a path is; empty for a state and for a kind of part."""
     from vibrocap.physics.dimensions.conversion import path_in_si
@@ -154,7 +147,8 @@ def _meaning(path: str, system: System) -> str:
     return next((row.meaning if system.units is None else row.in_si for row in table if row.name == name), "")
 
 
-def _described(parts: Mapping[str, Any]) -> dict[str, str]:
+def described(parts: Mapping[str, Any]) -> dict[str, str]:
+    """The first line of what each part says of itself."""
     return {name: inspect.cleandoc(part.__doc__ or "").partition("\n")[0] for name, part in parts.items()}
 
 

@@ -12,7 +12,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
 
@@ -90,25 +90,10 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
     return OK
 
 
-def moved(words: Sequence[str]) -> str:
-    """The new name of a command that was renamed; empty for any other."""
-    for old, new in MOVED.items():
-        if list(words[: len(old.split())]) == old.split():
-            return f"`vibrocap {old}` is now {new}."
-    return ""
-
-
 def _version() -> str:
     from importlib.metadata import version
 
     return version("vibrocap")
-
-
-def __getattr__(name: str) -> Any:
-    """`app`: the command line with all commands."""
-    if name == "app":
-        return app_of()
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _silence() -> None:
@@ -152,9 +137,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if words in REQUESTS:
         print(overview(), end="")
         return OK
-    if now := moved(words):
-        complain(now)
-        return WRONG_INPUT
+    for old, new in MOVED.items():
+        if words[: len(old.split())] == old.split():
+            complain(f"`vibrocap {old}` is now {new}.")
+            return WRONG_INPUT
     app = app_of(*(name for name in words[:1] if name in names()))  # one that is named needs no other
     try:
         with _nothing_read_is_replaced():

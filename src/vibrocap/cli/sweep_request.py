@@ -14,7 +14,7 @@ from vibrocap.cli.command import WithParts
 from vibrocap.cli.destinations import needs, with_headings, writable_folder, writable_table
 from vibrocap.cli.options import CASE, TOLERANCE, flag, option
 from vibrocap.cli.refusal import by_option
-from vibrocap.cli.texts import pairs, split
+from vibrocap.cli.texts import pairs, split, value_of
 from vibrocap.inputs import read_input
 from vibrocap.io.motion_file import read_source
 
@@ -91,6 +91,7 @@ class SweepRequest(WithParts):
 
     def study(self) -> "Study":
         """The study; CaseError with every complaint, before any work."""
+        from vibrocap.measures.during_run import resolved
         from vibrocap.studies.plan.designs import Design
         from vibrocap.studies.plan.planning import planned_study
 
@@ -106,7 +107,12 @@ class SweepRequest(WithParts):
         try:
             case = read_source(self.case)
         except CaseError as error:
-            raise CaseError([*error.complaints, *complaints, *self._unknown_measures()], str(self.case)) from None
+            unknown = Complaints()
+            for name in self.measures:
+                with unknown.collected():
+                    resolved(name)
+            unknown = by_option(unknown, {"measures": "--measure"})
+            raise CaseError([*error.complaints, *complaints, *unknown], str(self.case)) from None
         unusable = unreadable or (not over and (self.over or cases is None))  # said already
         design = None
         if self.design is not None and not unusable:
@@ -192,16 +198,6 @@ class SweepRequest(WithParts):
         settings["extrapolate"] = not self.no_extrapolate
         return settings
 
-    def _unknown_measures(self) -> list[str]:
-        """Complaints about measures where there is no system to plan with."""
-        from vibrocap.measures.during_run import resolved
-
-        complaints = Complaints()
-        for name in self.measures:
-            with complaints.collected():
-                resolved(name)
-        return by_option(complaints, {"measures": "--measure"})
-
     def _by_option(self, complaints: "tuple[str, ...]", cases: "CaseTable | None") -> list[str]:
         """The complaints of the study, with the option that each is about in front."""
         options = {"measures": "--measure", "design.kind": "--design", "design.runs": "--runs", "design.seed": "--seed"}
@@ -282,15 +278,8 @@ def read_cases(path: Path) -> CaseTable:
         elif not any(row):
             complaints.add("--cases", f"{path}, line {number}: gives no value")
         else:
-            cases.append({name: _number_or_word(cell) for name, cell in zip(paths, row, strict=True) if cell})
+            cases.append({name: value_of(cell, float) for name, cell in zip(paths, row, strict=True) if cell})
             lines.append(number)
     if complaints:
         raise CaseError(complaints, str(path))
     return CaseTable(tuple(cases), tuple(lines))
-
-
-def _number_or_word(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -61,6 +61,16 @@ class Page(Console):
                 self.say(f"  {name:<{width}}{words}")
 
 
+def part(heading: str, rows: Iterable[tuple[str, str | None]], width: int) -> Callable[[Page], None]:
+    """What prints a heading and rows below it on a page."""
+
+    def printed(page: Page) -> None:
+        page.say(heading, style="bold")
+        page.rows(rows, width)
+
+    return printed
+
+
 def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
     """An empty table; columns called "value" are set to the right, the first `no_wrap` are not broken."""
     made = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)

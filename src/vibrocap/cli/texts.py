@@ -70,14 +70,14 @@ def changes(
     return replaced
 
 
-def value_of(text: str) -> int | float | str:
-    """A whole number, a number or a word."""
-    for kind in (int, float):
+def value_of(text: str, *kinds: type) -> Any:
+    """A number, whole or not, or a word. kinds: of numbers"""
+    for kind in kinds or (int, float):
         try:
             return kind(text)
         except ValueError:
             continue
-    return text.strip("\"'")
+    return text if kinds else text.strip("\"'")
 
 
 def range_of(

@@ -15,12 +15,12 @@ from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.averages import period_length
 from vibrocap.paper.claims.claim import RUN_ERROR
+from vibrocap.paper.figures.motion import WANDERED
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
 from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Period, Runs
 
 PRINTED, DYNAMIC = 1.0, "dynamic"
 LOADS: tuple[float | str, ...] = (PRINTED, "weight", DYNAMIC)
-WANDERED = 20  # periods of Fig. 11
 LARGE = 100.0  # a load at the end of a run that has grown without end
 SPEED = 0.05  # at which the forces of Fig. 8 are compared
 
@@ -213,26 +213,15 @@ _END_WORDS = {
 }
 
 
-def _figure_10(runs: Runs) -> LoadedFigure:
-    def peak(motion: Trajectory) -> float:
-        return float(np.max(np.abs(motion["velocity"])))
-
-    return _by_mass_ratio(runs, "The largest velocity of the capsule", "largest |X'|", peak)
-
-
-def _figure_11(runs: Runs) -> LoadedFigure:
-    def place(motion: Trajectory) -> float:
-        return float(motion.sections[WANDERED, 2])
-
-    return _by_mass_ratio(runs, f"After {WANDERED} periods X", f"X after {WANDERED} periods", place)
-
-
 def _by_mass_ratio(runs: Runs, words: str, name: str, number: Callable[[Trajectory], float]) -> LoadedFigure:
     """A number of the runs shown, at each of the mass ratios, under the load of the motion and as printed."""
     parts, numbers = [], {}
     for law, short in SHORT.items():
         before, after = (
-            [number(runs.motion(with_load(figures_9_to_11(law, ratio), load))) for ratio in DISPLACEMENT_MASS_RATIOS]
+            [
+                float(number(runs.motion(with_load(figures_9_to_11(law, ratio), load))))
+                for ratio in DISPLACEMENT_MASS_RATIOS
+            ]
             for load in (PRINTED, DYNAMIC)
         )
         parts.append(f"{_listed(after)} with {short} (as printed: {_listed(before)})")
@@ -253,6 +242,10 @@ _FIGURES: dict[str, Callable[[Runs], LoadedFigure]] = {
     "load07": _figure_7,
     "load08": _figure_8,
     "load09": _figure_9,
-    "load10": _figure_10,
-    "load11": _figure_11,
+    "load10": lambda runs: _by_mass_ratio(
+        runs, "The largest velocity of the capsule", "largest |X'|", lambda motion: np.max(np.abs(motion["velocity"]))
+    ),
+    "load11": lambda runs: _by_mass_ratio(
+        runs, f"After {WANDERED} periods X", f"X after {WANDERED} periods", lambda motion: motion.sections[WANDERED, 2]
+    ),
 }

@@ -16,17 +16,15 @@ from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.look.colours import BLUE, GREEN, GREY, VERMILION
 from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
-from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
-    blank_figure,
     decimated,
     footnote,
-    given_axes,
     heading,
     legend,
     letters,
-    style,
+    new_figure,
     unit_of,
 )
 
@@ -55,8 +53,7 @@ def fit_figure(fit: Fit) -> Figure:
     loops = 0 if steady else 1 if method.endswith("spring") else 2
     stacked = page().narrow and loops > 0
     heights = (_row_height(1 + stacked) * len(shown) + 0.25, _forest_height(searched))
-    fig = blank_figure((page().width_or(11.0), sum(heights) + 0.5))
-    with style():
+    with new_figure((page().width_or(11.0), sum(heights) + 0.5)) as fig:
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         rows = _rows(top, len(shown), loops, stacked)
         for axes, record in zip(rows, shown, strict=True):
@@ -78,8 +75,7 @@ def fit_figure(fit: Fit) -> Figure:
 def residual_figure(fit: Fit) -> Figure:
     """A row for each record: error over time, against velocity, and its distribution beside the normal one."""
     shown, stacked = _chosen(fit.records), page().narrow
-    fig = blank_figure((page().width_or(11.0), _row_height(1 + stacked) * len(shown) + 0.7))
-    with style():
+    with new_figure((page().width_or(11.0), _row_height(1 + stacked) * len(shown) + 0.7)) as fig:
         rows = _rows(fig, len(shown), 2, stacked)
         for (left, middle, right), record in zip(rows, shown, strict=True):
             error = record.predicted - record.measured
@@ -142,8 +138,7 @@ def _forest_height(parameters: list[FittedParameter]) -> float:
 def comparison_figure(comparison: Comparison) -> Figure:
     """Laws from the best down: the error where they were not fitted, and where they were."""
     laws = [law for law in comparison.laws if law.fit.ok]
-    fig = blank_figure((page().width_or(7.0), 1.3 + 0.34 * len(laws)))
-    with style():
+    with new_figure((page().width_or(7.0), 1.3 + 0.34 * len(laws))) as fig:
         ax = fig.subplots()
         places = np.arange(len(laws))[::-1]
         held, fitted = (100 * np.array([getattr(x, name) for x in laws]) for name in ("held_out", "relative_rmse"))
@@ -204,7 +199,6 @@ def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     ax.set(xlabel=speed, ylabel=force, title=_title(record))
 
 
-@in_own_lines
 def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Measured and predicted force of a record over time.
 
@@ -215,14 +209,12 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
     if not names or record not in (None, *names):
         raise ArgumentError("record", f"the fit has no {record!r}; {suggestion(record, names)}")
     forces = fit.records[0 if record is None else names.index(record)]
-    ax = given_axes(ax)
-    with style():
+    with drawing(ax) as ax:
         (_curve if fit.options.get("method", "").startswith("steady") else _over_time)(ax, forces, fit.units)
         legend(ax, ncols=2)
     return ax
 
 
-@in_own_lines
 def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
     """The 95 % interval of each searched parameter, as its distance from the fitted value in percent.
 
@@ -231,8 +223,7 @@ def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
     Returns the axes: `ax`, or those of a new figure.
     """
     searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
-    ax = given_axes(ax, (7.5, 1.2 + 0.26 * len(searched)))
-    with style():
+    with drawing(ax, (7.5, 1.2 + 0.26 * len(searched))) as ax:
         _forest(ax, searched)
     return ax
 
@@ -372,8 +363,7 @@ def match_figure(match: Match) -> Figure:
     if driven:
         columns = [(match.time, "time"), *columns]
     stacked = driven and page().narrow
-    fig = blank_figure((page().width_or(9.5 if driven else 6.0), 3.4 * (1 + stacked) if page().width else 4.6))
-    with style():
+    with new_figure((page().width_or(9.5 if driven else 6.0), 3.4 * (1 + stacked) if page().width else 4.6)) as fig:
         shape: dict[str, Any] = {"width_ratios": (2, 1)} if driven and not stacked else {}
         parts = fig.subfigures(*((2, 1) if stacked else (1, len(columns))), squeeze=False, **shape).ravel()
         for part, (x, label) in zip(parts, columns, strict=True):

@@ -10,8 +10,8 @@ from vibrocap.design.optimise import Optimum
 from vibrocap.design.search.goal import INFEASIBLE
 from vibrocap.plotting.look.colours import BLUE, GREY
 from vibrocap.plotting.look.labels import bracketed
-from vibrocap.plotting.look.own_lines import in_own_lines
-from vibrocap.plotting.look.style import figure, given_axes, legend_below, style
+from vibrocap.plotting.look.own_lines import drawing
+from vibrocap.plotting.look.style import legend_below, new_figure
 
 FRONT = {"markersize": 4.0, "linewidth": 0.8, "zorder": 2}  # a staircase: nothing lies between two designs
 SAME = 1e-3  # relative: a design of the front as it was before its motion was closed to rounding
@@ -20,25 +20,20 @@ MOST_OTHERS = 20_000  # designs that are drawn behind a front
 
 def front_figure(found: ParetoFront) -> Figure:
     """The front, and behind it all designs that were evaluated and allowed."""
-    fig, axes = figure(1, 1, size=(6.2, 4.2))
-    with style():
-        others = _draw(axes[0, 0], found)
-        fig.legend(handles=_handles(found, others), loc="outside lower center", ncols=2)
+    with new_figure((6.2, 4.2)) as fig:
+        fig.legend(handles=_draw(fig.subplots(), found), loc="outside lower center", ncols=2)
     return fig
 
 
-@in_own_lines
 def draw_front(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
     """The panel of `front_figure`. Returns the axes: `ax`, or those of a new figure."""
-    ax = given_axes(ax)
-    with style():
-        others = _draw(ax, found)
-        legend_below(ax, _handles(found, others), ncols=2)
+    with drawing(ax) as ax:
+        legend_below(ax, _draw(ax, found), ncols=2)
     return ax
 
 
-def _draw(ax: Axes, found: ParetoFront) -> bool:
-    """Draw the front and what is near it; whether other designs are seen."""
+def _draw(ax: Axes, found: ParetoFront) -> list[Line2D]:
+    """Draw the front and what is near it; the handles of the legend."""
     others = found.others()[:MOST_OTHERS]
     ax.plot(others[:, 0], others[:, 1], ".", color=GREY, markersize=1.6, rasterized=True, zorder=1)
     ax.plot(found.values[:, 0], found.values[:, 1], ".-", drawstyle="steps-post", color=BLUE, **FRONT)
@@ -52,25 +47,19 @@ def _draw(ax: Axes, found: ParetoFront) -> bool:
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     seen = others[(others[:, 0] > left) & (others[:, 0] < right) & (others[:, 1] > low) & (others[:, 1] < high)]
     alike = np.all(np.isclose(seen[:, None], found.values[None], rtol=SAME, atol=0.0), axis=2)
-    return not bool(np.all(np.any(alike, axis=1)))
-
-
-def _handles(found: ParetoFront, others: bool) -> list[Line2D]:
     motions = f"{len(found)} stable motion{'s' * (len(found) != 1)}"
     handles = [Line2D([], [], color=BLUE, marker=".", linewidth=0.8, label=f"front ({motions})")]
-    if others:
+    if not np.all(np.any(alike, axis=1)):
         handles.append(Line2D([], [], color=GREY, marker=".", linestyle="none", label="other designs"))
     return handles
 
 
 def search_figure(found: Optimum) -> Figure:
     """The measure of every allowed design in the order of evaluation, and the best so far."""
-    fig, axes = figure(1, 1, size=(6.2, 3.2))
-    ax, cost = axes[0, 0], found.population.best_cost
-    allowed = cost < INFEASIBLE
-    merits = np.where(allowed, -cost, np.nan) * found.scale
-    sign = 1.0 if found.maximised else -1.0
-    with style():
+    cost, sign = found.population.best_cost, 1.0 if found.maximised else -1.0
+    merits = np.where(cost < INFEASIBLE, -cost, np.nan) * found.scale
+    with new_figure((6.2, 3.2)) as fig:
+        ax = fig.subplots()
         ax.plot(np.arange(len(cost)), sign * merits, ".", color=GREY, markersize=1.8, rasterized=True, label="a design")
         best = np.fmax.accumulate(np.where(np.isnan(merits), -np.inf, merits))
         best = np.where(np.isinf(best), np.nan, best)

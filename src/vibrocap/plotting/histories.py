@@ -14,13 +14,8 @@ from vibrocap.physics.names import name_and_number, number_in, numbered
 from vibrocap.plotting.contact_panels import Stretch, clock, contacts_of, draw_all, numbers_above
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, SKY, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import in_own_lines
-from vibrocap.plotting.look.style import (
-    STICK_SHADE,
-    given_axes,
-    legend_above,
-    style,
-)
+from vibrocap.plotting.look.own_lines import drawing
+from vibrocap.plotting.look.style import STICK_SHADE, legend_above, style
 from vibrocap.plotting.look.trace import Trace
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
@@ -78,7 +73,6 @@ def mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
     return not motion.run_status.ok
 
 
-@in_own_lines
 def draw_history(
     motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -87,7 +81,8 @@ def draw_history(
     name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
     Returns the axes: `ax`, or those of a new figure.
     """
-    return history(motion, name, last_periods(motion, periods), given_axes(ax), shaded=periods is not None)
+    with drawing(ax) as ax:
+        return history(motion, name, last_periods(motion, periods), ax, shaded=periods is not None)
 
 
 def last_periods(motion: Trajectory, periods: float | None) -> Stretch:
@@ -148,7 +143,6 @@ def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: b
     return ax
 
 
-@in_own_lines
 def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | None = None) -> Axes:
     """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
 
@@ -161,7 +155,8 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
     """
     if not loads_of(motion):
         raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
-    return load_panel(motion, last_periods(motion, periods), given_axes(ax))
+    with drawing(ax) as ax:
+        return load_panel(motion, last_periods(motion, periods), ax)
 
 
 def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:

@@ -13,20 +13,19 @@ from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
-from vibrocap.plotting.look.labels import parts_title
-from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.labels import bracketed, parts_title
+from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     STICK_SHADE,
-    blank_figure,
     figure,
     footnote,
-    given_axes,
     legend,
     legend_above,
     legend_below,
     letters,
     logarithmic,
+    new_figure,
     setting,
     style,
 )
@@ -46,10 +45,9 @@ WIDTH = r"width of the smoothing $\epsilon$"
 
 def sheet_figure(sheet: TestSheet) -> Figure:
     """The canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
-    title = _title(sheet.law, sheet.load, page().width_or(10.6))
+    title = parts_title([sheet.law], page().width_or(10.6), f"load {sheet.load:g}")
     rows = 4 if page().narrow else 2
-    fig = blank_figure((page().width_or(10.6), _height(7.4, rows) + 0.17 * (title.count("\n") + 1)))
-    with style():
+    with new_figure((page().width_or(10.6), _height(7.4, rows) + 0.17 * (title.count("\n") + 1))) as fig:
         presliding, lag, break_away, stick_slip = fig.subplots(rows, 4 // rows).ravel()
         draw_presliding(sheet.presliding, ax=presliding).set_title("Presliding")
         _draw_lag(lag, sheet)
@@ -62,10 +60,9 @@ def sheet_figure(sheet: TestSheet) -> Figure:
 
 def law_figure(law: Law, *, load: float = 1.0) -> Figure:
     """A law: its steady curve and its presliding loops."""
-    title = _title(law, load, page().width_or(9.4))
+    title = parts_title([law], page().width_or(9.4), f"load {load:g}")
     rows = 2 if page().narrow else 1
-    fig = blank_figure((page().width_or(9.4), _height(3.6, rows) + 0.17 * (title.count("\n") + 1)))
-    with style():
+    with new_figure((page().width_or(9.4), _height(3.6, rows) + 0.17 * (title.count("\n") + 1))) as fig:
         steady, loops = fig.subplots(rows, 2 // rows).ravel()
         draw_steady_curve(law, load=load, ax=steady)
         draw_presliding(law, load=load, ax=loops).set_title("Presliding")
@@ -79,33 +76,27 @@ def _height(usual: float, rows: int) -> float:
     return usual if page().width is None else PRINTED * rows
 
 
-@in_own_lines
 def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = None, ax: Axes | None = None) -> Axes:
     """Friction force at constant velocity, to both sides; what a set-valued law can hold at rest stands upright.
 
     widest: the largest speed, by default some of those over which friction changes
     Returns the axes: `ax`, or those of a new figure.
     """
-    ax = given_axes(ax, (4.7, 3.6))
     widest = WIDEST * contact_sizes(law, load).speed if widest is None else widest
-    with style():
-        _draw_steady_curve(ax, law, load, widest)
-    return ax
-
-
-def _draw_steady_curve(ax: Axes, law: Law, load: float, widest: float) -> None:
     speed = widest * np.concatenate((np.geomspace(1e-5, 0.01, 100), np.linspace(0.01, 1.0, 400)[1:]))
     force = np.array([float(law.steady_force(float(v), load)) for v in speed])
     back = force if law.symmetric else np.array([_steady_back(law, float(v), load) for v in speed])
-    ax.plot(speed, force, color=BLUE, linewidth=1.5)
-    ax.plot(-speed, -back, color=BLUE, linewidth=1.5)
-    if law.kind == "set-valued":
-        middle, limit = float(law.holding_centre(load)), float(law.holding_limit(load))
-        ends = np.array([middle - limit, middle + limit])
-        ax.plot([0.0, 0.0], ends, color=VERMILION, linewidth=2.0, label="held at rest")
-        ax.plot([0.0, 0.0], ends, "o", color=VERMILION, markersize=3.5)
-        legend(ax)
-    ax.set(title="Steady sliding", xlabel="velocity $v$", ylabel="friction force $R$")
+    with drawing(ax, (4.7, 3.6)) as ax:
+        ax.plot(speed, force, color=BLUE, linewidth=1.5)
+        ax.plot(-speed, -back, color=BLUE, linewidth=1.5)
+        if law.kind == "set-valued":
+            middle, limit = float(law.holding_centre(load)), float(law.holding_limit(load))
+            ends = np.array([middle - limit, middle + limit])
+            ax.plot([0.0, 0.0], ends, color=VERMILION, linewidth=2.0, label="held at rest")
+            ax.plot([0.0, 0.0], ends, "o", color=VERMILION, markersize=3.5)
+            legend(ax)
+        ax.set(title="Steady sliding", xlabel="velocity $v$", ylabel="friction force $R$")
+    return ax
 
 
 def _steady_back(law: Law, speed: float, load: float) -> float:
@@ -117,18 +108,16 @@ def _steady_back(law: Law, speed: float, load: float) -> float:
     return -float(driven_force(law, time, np.full(50, -speed), load=load).force[-1])
 
 
-@in_own_lines
 def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0, ax: Axes | None = None) -> Axes:
     """Loops of force over displacement: the first loading thin, the last cycle in full.
 
     loops: or a law, whose loops are made at some amplitudes
     Returns the axes: `ax`, or those of a new figure.
     """
-    ax = given_axes(ax, (4.7, 3.6))
     if isinstance(loops, Law):
         law, displacement = loops, contact_sizes(loops, load).displacement
         loops = tuple(presliding_loop(law, reach * displacement, load=load) for reach in REACHES)
-    with style():
+    with drawing(ax, (4.7, 3.6)) as ax:
         for i, (loop, colour) in enumerate(zip(reversed(loops), reversed(COLOURS[: len(loops)]), strict=True)):
             first, last = slice(0, loop.last + 1), slice(loop.last, None)
             ax.plot(loop.displacement[first], loop.force[first], color=colour, linewidth=0.6)
@@ -167,9 +156,8 @@ def _arrow(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
 
 def _draw_break_away(ax: Axes, sheet: TestSheet) -> None:
     break_away = sheet.break_away
-    ax.plot(
-        break_away.rate, break_away.applied, color=SKY, linewidth=1.0, marker="o", markersize=3, label="applied then"
-    )
+    look: dict[str, Any] = {"color": SKY, "linewidth": 1.0, "marker": "o", "markersize": 3}
+    ax.plot(break_away.rate, break_away.applied, **look, label="applied then")
     ax.plot(break_away.rate, break_away.force, color=BLUE, linewidth=1.4, label="largest friction")
     for peaked, face in ((True, BLUE), (False, "white")):
         chosen = break_away.peaked == peaked
@@ -206,18 +194,11 @@ def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
 
 
 def _creep_label(sheet: TestSheet) -> str:
-    label = sheet.creep
-    if not label.creeps:
-        words = "no drift"
-    else:
-        words = f"a drift of {label.drift_per_cycle:.3g} per cycle"
-    if not label.status.ok:
-        words += f" (ended after {len(label.displacement) - 1} cycles: {label.status.value})"
-    return f"Creep under a force {label.bias:.3g} + {label.amplitude:.3g} cos: {words}."
-
-
-def _title(law: Law, load: float, width: float) -> str:
-    return parts_title([law], width, f"load {load:g}")
+    creep = sheet.creep
+    words = f"a drift of {creep.drift_per_cycle:.3g} per cycle" if creep.creeps else "no drift"
+    if not creep.status.ok:
+        words += f" (ended after {len(creep.displacement) - 1} cycles: {creep.status.value})"
+    return f"Creep under a force {creep.bias:.3g} + {creep.amplitude:.3g} cos: {words}."
 
 
 def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) -> Figure:
@@ -262,12 +243,8 @@ def draw_errors(ax: Axes, reports: Sequence[Regularisation], needed: Sequence[Wi
             ax.plot([needed_width.width, needed_width.width], [ax.get_ylim()[0], share], **guide)
             ax.plot([ax.get_xlim()[0], needed_width.width], [share, share], **guide)
     name = reports[0].measure.replace("_", " ")
-    ax.set(title=f"Error of the {name}", xlabel=_width_label(reports), ylabel="error over the exact value")
-
-
-def _width_label(reports: Sequence[Regularisation]) -> str:
-    unit = reports[0].unit_of("speed")
-    return WIDTH if unit == "1" else f"{WIDTH} [{unit}]"
+    ax.set(title=f"Error of the {name}", ylabel="error over the exact value")
+    ax.set_xlabel(WIDTH + bracketed(reports[0].unit_of("speed")))
 
 
 def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
@@ -281,4 +258,4 @@ def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
         f"{exact:,}", (reports[0].widths.max(), exact), (0, 3), textcoords="offset points", ha="right", va="bottom",
         color=BLACK, fontsize=letters(8),
     )  # fmt: skip
-    ax.set(title="Steps for the whole run", xlabel=_width_label(reports), ylabel="steps")
+    ax.set(title="Steps for the whole run", xlabel=WIDTH + bracketed(reports[0].unit_of("speed")), ylabel="steps")

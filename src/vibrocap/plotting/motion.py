@@ -45,15 +45,14 @@ from vibrocap.plotting.histories import (
 )
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     ANY_UNITS,
     DIMENSIONLESS,
-    blank_figure,
     footnote,
-    given_axes,
     legend_above,
+    new_figure,
     setting,
     style,
 )
@@ -91,8 +90,7 @@ def motion_figure(motion: Trajectory) -> Figure:
         height = 1.3 + 1.6 * rows + 0.17 * (title.count("\n") + 1)
     else:
         height = PRINTED * (rows + below * narrow)
-    fig = blank_figure((width, height))
-    with style():
+    with new_figure((width, height)) as fig:
         if narrow:
             left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, below))[:, 0]
         else:
@@ -133,7 +131,6 @@ def _share(axes: Any) -> None:
 # --- single panels ----------------------------------------------------------------------------------------------------
 
 
-@in_own_lines
 def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One quantity of a motion over another: the last response over the first periods.
 
@@ -142,7 +139,8 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
     Returns the axes: `ax`, or those of a new figure.
     """
     inner, rate = _inner_plane(motion) or (place_of(motion), _velocity(motion))
-    return _phase_plane(x or inner, y or rate, motion, _recent(motion), given_axes(ax, (5.0, 3.6)))
+    with drawing(ax, (5.0, 3.6)) as ax:
+        return _phase_plane(x or inner, y or rate, motion, _recent(motion), ax)
 
 
 def _recent(motion: Trajectory) -> Stretch:
@@ -207,7 +205,6 @@ def _relative(motion: Trajectory, name: str, recent: Stretch) -> tuple[Callable[
     return lambda trace: speed * trace.time + origin, with_unit(steady, name, system)
 
 
-@in_own_lines
 def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None = None) -> Axes:
     """Friction over sliding velocity in the last response: accelerating, decelerating and stuck.
 
@@ -216,7 +213,8 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
     """
     if contact not in (contacts := contacts_of(motion)):
         raise ArgumentError("contact", f"should be a whole number from 1 to {contacts[-1]}, got {contact!r}")
-    return _friction_loop(motion, _recent(motion), given_axes(ax, (5.0, 3.6)), contact)
+    with drawing(ax, (5.0, 3.6)) as ax:
+        return _friction_loop(motion, _recent(motion), ax, contact)
 
 
 def _friction_loop(motion: Trajectory, recent: Stretch, ax: Axes, contact: int = 1) -> Axes:

@@ -12,7 +12,6 @@ from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     STICK_SHADE,
-    blank_figure,
     decimated,
     footnote,
     heading,
@@ -20,7 +19,7 @@ from vibrocap.plotting.look.style import (
     legend_below,
     letters,
     logarithmic,
-    style,
+    new_figure,
     unit_of,
 )
 from vibrocap.records.regime_diagram import RegimeDiagram
@@ -41,8 +40,7 @@ def stick_slip_figure(found: StickSlip) -> Figure:
     counted = len(periods) > 1
     heights = [1.6, 1.0 + moves, 1.4][: 2 + counted]
     narrow_height = PRINTED * sum(heights)
-    fig = blank_figure((page().width_or(10.0), narrow_height if page().narrow else page().width_or(10.0) * 0.74))
-    with style():
+    with new_figure((page().width_or(10.0), narrow_height if page().narrow else page().width_or(10.0) * 0.74)) as fig:
         if page().narrow or not counted:
             top, left, *others = fig.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
         else:
@@ -68,8 +66,7 @@ def stick_slip_figure(found: StickSlip) -> Figure:
 
 def regime_figure(diagram: RegimeDiagram) -> Figure:
     """Records as marks over stiffness and pulling speed; form and colour are the regime, the number P/T0."""
-    fig = blank_figure((page().width_or(6.4), min(page().width_or(6.4), 6.4) * 0.72 + 0.4 * page().narrow))
-    with style():
+    with new_figure((page().width_or(6.4), min(page().width_or(6.4), 6.4) * 0.72 + 0.4 * page().narrow)) as fig:
         ax = fig.subplots()
         ax.set(xscale="log", yscale="log", xlabel="stiffness k [N/m]", ylabel="pulling speed V [m/s]")
         for regime, (mark, colour) in MARKS.items():

@@ -50,15 +50,17 @@ def write_front_page(found: ParetoFront, folder: Path, command: str) -> Path:
     ax = draw_front(found)
     ax.figure.savefig(folder / "front.png")  # type: ignore[union-attr]
     rows = found.table()
-    cells = [
-        [str(i), *(escape(x) if isinstance(x, str) else number(x) for x in row.values())] for i, row in enumerate(rows)
-    ]
+    cells = [[str(i), *map(_cell, row.values())] for i, row in enumerate(rows)]
     parts = [
         ("The front", picture(folder / "front.png", "the Pareto front") + facts(found.facts)),
         ("Its designs", table(["", *map(escape, rows[0])], cells)),
     ]
     heading = f"Pareto front of {found.measures[0].replace('_', ' ')} and {found.measures[1].replace('_', ' ')}"
     return write_page(folder, heading, parts, [command, "vibrocap simulate cases/000.toml"])
+
+
+def _cell(value: float | str) -> str:
+    return escape(value) if isinstance(value, str) else number(value)
 
 
 def _unit(unit: str) -> str:
@@ -78,7 +80,7 @@ def _design(found: Optimum) -> str:
         if slope is not None and not isinstance(value, str) and found.value != 0.0:
             elasticity = number(float(slope * value / found.value))
         unit = quantity(path, found.orbit.system).unit
-        shown = escape(value) if isinstance(value, str) else number(value) + _unit(unit)
+        shown = _cell(value) + ("" if isinstance(value, str) else _unit(unit))
         rows.append([escape(path), shown, *("" if x is None else number(x) for x in (low, high)), elasticity])
     head = ["variable", "value", "slope of the measure below", "above", "elasticity"]
     constraints = [[escape(words), number(value)] for words, value in found.constraints.items()]
@@ -90,9 +92,7 @@ def _limits(found: Optimum) -> str:
     given = in_si(found, found.orbit.system).starts
     starts = [", ".join(f"{k} {v:g}" for k, v in given[i].items()) or "rest" for i in found.reached_from]
     reached = f"reached from {'; '.join(starts)}" if starts else "reached from none of the starts within the periods"
-    sizes = np.abs(found.orbit.multipliers) if found.orbit is not None else []
-    multipliers = [[number(float(np.real(m))), number(float(np.imag(m))), number(float(size))]
-                   for m, size in zip(found.orbit.multipliers, sizes, strict=True)] if found.orbit else []  # fmt: skip
+    multipliers = [[number(float(part(m))) for part in (np.real, np.imag, np.abs)] for m in found.orbit.multipliers]
     return (
         listed("It is limited by", found.limits)
         + f"<p>The motion is {escape(reached)}.</p>"

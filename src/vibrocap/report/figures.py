@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.files import write_table
 from vibrocap.motion.status import Status
-from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
+from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, SteadyPanel, SteadyTravel
 from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLACK, GREEN
@@ -25,6 +25,7 @@ WIDE = 8.2, 1.9  # for one
 SHARED = 3  # labels at most in a legend above all panels
 CROWDED = 4  # curves, from which on the legend is set small
 
+ENDED: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 4.5, "markeredgewidth": 1.1}
 LAWS = {"LM": "LM: LuGre law (bristles).", "EM": "EM: exponential law (sticks)."}
 LABELS = {
     "mass_ratio": r"mass ratio $\lambda$",
@@ -78,16 +79,9 @@ def _panel(ax: Any, panel: Panel) -> None:
         ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
     for i, mark in enumerate(panel.marks):
         _mark(ax, mark, i)
-    for i, ending in enumerate(panel.endings):
-        _ending(ax, ending, 0.03 + 0.05 * i)
-
-
-def _ending(ax: Any, ending: Ending, height: float) -> None:
-    """Marks of runs that did not go to their end, at a height above the foot of the axes."""
-    ax.plot(
-        ending.x, np.full(len(ending.x), height), linestyle="none", marker="x", markersize=4.5, markeredgewidth=1.1,
-        color=_ROLES[ending.role]["color"], transform=ax.get_xaxis_transform(), clip_on=False, label=ending.label,
-    )  # fmt: skip
+    for i, ending in enumerate(panel.endings):  # runs that did not go to their end, above the foot of the axes
+        look = {"color": _ROLES[ending.role]["color"], "transform": ax.get_xaxis_transform(), "label": ending.label}
+        ax.plot(ending.x, np.full(len(ending.x), 0.03 + 0.05 * i), clip_on=False, **look, **ENDED)
 
 
 def _legends(fig: Any, axes: Any, figure: Figure) -> None:
@@ -114,17 +108,12 @@ def _style(curve: Curve) -> dict[str, Any]:
 def _arrow(ax: Any, curve: Curve, share: float, color: str) -> None:
     """An arrowhead on a curve, in its direction; nothing where the curve stands still."""
     start = min(int(share * (curve.x.size - 1)), curve.x.size - 2)
-    moved = np.hypot(
-        (curve.x[start:] - curve.x[start]) / np.ptp(curve.x), (curve.y[start:] - curve.y[start]) / np.ptp(curve.y)
-    )
-    ahead = int(np.argmax(moved > 0.004))
+    moved = ((values[start:] - values[start]) / np.ptp(values) for values in (curve.x, curve.y))
+    ahead = int(np.argmax(np.hypot(*moved) > 0.004))
     if ahead:
-        ax.annotate(
-            "",
-            xy=(curve.x[start + ahead], curve.y[start + ahead]),
-            xytext=(curve.x[start], curve.y[start]),
-            arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 0.0, "mutation_scale": 11},
-        )
+        head, tail = ((curve.x[i], curve.y[i]) for i in (start + ahead, start))
+        look = {"arrowstyle": "-|>", "color": color, "linewidth": 0.0, "mutation_scale": 11}
+        ax.annotate("", xy=head, xytext=tail, arrowprops=look)
 
 
 def _mark(ax: Any, mark: Mark, place: int) -> None:

@@ -5,7 +5,6 @@ import platform
 from collections.abc import Iterable
 from html import escape
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 
@@ -20,7 +19,7 @@ from vibrocap.paper.steady_travel import SteadyTravel
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.report import findings
 from vibrocap.report.findings import chapter, chapter_key, errata, filters
-from vibrocap.report.pieces import figure, law, number, table, titled
+from vibrocap.report.pieces import figure, law, links, number, page_part, table, titled
 
 PARTS = ("vibrocap", "numpy", "scipy", "llvmlite", "matplotlib")
 TRAVEL_PICTURES = ("steady-travel", "branches")
@@ -36,7 +35,7 @@ class Result:
     finding: MainFinding | None = None
     loaded: dict[str, LoadedFigure] = dataclasses.field(default_factory=dict)  # by figure
     loaded_motions: tuple[LoadedMotion, ...] = ()
-    travel: tuple[SteadyTravel, dict[str, Path]] | None = None  # with its pictures, by `TRAVEL_PICTURES`
+    travel: tuple[SteadyTravel, list[Path]] | None = None  # with its `TRAVEL_PICTURES`
     seconds: float = 0.0
     finished: bool = False
 
@@ -58,10 +57,11 @@ class Section:
 def write_report(result: Result, path: Path) -> Path:
     """Write the report of what has been done so far."""
     sections = [section for section in _sections(result) if section.inner]
-    page = Template(_part("page.html")).substitute(
-        style=_part("page.css"),
-        script=_part("page.js"),
-        contents=_contents(sections),
+    contents = "".join(links([(x.key, x.title)], f"<ul>{links(x.below)}</ul>" if x.below else "") for x in sections)
+    page = Template(page_part("page.html")).substitute(
+        style=page_part("page.css"),
+        script=page_part("page.js"),
+        contents=f'<ul>{contents}<li><a href="#rerun">How to run this again</a></li></ul>',
         body="".join(section.html for section in sections),
         notice="" if result.finished else '<p class="notice">This run did not finish; below is what it had done.</p>',
         scope="" if result.only is None else f"<p>Only {escape(result.only)} was asked for.</p>",
@@ -72,20 +72,6 @@ def write_report(result: Result, path: Path) -> Path:
         tolerance=f"{TOLERANCE:g}",
     )
     return write_text(path, page)
-
-
-def _part(name: str) -> str:
-    """A file of this folder that goes into the page."""
-    return (files("vibrocap.report") / name).read_text(encoding="utf-8")
-
-
-def _contents(sections: Iterable[Section]) -> str:
-    items = []
-    for section in sections:
-        below = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title in section.below)
-        nested = f"<ul>{below}</ul>" if below else ""
-        items.append(f'<li><a href="#{section.key}">{escape(section.title)}</a>{nested}</li>')
-    return f'<ul>{"".join(items)}<li><a href="#rerun">How to run this again</a></li></ul>'
 
 
 def _sections(result: Result) -> Iterable[Section]:
@@ -104,7 +90,7 @@ def _sections(result: Result) -> Iterable[Section]:
         findings.load(loaded, result.loaded, result.loaded_motions) if loaded else "",
         tuple((key, f"Fig. {int(key[4:])}, dynamic load") for key in loaded),
     )
-    travel = "" if result.travel is None else findings.travel(result.travel[0], *result.travel[1].values())
+    travel = "" if result.travel is None else findings.travel(result.travel[0], *result.travel[1])
     yield Section("travel", "Steady travel, mapped and followed", travel)
 
 

@@ -44,14 +44,10 @@ def law(short: str) -> str:
 def table(head: Iterable[str], rows: Iterable[Iterable[str]], names: int = 1) -> str:
     """An HTML table; its cells are HTML already. names: columns at the left that name the row."""
     top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
-    body = "".join(
-        "<tr>"
-        + "".join(
-            f'<th scope="row">{cell}</th>' if place < names else f"<td>{cell}</td>" for place, cell in enumerate(row)
-        )
-        + "</tr>"
-        for row in rows
-    )
+    body = ""
+    for row in rows:
+        cells = (f'<th scope="row">{cell}</th>' if i < names else f"<td>{cell}</td>" for i, cell in enumerate(row))
+        body += f"<tr>{''.join(cells)}</tr>"
     return (
         f'<div class="scroll" tabindex="0" role="group" aria-label="table"><table><thead><tr>{top}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
@@ -89,10 +85,20 @@ def titled(level: int, key: str, title: str) -> str:
     return f'<h{level} id="{key}"><a class="self" href="#{key}">{escape(title)}</a></h{level}>'
 
 
-def figure(key: str, title: str, path: Path, caption: str, before: str = "", level: int = 3) -> str:
+def links(titles: Iterable[Sequence[str]], below: str = "") -> str:
+    """Items of a list of contents, of (anchor, title); below: what stands in each"""
+    return "".join(f'<li><a href="#{key}">{escape(title)}</a>{below}</li>' for key, title in titles)
+
+
+def page_part(name: str) -> str:
+    """A file of this folder that goes into a page."""
+    return (files("vibrocap.report") / name).read_text(encoding="utf-8")
+
+
+def figure(key: str, title: str, path: Path, caption: str, before: str = "") -> str:
     """A figure with its heading, what is said before it, its caption, and its data."""
     return (
-        f'<figure id="{key}"><h{level}><a class="self" href="#{key}">{escape(title)}</a></h{level}>{before}'
+        f'<figure id="{key}"><h3><a class="self" href="#{key}">{escape(title)}</a></h3>{before}'
         f'<a href="figures/{key}.png">{picture(path, title)}</a>'
         f"<figcaption>{escape(caption)} Data: {data_link(f'figures/{key}.csv')}.</figcaption>"
         "</figure>"
@@ -113,16 +119,15 @@ def listed(heading: str, lines: Sequence[str]) -> str:
 
 def write_page(folder: Path, heading: str, parts: Iterable[tuple[str, str]], commands: Sequence[str]) -> Path:
     """Write `report.html` into a folder: parts (title, HTML), and the commands that make all this again."""
-    style = (files("vibrocap.report") / "page.css").read_text(encoding="utf-8")
     again = "".join(f"<p><code>{escape(command)}</code></p>" for command in commands)
     keyed = [(f"part-{i}", title, inner) for i, (title, inner) in enumerate((*parts, ("How to run this again", again)))]
     body = "".join(f"<section>{titled(2, key, title)}{inner}</section>" for key, title, inner in keyed)
-    contents = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in keyed)
+    contents = links((key, title) for key, title, _ in keyed)
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<meta name="color-scheme" content="light dark"><link rel="icon" href="data:,">'
-        f"<title>{escape(heading)}</title><style>{style}</style></head><body>"
+        f"<title>{escape(heading)}</title><style>{page_part('page.css')}</style></head><body>"
         f'<nav aria-label="Contents"><details open><summary>Contents</summary><ul>{contents}</ul></details></nav>'
         f'<main id="main"><h1>{escape(heading)}</h1>{body}</main></body></html>\n'
     )

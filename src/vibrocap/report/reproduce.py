@@ -11,11 +11,10 @@ from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.paper.claims.chapters import verdicts
 from vibrocap.paper.claims.claim import Verdict
 from vibrocap.paper.figures.catalogue import FIGURES, KEYS, LOADED, chosen_figures
-from vibrocap.paper.figures.figure import Figure
 from vibrocap.paper.load_finding import loaded_figure, loaded_motions
 from vibrocap.paper.main_finding import main_finding
 from vibrocap.paper.runs import Runs
-from vibrocap.paper.steady_travel import SteadyTravel, steady_travel
+from vibrocap.paper.steady_travel import steady_travel
 from vibrocap.report.figures import draw, draw_branches, draw_map, write_branches, write_map
 from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
 from vibrocap.studies.run.workers import processes
@@ -24,6 +23,7 @@ __all__ = ["KEYS", "Reproduction", "reproduce"]
 
 Progress = Callable[[str, float], None]
 COLUMNS = ("key", "where", "says", "test", "tolerance", "tolerance_origin", "outcome", "verdict", "why", "nearest")
+POINTS = ("panel", "curve", "x_name", "y_name", "x", "y")  # columns of the data of a figure, a row per point
 FIGURES_SHARE, CLAIMS_SHARE = 0.5, 0.85  # of the time, at the end of each, roughly
 
 
@@ -66,7 +66,7 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
             for i, key in enumerate(wanted):
                 tell(f"figure {key}", FIGURES_SHARE * i / len(wanted))
                 figure = FIGURES[key](runs)
-                write_data(figure, out / "figures" / f"{key}.csv")
+                write_table(out / "figures" / f"{key}.csv", POINTS, figure.rows)
                 result.figures[key] = (figure, out / "figures" / f"{key}.png")
                 drawn[key] = second.submit(draw, *result.figures[key])
                 if key in LOADED:
@@ -81,7 +81,13 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
             if travel is not None:
                 tell("steady travel", CLAIMS_SHARE)
                 result.loaded_motions = loaded_motions(runs)
-                result.travel = (travel.result(), write_travel(travel.result(), out / "figures"))
+                places = [out / "figures" / f"{name}.png" for name in TRAVEL_PICTURES]
+                for place, drawing, writing in zip(
+                    places, (draw_map, draw_branches), (write_map, write_branches), strict=True
+                ):
+                    writing(travel.result(), place.with_suffix(".csv"))
+                    drawing(travel.result(), place)
+                result.travel = travel.result(), places
             for picture in drawn.values():
                 picture.result()
             result.finished = True
@@ -92,41 +98,21 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
         result.seconds = time.perf_counter() - began
         claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
         write_claims(claims, out / f"claims{name}.json")
-        write_loaded(result, out / f"load{name}.json")
+        if result.loaded:
+            loaded = {key: dataclasses.asdict(run) for key, run in result.loaded.items()}
+            write_text(out / f"load{name}.json", json.dumps(loaded, indent=2, ensure_ascii=False) + "\n")
         report = write_report(result, out / f"report{name}.html")
     tell("report", 1.0)
     pictures = [path for _, path in result.figures.values()]
-    pictures += [] if result.travel is None else result.travel[1].values()
+    pictures += [] if result.travel is None else result.travel[1]
     return Reproduction(report, claims, tuple(pictures), result.seconds, True)
-
-
-def write_travel(found: SteadyTravel, folder: Path) -> dict[str, Path]:
-    """The map of steady travel and the diagram of branches, with their data; the pictures by name."""
-    draws, writes = (draw_map, draw_branches), (write_map, write_branches)
-    for name, write in zip(TRAVEL_PICTURES, writes, strict=True):
-        write(found, folder / f"{name}.csv")
-    return {name: drawn(found, folder / f"{name}.png") for name, drawn in zip(TRAVEL_PICTURES, draws, strict=True)}
-
-
-def write_loaded(result: Result, path: Path) -> None:
-    """What figures become under the dynamic load, as JSON: sentence and numbers by figure."""
-    if result.loaded:
-        loaded_runs = {key: dataclasses.asdict(run) for key, run in result.loaded.items()}
-        write_text(path, json.dumps(loaded_runs, indent=2, ensure_ascii=False) + "\n")
-
-
-def write_data(figure: Figure, path: Path) -> None:
-    """The data of a figure: one row per point, full precision."""
-    write_table(path, ("panel", "curve", "x_name", "y_name", "x", "y"), figure.rows)
 
 
 def write_claims(claims: tuple[Verdict, ...], path: Path) -> None:
     """The verdicts as JSON, and beside it as a table."""
-    rows = [verdict.row for verdict in claims]
+    rows, table = [verdict.row for verdict in claims], []
     write_text(path, json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
-    listed = ("; ".join(f"{name} = {value!r}" for name, value in row["found"].items()) for row in rows)
-    table = (
-        (*(row[name] for name in COLUMNS), " ".join(row["figures"]), numbers)
-        for row, numbers in zip(rows, listed, strict=True)
-    )
+    for row in rows:
+        numbers = "; ".join(f"{name} = {value!r}" for name, value in row["found"].items())
+        table.append((*(row[name] for name in COLUMNS), " ".join(row["figures"]), numbers))
     write_table(path.with_suffix(".csv"), (*COLUMNS, "figures", "found"), table)

@@ -74,9 +74,7 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
     def text(page: Page) -> None:
         page.say(f"Calibration of {request.case} on {result.measured.rows} rows of {request.to}", style="bold")
         page.rows(list(result.facts.items()), 2 + max(map(len, result.facts)))
-        page.rows(
-            [("not determined", str(direction)) for direction in result.directions if not direction.determined], 16
-        )
+        page.rows([("not determined", str(line)) for line in result.directions if not line.determined], 16)
 
     return Answer(record, text, written=written)
 

@@ -1,7 +1,6 @@
 """`vibrocap equilibria`: steady sliding and rest of a case that nothing drives in time, and their Hopf points."""
 
 from pathlib import Path
-from typing import Any
 
 from vibrocap.arguments import check_whole
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
@@ -39,22 +38,15 @@ def equilibria(request: EquilibriaRequest, report: Report) -> Answer:
     Exit code 3: a branch continues but could not be followed.
     """
     from vibrocap.orbits.equilibria.equilibrium import equilibria as equilibria_of
+    from vibrocap.orbits.equilibria.equilibrium_branch import equilibrium_branch
 
     check_whole("points", request.points, 10)
     system = request.setup.system
-    if request.over is not None:
-        return _followed(system, request)
-    result = equilibria_of(system)
-    shown = in_si(result)
-    return Answer({"equilibria": view(shown)["found"]}, lambda page: page.say(f"{request.case}: {shown}"))
-
-
-def _followed(system: Any, request: EquilibriaRequest) -> Answer:
-    """The branch of one state of steady sliding."""
-    from vibrocap.orbits.equilibria.equilibrium import equilibria as equilibria_of
-    from vibrocap.orbits.equilibria.equilibrium_branch import equilibrium_branch
-
-    along, low, high = quantity_range(request.over or "", system)
+    if request.over is None:
+        result = equilibria_of(system)
+        shown = in_si(result)
+        return Answer({"equilibria": view(shown)["found"]}, f"{request.case}: {shown}")
+    along, low, high = quantity_range(request.over, system)
     begun = None
     if request.start is not None:
         states = equilibria_of(system).found
@@ -64,4 +56,4 @@ def _followed(system: Any, request: EquilibriaRequest) -> Answer:
     result = equilibrium_branch(system, along.plain, (low, high), start=begun, points=request.points)
     shown = in_si(result, over=along.path)
     early = [f"The branch was not followed to its end ({end.value}). {end.advice}" for end in result.ends if end.early]
-    return Answer(view(shown), lambda page: page.say(str(shown)), result, incomplete="\n".join(early))
+    return Answer(view(shown), str(shown), result, incomplete="\n".join(early))

@@ -32,7 +32,15 @@ def examples(request: ExamplesRequest) -> Answer:
     if complaints:
         raise Refusal(*complaints)
     if request.to is None and not request.names:
-        return Answer(text=lambda page: _print_list(page, known))
+        listed = table(None, "example", "what it shows", no_wrap=1)
+        for name, path in known.items():
+            listed.add_row(name, shows(path))
+
+        def text(page: Page) -> None:
+            page.print(listed)
+            page.say("Next: vibrocap examples --to examples; vibrocap simulate examples/travels-by-stick-slip.toml")
+
+        return Answer(text=text)
     folder, lines = made_folder(request.to or Path("examples")), []
     chosen = [known[name.removesuffix(".toml")] for name in request.names or known]
     for source in (path for case in chosen for path in (case, *tables_of(case))):
@@ -44,12 +52,3 @@ def examples(request: ExamplesRequest) -> Answer:
         write_text(target, source.read_text(encoding="utf-8"))
         lines.append(f"Written: {target}")
     return Answer(text="\n".join(lines))
-
-
-def _print_list(page: Page, known: dict[str, Path]) -> None:
-    """The examples, a line each."""
-    made = table(None, "example", "what it shows", no_wrap=1)
-    for name, path in known.items():
-        made.add_row(name, shows(path))
-    page.print(made)
-    page.say("Next: vibrocap examples --to examples; vibrocap simulate examples/travels-by-stick-slip.toml")

@@ -13,7 +13,6 @@ from vibrocap.cli.texts import split
 if TYPE_CHECKING:
     from vibrocap.case.case import Case
     from vibrocap.exchange.mjcf import MujocoModel
-    from vibrocap.exchange.mujoco_motion import Ending
 
 
 class ExportRequest(OfCase):
@@ -61,17 +60,12 @@ def export(request: ExportRequest) -> Answer:
         return _fmu(request.setup, request.out, input=request.input, name=request.name, **options)
     if request.to == "mjcf":
         return _mjcf(request.setup, request.out, request.judge)
-    return _c(request.setup, request.out, request.name, request.input)
-
-
-def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> Answer:
-    """The C library."""
     from vibrocap.exchange.c_library import export_c
 
-    writable_folder("--out", out)
-    own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
-    written = export_c(case, out, name, input)
-    return Answer(text=f"Written to {out}: {', '.join(path.name for path in written)}")
+    writable_folder("--out", request.out)
+    own_names("--out", request.out, f"{request.name}.c", f"{request.name}.h", "main.c", "README.txt")
+    written = export_c(request.setup, request.out, request.name, request.input)
+    return Answer(text=f"Written to {request.out}: {', '.join(path.name for path in written)}")
 
 
 def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> Answer:
@@ -110,9 +104,15 @@ def _judged(lines: list[str], case: "Case", model: "MujocoModel") -> Answer:
     length = 1.0 if case.system.units is None else case.system.si.factor_of("m")
     unit = "" if case.system.units is None else "m"
     rows = table(f"After {result.steps} steps of MuJoCo", "motion", "place", "off by", "drift")
-    rows.add_row("exact", *_said(result.exact_ending, result.exact_ending, length, unit))
-    rows.add_row("MuJoCo, the file as it is", *_said(result.as_written, result.exact_ending, length, unit))
-    rows.add_row("MuJoCo, friction rewritten at each step", *_said(result.rewritten, result.exact_ending, length, unit))
+    exact = result.exact_ending
+    for motion, ending in (
+        ("exact", exact),
+        ("MuJoCo, the file as it is", result.as_written),
+        ("MuJoCo, friction rewritten at each step", result.rewritten),
+    ):
+        off = "" if ending is exact else said(length * (ending.place - exact.place), unit, 3)
+        travel = "" if ending.drift is None else said(length * ending.drift, unit, 4)
+        rows.add_row(motion, said(length * ending.place, unit, 6), off, travel)
     incomplete = f"The exact motion ended early ({result.exact.status.value}). {result.exact.status.advice}"
 
     def text(page: Page) -> None:
@@ -120,9 +120,3 @@ def _judged(lines: list[str], case: "Case", model: "MujocoModel") -> Answer:
         page.print(rows)
 
     return Answer(text=text, incomplete="" if result.exact.status.ok else incomplete)
-
-
-def _said(ending: "Ending", exact: "Ending", length: float, unit: str) -> tuple[str, str, str]:
-    off = "" if ending is exact else said(length * (ending.place - exact.place), unit, 3)
-    travel = "" if ending.drift is None else said(length * ending.drift, unit, 4)
-    return said(length * ending.place, unit, 6), off, travel

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.cli.command import Answer, Report, command
 from vibrocap.cli.destinations import own_names
 from vibrocap.cli.fit_request import FitRequest, own_settings, rig
-from vibrocap.cli.terminal import Page, complain
+from vibrocap.cli.terminal import complain, part
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.motion_file import read_source
@@ -169,11 +169,7 @@ def write_residuals(found: "Fit", path: Path) -> Path:
         (record.name, int(record.held_out), *(f"{value:.9g}" for value in row))
         for record in found.records
         for row in zip(
-            record.time,
-            record.velocity,
-            record.measured,
-            record.predicted,
-            record.predicted - record.measured,
+            *(record.time, record.velocity, record.measured, record.predicted, record.predicted - record.measured),
             strict=True,
         )
     )
@@ -209,22 +205,17 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
         folder = made_folder(request.out)
         written.append(write_text(folder / FILES[0], json_text(in_si(result)) + "\n"))
         written.append(result.case().save(folder / FILES[1]))
-        written.append(write_table(folder / FILES[2], COLUMNS, _rows(result)))
+        parts = result.time, result.measured, result.predicted, result.band
+        samples = (
+            (name, int(name in result.held_out), *(f"{value:.9g}" for value in row))
+            for name in result.measured
+            for row in zip(*(values[name] for values in parts), strict=True)
+        )
+        written.append(write_table(folder / FILES[2], COLUMNS, samples))
         if request.report:
             from vibrocap.report.fit import write_motion_page
 
             written += write_motion_page(result, folder, request.again())
 
-    def text(page: Page) -> None:
-        page.say(f"{result.heading}, by {request.machine}", style="bold")
-        page.rows(list(facts.items()), 2 + max(map(len, facts)))
-
+    text = part(f"{result.heading}, by {request.machine}", facts.items(), 2 + max(map(len, facts)))
     return Answer(record, text, result, written=tuple(("Written:", path) for path in written))
-
-
-def _rows(found: "MotionFit") -> Any:
-    """Every sample of every record that judges the fit."""
-    for name in found.measured:
-        columns = (found.time[name], found.measured[name], found.predicted[name], found.band[name])
-        for row in zip(*columns, strict=True):
-            yield (name, int(name in found.held_out), *(f"{value:.9g}" for value in row))

@@ -66,23 +66,19 @@ def friction(request: FrictionRequest, report: Report) -> Answer:
         for option, value in (("--set", request.set_), ("--tests", request.tests), ("--plot", request.plot)):
             if value:
                 raise Refusal(f"{option}: should be left out with a case; name a law")
-        return _limits(Path(request.name))
+        system = read_source(Path(request.name)).system
+        result, record, notes = limits_of(system)
+        units = ("N", "m/s", "m") if system.units is not None else ()
+
+        def text(page: Page) -> None:
+            for name, limits in result.items():
+                print_limits(page, name, limits, *units)
+            for note in notes:
+                page.say(f"Note: {note}")
+
+        return Answer(record, text)
     law = _law(request.name, request.set_)
     return _tests(request, law, report) if request.tests else _sheet(request, law)
-
-
-def _limits(case: Path) -> Answer:
-    """The limits of the friction of a case."""
-    system = read_source(case).system
-    result, record, notes = limits_of(system)
-
-    def text(page: Page) -> None:
-        for name, limits in result.items():
-            print_limits(page, name, limits, *(("N", "m/s", "m") if system.units is not None else ()))
-        for note in notes:
-            page.say(f"Note: {note}")
-
-    return Answer(record, text)
 
 
 def _sheet(request: FrictionRequest, law: Law) -> Answer:

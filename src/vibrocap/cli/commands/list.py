@@ -1,7 +1,7 @@
 """`vibrocap list`: machines, friction laws, drives, controllers, measures and data sets, what each is, and a check."""
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,8 @@ from vibrocap.io.motion_file import read_source
 from vibrocap.physics import catalogue
 from vibrocap.physics.system import System
 
-PARTS = {
-    "machines": catalogue.machines,
-    "laws": catalogue.laws,
-    "drives": catalogue.drives,
-    "controllers": catalogue.controllers,
-}
 OF_SYSTEM = {"machines": "machine", "laws": "friction", "drives": "drive", "controllers": "controller"}
+PARTS: dict[str, Callable[[], Mapping[str, Any]]] = {kind: getattr(catalogue, kind) for kind in OF_SYSTEM}
 
 
 class ListRequest(WithParts):
@@ -98,9 +93,8 @@ def _overview() -> Answer:
 
 def _kind(kind: str) -> Answer:
     """The parts of a kind, a line each; laws with whether they stick and creep."""
-    known, words = PARTS[kind](), {}
-    for name, part in known.items():
-        words[name] = inspect.cleandoc(part.__doc__ or "").partition("\n")[0]
+    known = PARTS[kind]()
+    words = completers.described(known)
     width, lines = max(map(len, words), default=0) + 2, []
     for name, meaning in words.items():
         lines.append(f"{name:<{width}}{meaning}")
@@ -170,10 +164,7 @@ def _measures(system: System | None) -> Answer:
         page.print(made)
         page.print("Every run also has status, settled, response_period, window_start and window_periods.")
 
-    record = {
-        name: {"si_unit": measure.si_unit if with_units else "1", "meaning": measure.meaning}
-        for name, measure in known.items()
-    }
+    record = {name: {"si_unit": x.si_unit if with_units else "1", "meaning": x.meaning} for name, x in known.items()}
     return Answer({"measures": record}, text)
 
 
@@ -187,16 +178,9 @@ def _data_sets() -> Answer:
         folder = data_root() / FOLDERS[data_set.name]
         count = len(data_set.originals)
         here = f"here, in {folder}" if folder.is_dir() else f"not here; {count} file{'s' * (count != 1)}"
-        lines += [
-            data_set.name,
-            *(f"  {line}" for line in (data_set.title, f"{data_set.authors}; {data_set.licence}", data_set.page, here)),
-        ]
-        record[data_set.name] = {
-            "title": data_set.title,
-            "authors": data_set.authors,
-            "licence": data_set.licence,
-            "page": data_set.page,
-        }
+        about = (data_set.title, f"{data_set.authors}; {data_set.licence}", data_set.page, here)
+        lines += [data_set.name, *(f"  {line}" for line in about)]
+        record[data_set.name] = {name: getattr(data_set, name) for name in ("title", "authors", "licence", "page")}
     return Answer({"datasets": record}, "\n".join(lines))
 
 

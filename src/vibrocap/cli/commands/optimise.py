@@ -9,7 +9,7 @@ from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.commands.orbit import bound_rows, bounds_record
 from vibrocap.cli.destinations import needs, writable_folder
 from vibrocap.cli.options import FOR, JSON, SEED, UNCERTAIN, folder, option, picture, required
-from vibrocap.cli.terminal import Page, said
+from vibrocap.cli.terminal import part, said
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.quantities.dimensional import in_si, view
@@ -125,16 +125,12 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
 
                 write_design_page(result, request.out, request.again())
 
-    def text(page: Page) -> None:
-        page.say(f"Best design of {request.case} for {result.measure}", style="bold")
-        page.rows([(name, text) for name, text in result.facts.items()], 14)
-        if result.orbit is not None:
-            page.rows([("orbit", ", ".join(in_si(result.orbit).facts.values()))], 14)
-        page.rows([("constraint", f"{words}: {said(value, '')}") for words, value in result.constraints.items()], 14)
-        page.rows([("motion", words) for words in _motions_in_words(result)], 14)
-        page.rows([("rejected", words) for words in result.rejected], 14)
-        page.rows(bound_rows(record["bounds"]), 14)
-
+    rows = list(result.facts.items())
+    rows += [] if result.orbit is None else [("orbit", ", ".join(in_si(result.orbit).facts.values()))]
+    rows += [("constraint", f"{words}: {said(value, '')}") for words, value in result.constraints.items()]
+    rows += [("motion", words) for words in _motions_in_words(result)]
+    rows += [("rejected", words) for words in result.rejected] + bound_rows(record["bounds"])
+    text = part(f"Best design of {request.case} for {result.measure}", rows, 14)
     incomplete = "" if result.orbit is not None else f"There is {result.status.value}. {result.status.advice}"
     return Answer(record, text, written=tuple(written), incomplete=incomplete)
 
@@ -162,10 +158,7 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
 
             write_front_page(result, out, request.again())
 
-    def text(page: Page) -> None:
-        page.say(f"Pareto front of {objectives[0]} and {objectives[1]}", style="bold")
-        page.rows([(name, text) for name, text in result.facts.items()], 20)
-
+    text = part(f"Pareto front of {objectives[0]} and {objectives[1]}", result.facts.items(), 20)
     incomplete = "" if len(result) else f"There is {result.status.value}. {result.status.advice}"
     return Answer(record, text, result if len(result) else None, written=tuple(written), incomplete=incomplete)
 

@@ -17,7 +17,6 @@ from vibrocap.quantities.dimensional import in_si, view
 if TYPE_CHECKING:
     from vibrocap.orbits.closing.gradients import Gradients
     from vibrocap.orbits.closing.orbit import Orbit
-    from vibrocap.orbits.closing.returns import Section
 
 STABLE = {
     "stable": "yes",
@@ -63,6 +62,7 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
     from vibrocap.orbits.closing.gradients import check_gradients
     from vibrocap.orbits.closing.orbit import orbit as steady_motion
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
+    from vibrocap.orbits.closing.returns import OfSection, checked_section
 
     given = request.setup
     if request.gradients:
@@ -70,13 +70,14 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
             check_gradients(given.system)
         except ArgumentError as error:
             raise Refusal(f"--gradients: {error.complaint.text}") from None
+    section, context = checked_section(given.system, request.section), given.system.si_context()
     result = steady_motion(
         given.system,
         initial=given.initial,
         response_period=request.response_period,
         half=request.half,
         settle_periods=request.settle_periods,
-        section=_section(given.system, request.section),
+        section=section if context is None else OfSection().converted(section, context, back=True),
         returns=request.returns,
         tolerance=request.tolerance,
     )
@@ -115,16 +116,14 @@ def bounds_record(system: System, steady: Any) -> list[dict[str, Any]]:
         bounds = performance_bounds(system)
     except ArgumentError:  # none is known of it
         return []
-    return [_reached(bound, steady, system) for bound in bounds]
-
-
-def _reached(bound: Any, steady: Any, system: System) -> dict[str, Any]:
-    """A bound, what the steady motion reaches, and whether it is one for which the bound holds."""
-    known = {"reached": None, "holds": None}
-    if steady.closes:
-        same = dataclasses.replace(bound, value=bound.of(steady))
-        known = {"reached": view(in_si(same, system))["value"], "holds": bound.holds(steady)}
-    return view(in_si(bound, system)) | known
+    records = []
+    for bound in bounds:
+        known = {"reached": None, "holds": None}
+        if steady.closes:
+            same = dataclasses.replace(bound, value=bound.of(steady))
+            known = {"reached": view(in_si(same, system))["value"], "holds": bound.holds(steady)}
+        records.append(view(in_si(bound, system)) | known)
+    return records
 
 
 def bound_rows(bounds: list[dict[str, Any]]) -> list[tuple[str, str]]:
@@ -152,14 +151,6 @@ def orbit_view(found: "Orbit", left: "Orbit | None", ways: Any, what: Any) -> di
     return record
 
 
-def _section(system: System, text: str | None) -> "Section | None":
-    """The section asked for, its value without units."""
-    from vibrocap.orbits.closing.returns import OfSection, checked_section
-
-    section, context = checked_section(system, text), system.si_context()
-    return section if context is None else OfSection().converted(section, context, back=True)
-
-
 def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
     closed = not record["failed"]
@@ -175,7 +166,7 @@ def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
         return
     own = f" (its own, {record['returns']} returns)" if record["returns"] > 1 else " (its own)"
     periods = f" ({record['response_period']} of the drive)" if record["response_period"] else own
-    sizes = ", ".join(_multiplier(m) for m in record["multipliers"])
+    sizes = ", ".join(map(_multiplier, record["multipliers"]))
     symmetric = {True: "its own mirror image", False: "not symmetric", None: "the system has no such symmetry"}
     drift, velocity, twin = record["drift"], record["mean_velocity"], record["mirrored_state"]
     rows = [

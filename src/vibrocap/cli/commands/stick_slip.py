@@ -13,7 +13,6 @@ from vibrocap.cli.terminal import Page, table
 from vibrocap.cli.texts import column_names, pairs, split
 
 if TYPE_CHECKING:
-    from vibrocap.records.slips.periods import Drift
     from vibrocap.records.stick_slip import Spread, StickSlip
 
 
@@ -113,10 +112,14 @@ def print_stick_slip(page: Page, found: "StickSlip") -> None:
     page.say(f"{found.name}: {found.regime.name}", style="bold")
     page.say(f"  {found.regime.reason}")
     unit = "" if found.force_unit == "1" else " N"
+    drift = None
+    if found.drift is not None:
+        change = found.drift.last - found.drift.first
+        drift = f"{change:+.3g} s from the first third to the last, standard error {found.drift.error:.2g} s"
     rows: list[tuple[str, str | None]] = [
         ("slips", _slip_count(found)),
         ("period", _spread_text(found.period, " s")),
-        ("drift of period", _drift_text(found.drift)),
+        ("drift of period", drift),
         ("spectrum", _spread_text(found.recurrence.spectral_period, " s")),
         ("correlation", _spread_text(found.recurrence.correlation_period, " s")),
         ("slip", _spread_text(found.slip, " um", scale=1e6)),
@@ -143,12 +146,6 @@ def _slip_count(found: "StickSlip") -> str | None:
         return str(main) if main else None
     period = (every[-1] - every[0]) / (len(every) - 1)
     return f"{main}, and {len(every) - main} minor; were these counted, the period would be {period:.4g} s"
-
-
-def _drift_text(drift: "Drift | None") -> str | None:
-    if drift is None:
-        return None
-    return f"{drift.last - drift.first:+.3g} s from the first third to the last, standard error {drift.error:.2g} s"
 
 
 def _spread_text(

@@ -1,43 +1,32 @@
 """All claims, in the order of the paper."""
 
+import importlib
 from collections.abc import Callable, Iterator
 
-from vibrocap.paper.claims import (
-    conclusions,
-    displacement,
-    equations,
-    friction,
-    limits,
-    loops,
-    phase_planes,
-    travel,
-    vibration,
-)
 from vibrocap.paper.claims.claim import CLAIMS, Claim, Verdict, judged
 from vibrocap.paper.runs import Runs
 
-CHAPTERS = {
-    "equations and friction laws": equations,
-    "frictional limits": limits,
-    "motion, Fig. 5": vibration,
-    "phase planes, Fig. 7": phase_planes,
-    "friction force, Fig. 6": friction,
-    "friction loops, Fig. 8": loops,
-    "travel, Fig. 9": travel,
-    "velocities and displacements, Figs 10 and 11": displacement,
-    "abstract and conclusions": conclusions,
+CHAPTERS = {  # and their modules, which enter the claims as they are imported
+    "equations and friction laws": "equations",
+    "frictional limits": "limits",
+    "motion, Fig. 5": "vibration",
+    "phase planes, Fig. 7": "phase_planes",
+    "friction force, Fig. 6": "friction",
+    "friction loops, Fig. 8": "loops",
+    "travel, Fig. 9": "travel",
+    "velocities and displacements, Figs 10 and 11": "displacement",
+    "abstract and conclusions": "conclusions",
 }
+MODULES = {title: f"{__package__}.{name}" for title, name in CHAPTERS.items()}
+for _name in MODULES.values():
+    importlib.import_module(_name)
 
 
 def chapters(only: str | None = None) -> dict[str, tuple[Claim, ...]]:
     """The claims by chapter; those of one figure if it is named."""
-    numbers = {}
-    for title, module in CHAPTERS.items():
-        own = [c for c in CLAIMS.values() if c.judge.__module__ == module.__name__]
-        kept = tuple(c for c in own if only is None or only in c.figures)
-        if kept:
-            numbers[title] = kept
-    return numbers
+    wanted = [one for one in CLAIMS.values() if only is None or only in one.figures]
+    known = {title: tuple(c for c in wanted if c.module == module) for title, module in MODULES.items()}
+    return {title: claims for title, claims in known.items() if claims}
 
 
 def verdicts(

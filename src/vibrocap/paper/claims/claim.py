@@ -2,9 +2,11 @@
 
 import dataclasses
 import enum
+import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from vibrocap.paper.runs import Runs
 
@@ -42,7 +44,7 @@ class Claim:
     """A checkable statement of the paper.
 
     where: section, equation or figure   says: the statement, in our words   test: what is computed
-    figures: keys of the figures it belongs to; empty for statements about the equations
+    figures: keys of the figures it belongs to; empty for statements about the equations   module: of its chapter
     """
 
     key: str
@@ -51,6 +53,7 @@ class Claim:
     test: str
     tolerance: Tolerance
     figures: tuple[str, ...]
+    module: str
     judge: Callable[[Runs, float], Finding] = dataclasses.field(repr=False, compare=False)
 
 
@@ -100,21 +103,21 @@ def printed(number: str) -> Tolerance:
 
 
 def claim(
-    where: str, says: str, tolerance: Tolerance, *figures: str
-) -> Callable[[Callable[[Runs, float], Finding]], Claim]:
+    where: str, says: str, tolerance: Tolerance, *figures: str, key: str = "", test: str = "", **settings: Any
+) -> Callable[[Callable[..., Finding]], Claim]:
     """Make a claim of the function that judges it and add it to the list.
 
-    The function's name is the claim's key, its docstring says what is computed; it is called with the runs and the
-    tolerance.
+    It is called with the runs, the tolerance and the settings. key: by default the function's name; test: its docstring
     """
 
-    def register(judge: Callable[[Runs, float], Finding]) -> Claim:
-        key = judge.__name__.replace("_", "-")
-        test = " ".join((inspect.getdoc(judge) or "").split())
-        made = Claim(key, where, " ".join(says.split()), test, tolerance, figures, judge)
-        if key in CLAIMS:
-            raise ValueError(f"two claims are called {key}")
-        CLAIMS[key] = made
+    def register(judge: Callable[..., Finding]) -> Claim:
+        own = key or judge.__name__.replace("_", "-")
+        words = " ".join((test or inspect.getdoc(judge) or "").split())
+        judging = functools.partial(judge, **settings)
+        made = Claim(own, where, says, words, tolerance, figures, judge.__module__, judging)
+        if own in CLAIMS:
+            raise ValueError(f"two claims are called {own}")
+        CLAIMS[own] = made
         return made
 
     return register

@@ -70,7 +70,8 @@ def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-def _monotone(runs: Runs, friction: str, tolerance: float) -> Finding:
+def _monotone(runs: Runs, tolerance: float, friction: str) -> Finding:
+    """Largest rise of the average velocity above an earlier minimum, over its range, for each averaging window."""
     curves = averages(runs, friction)
     transient = {window: curve for window, curve in curves.items() if window != STEADY_WINDOW}
     rises = {w: float(np.max(c - np.minimum.accumulate(c)) / np.ptp(c)) for w, c in transient.items()}
@@ -87,26 +88,10 @@ def _monotone(runs: Runs, friction: str, tolerance: float) -> Finding:
     )
 
 
-@claim(
-    "sec. 3.2, Fig. 9; sec. 4",
-    "The average velocity of LM decreases monotonically with lambda on [0.01, 8.1].",
-    DRAWN,
-    "fig09",
-)
-def monotone_lm(runs: Runs, tolerance: float) -> Finding:
-    """Largest rise of the average velocity above an earlier minimum, over its range, for each averaging window."""
-    return _monotone(runs, "lugre", tolerance)
-
-
-@claim(
-    "sec. 3.2, Fig. 9; sec. 4",
-    "The average velocity of EM decreases monotonically with lambda on [0.01, 8.1].",
-    DRAWN,
-    "fig09",
-)
-def monotone_em(runs: Runs, tolerance: float) -> Finding:
-    """Largest rise of the average velocity above an earlier minimum, over its range, for each averaging window."""
-    return _monotone(runs, "exponential", tolerance)
+for _name, _short in SHORT.items():
+    _says = f"The average velocity of {_short} decreases monotonically with lambda on [0.01, 8.1]."
+    _key = f"monotone-{_short.lower()}"
+    claim("sec. 3.2, Fig. 9; sec. 4", _says, DRAWN, "fig09", key=_key, friction=_name)(_monotone)
 
 
 @claim("sec. 3.2, Fig. 9", "The curve of EM has the larger negative slope.", RUN_ERROR, "fig09")
@@ -133,11 +118,16 @@ def _places(found: dict[str, float]) -> str:
     return f"at lambda from {min(values):.2f} to {max(values):.2f}" if values else "nowhere"
 
 
-def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: float, nearest: str) -> Finding:
-    """The verdict on one of the four points: its place by averaging window, in the steady state, and at a soft spring.
-
-    windows: the place by window (NaN: none)
-    """
+def _crossing(runs: Runs, tolerance: float, point: str) -> Finding:
+    """The verdict on a point: its place by averaging window, in the steady state, and at a soft spring."""
+    if KEYS[point] == BOTH:
+        windows = {window: places[point == "P2"] for window, places in meetings(runs).items()}
+        nearest = f"Transient averages of EM rise above those of LM {_places(windows)}."
+    else:
+        windows = zeros(runs, KEYS[point])
+        nearest = f"Transient averages of {SHORT[KEYS[point]]} vanish {_places(windows)}."
+    if point == "P1":
+        nearest = "In no window does EM fall below LM: LM is above from the start."
     hits = [window for window, value in windows.items() if abs(value - PRINTED[point]) <= tolerance]
     steady = printed_range_in_numbers(runs, KEYS[point])
     soft = steady_points(runs, SOFT)
@@ -152,52 +142,26 @@ def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: floa
     return Finding(outcome, numbers, STEADY, in_words(hits), f"{nearest} {none} {some}")
 
 
-@claim(
-    "sec. 3.2, Fig. 9", "Control point O1: the average velocity of LM is zero at lambda = 4.0.", printed("4.0"), "fig09"
+ZEROS = (
+    "First zero of {}'s average velocity over lambda, for each averaging window (none: not a number). In the steady "
+    "state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."
 )
-def control_point_o1(runs: Runs, tolerance: float) -> Finding:
-    """First zero of LM's average velocity over lambda, for each averaging window (none: not a number). In the steady
-    state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
-    numbers = zeros(runs, "lugre")
-    return _crossing(runs, numbers, "O1", tolerance, f"Transient averages of LM vanish {_places(numbers)}.")
-
-
-@claim(
-    "sec. 3.2, Fig. 9", "Control point O2: the average velocity of EM is zero at lambda = 2.2.", printed("2.2"), "fig09"
+MEETS = (
+    "Where EM's curve {}, for each averaging window (none: not a number). In the steady state: sign changes of the "
+    "difference of both drifts, bracketed as for O1; the same for a soft spring."
 )
-def control_point_o2(runs: Runs, tolerance: float) -> Finding:
-    """First zero of EM's average velocity over lambda, for each averaging window (none: not a number). In the steady
-    state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
-    numbers = zeros(runs, "exponential")
-    return _crossing(runs, numbers, "O2", tolerance, f"Transient averages of EM vanish {_places(numbers)}.")
+for _point, _says, _number, _test in (
+    ("O1", "Control point O1: the average velocity of LM is zero at", "4.0", ZEROS.format("LM")),
+    ("O2", "Control point O2: the average velocity of EM is zero at", "2.2", ZEROS.format("EM")),
+    ("P1", "Boundary point P1: the curves of LM and EM cross at", "1.18", MEETS.format("falls below LM's")),
+    ("P2", "Boundary point P2: the curves of LM and EM cross again at", "4.36", MEETS.format("rises above LM's again")),
+):
+    _key = f"{_says.partition(' ')[0].lower()}-point-{_point.lower()}"
+    _says = f"{_says} lambda = {_number}."
+    claim("sec. 3.2, Fig. 9", _says, printed(_number), "fig09", key=_key, test=_test, point=_point)(_crossing)
 
 
-@claim(
-    "sec. 3.2, Fig. 9", "Boundary point P1: the curves of LM and EM cross at lambda = 1.18.", printed("1.18"), "fig09"
-)
-def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
-    """Where EM's curve falls below LM's, for each averaging window (none: not a number). In the steady state: sign
-    changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
-    numbers = {window: first for window, (first, _) in meetings(runs).items()}
-    nearest = "In no window does EM fall below LM: LM is above from the start."
-    return _crossing(runs, numbers, "P1", tolerance, nearest)
-
-
-@claim(
-    "sec. 3.2, Fig. 9",
-    "Boundary point P2: the curves of LM and EM cross again at lambda = 4.36.",
-    printed("4.36"),
-    "fig09",
-)
-def boundary_point_p2(runs: Runs, tolerance: float) -> Finding:
-    """Where EM's curve rises above LM's again, for each averaging window (none: not a number). In the steady state:
-    sign changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
-    numbers = {window: second for window, (_, second) in meetings(runs).items()}
-    nearest = f"Transient averages of EM rise above those of LM {_places(numbers)}."
-    return _crossing(runs, numbers, "P2", tolerance, nearest)
-
-
-def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
+def _order(runs: Runs, tolerance: float, low: float, high: float, em_higher: bool) -> Finding:
     """Whether one law is the faster one throughout a range of mass ratios, by window."""
     lm, em = averages(runs, "lugre"), averages(runs, "exponential")
     ratios = runs.sweep("lugre").mass_ratio
@@ -220,25 +184,18 @@ def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
 ORDER = Tolerance(1e-9, "ten times the tolerance of the runs: a smaller difference is no difference")
 
 
-@claim("sec. 3.2, Fig. 9", "Before P1 (lambda < 1.18) EM is faster than LM.", ORDER, "fig09")
-def em_faster_before_p1(runs: Runs, tolerance: float) -> Finding:
-    """Share of the mass ratios below 1.18 at which EM's average velocity is the higher one, by window."""
-    return _order(runs, 0.0, 1.18, em_higher=True)
+for _key, _says, _low, _high, _higher in (
+    ("em-faster-before-p1", "Before P1 (lambda < 1.18) EM is faster than LM.", 0.0, 1.18, True),
+    ("em-slower-between", "Between P1 and P2 (1.18 to 4.36) EM is slower than LM.", 1.18, 4.36, False),
+    ("em-overtakes-after-p2", "Beyond P2 (4.36 to 8.1) EM overtakes LM, near zero and negative.", 4.36, 9.0, True),
+):
+    _where = "below 1.18" if _low == 0.0 else "beyond 4.36" if _high > 8.1 else "between 1.18 and 4.36"
+    _test = f"Share of the mass ratios {_where} at which EM's average velocity is the higher one, by window."
+    _range = {"low": _low, "high": _high, "em_higher": _higher}
+    claim("sec. 3.2, Fig. 9", _says, ORDER, "fig09", key=_key, test=_test, **_range)(_order)
 
 
-@claim("sec. 3.2, Fig. 9", "Between P1 and P2 (1.18 to 4.36) EM is slower than LM.", ORDER, "fig09")
-def em_slower_between(runs: Runs, tolerance: float) -> Finding:
-    """Share of the mass ratios between 1.18 and 4.36 at which EM's average velocity is the higher one, by window."""
-    return _order(runs, 1.18, 4.36, em_higher=False)
-
-
-@claim("sec. 3.2, Fig. 9", "Beyond P2 (4.36 to 8.1) EM overtakes LM, near zero and negative.", ORDER, "fig09")
-def em_overtakes_after_p2(runs: Runs, tolerance: float) -> Finding:
-    """Share of the mass ratios beyond 4.36 at which EM's average velocity is the higher one, by window."""
-    return _order(runs, 4.36, 9.0, em_higher=True)
-
-
-def _signs(runs: Runs, friction: str, border: float) -> Finding:
+def _signs(runs: Runs, tolerance: float, friction: str, border: float) -> Finding:
     ratios, numbers, exact = runs.sweep(friction).mass_ratio, {}, []
     for window, curve in averages(runs, friction).items():
         curve = np.where(np.abs(curve) > 1e-9, curve, 0.0)
@@ -255,13 +212,8 @@ def _signs(runs: Runs, friction: str, border: float) -> Finding:
     )
 
 
-@claim("sec. 3.2, Fig. 9", "LM travels forward for lambda <= 4.0 and backward beyond.", ORDER, "fig09")
-def signs_of_lm(runs: Runs, tolerance: float) -> Finding:
-    """Share of the mass ratios at which LM's average velocity has the printed sign, by window."""
-    return _signs(runs, "lugre", 4.0)
-
-
-@claim("sec. 3.2, Fig. 9", "EM travels forward for lambda <= 2.2 and backward beyond.", ORDER, "fig09")
-def signs_of_em(runs: Runs, tolerance: float) -> Finding:
-    """Share of the mass ratios at which EM's average velocity has the printed sign, by window."""
-    return _signs(runs, "exponential", 2.2)
+for (_name, _short), _border in zip(SHORT.items(), (4.0, 2.2), strict=True):
+    _says = f"{_short} travels forward for lambda <= {_border} and backward beyond."
+    _test = f"Share of the mass ratios at which {_short}'s average velocity has the printed sign, by window."
+    _key, _law = f"signs-of-{_short.lower()}", {"friction": _name, "border": _border}
+    claim("sec. 3.2, Fig. 9", _says, ORDER, "fig09", key=_key, test=_test, **_law)(_signs)

@@ -1,9 +1,12 @@
 """What a figure is made of, before it is drawn: panels of curves, as they go into its CSV file."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
+
+from vibrocap.paper.runs import Runs
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -79,3 +82,16 @@ class Figure:
             for ending in panel.endings:
                 for x, time in zip(ending.x, ending.time, strict=True):
                     yield panel.title, ending.label, panel.x, "end_time", float(x), float(time)
+
+
+FIGURES: dict[str, Callable[[Runs], Figure]] = {}  # of the modules that are imported, by key
+
+
+def figure(key: str, title: str, caption: str, **layout: Any) -> Callable[[Any], Any]:
+    """A decorator: the panels that a function makes of the runs are a figure. layout: columns, one_legend"""
+
+    def entered(panels: Callable[[Runs], Sequence[Panel]]) -> Callable[[Runs], Sequence[Panel]]:
+        FIGURES[key] = lambda runs: Figure(key, title, caption, tuple(panels(runs)), **layout)
+        return panels
+
+    return entered

@@ -1,9 +1,11 @@
 """Data of Figs 3, 6 and 8: the friction force."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vibrocap.measures.recorded.friction_loop import friction_curve
-from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.figure import Curve, Mark, Panel, figure
 from vibrocap.paper.figures.motion import around_events
 from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
 from vibrocap.paper.presets import SHORT
@@ -12,11 +14,22 @@ from vibrocap.physics.friction.lugre import LuGre
 
 SHOWN = 4  # periods in Fig. 6
 SLIDING = "LM in pure sliding, $X' = 0.1 + 0.05\\,\\sin\\tau$"
+FORCES = (  # panels of Fig. 6: title, law, quantity
+    ("(a) bristle deflection, LM", "lugre", "bristle"),
+    ("(b) friction force, LM", "lugre", "friction"),
+    ("(c) friction force, EM", "exponential", "friction"),
+)
 DAMPINGS = (10.0, 1.0)  # delta1: as printed, and one for which the paper's words hold
 
 
-def figure_3(runs: Runs) -> Figure:
-    """Reversible and non-reversible friction: the steady curve and loops of LM under an imposed velocity."""
+@figure(
+    "fig03",
+    "Reversible and non-reversible friction",
+    "Friction against an imposed velocity, from the laws. Accelerating and decelerating take different ways; "
+    "in pure sliding the loop is clockwise, as the paper draws it, for delta1 = 1 (right), but not for the printed "
+    "delta1 = 10 (left), for which it turns round above v* = 0.0405.",
+)
+def figure_3(runs: Runs) -> Sequence[Panel]:
     loops, excesses = [], []
     for damping in DAMPINGS:
         friction = LuGre(bristle_damping=damping)
@@ -37,41 +50,35 @@ def figure_3(runs: Runs) -> Figure:
         curve = Curve(SLIDING, "sliding", velocity, excess, arrows=(0.1, 0.3, 0.6, 0.8))
         title = f"{name}: pure sliding, off the steady curve"
         excesses.append(Panel(title, "velocity", "excess", (curve,), y_limits=(-0.024, 0.024)))
-    return Figure(
-        "fig03",
-        "Reversible and non-reversible friction",
-        "Friction against an imposed velocity, from the laws. Accelerating and decelerating take different ways; "
-        "in pure sliding the loop is clockwise, as the paper draws it, for delta1 = 1 (right), but not for the printed "
-        "delta1 = 10 (left), for which it turns round above v* = 0.0405.",
-        (*loops, *excesses),
-    )
+    return (*loops, *excesses)
 
 
-def figure_6(runs: Runs) -> Figure:
-    """Bristle deflection and friction over time."""
+@figure(
+    "fig06",
+    "Bristle deflection and friction force over time",
+    "The first four drive periods from the paper's start (lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are "
+    "not printed, are those of Figs 9-11).",
+    columns=1,
+)
+def figure_6(runs: Runs) -> Sequence[Panel]:
     panels = []
-    for title, name, quantity in (
-        ("(a) bristle deflection, LM", "lugre", "bristle"),
-        ("(b) friction force, LM", "lugre", "friction"),
-        ("(c) friction force, EM", "exponential", "friction"),
-    ):
+    for title, name, quantity in FORCES:
         motion = runs.first_set(name)
         end = SHOWN * motion.period
         time = np.unique(np.concatenate((np.linspace(0.0, end, 3000), around_events(motion, end))))
         curve = Curve(SHORT[name], SHORT[name], time, motion.at(time, quantity))
         panels.append(Panel(title, "time", quantity, (curve,)))
-    return Figure(
-        "fig06",
-        "Bristle deflection and friction force over time",
-        "The first four drive periods from the paper's start (lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are "
-        "not printed, are those of Figs 9-11).",
-        tuple(panels),
-        columns=1,
-    )
+    return panels
 
 
-def figure_8(runs: Runs) -> Figure:
-    """Friction against velocity near zero: as printed, and with delta1 = 1."""
+@figure(
+    "fig08",
+    "Friction near zero velocity",
+    "The settled period. Arrows: direction of the LM loop; dots: M1, forward and back. As printed "
+    "(left) the pure-sliding loop runs anticlockwise and the largest force exceeds N eta_s = 0.45; with delta1 = 1 "
+    "(right) it runs clockwise.",
+)
+def figure_8(runs: Runs) -> Sequence[Panel]:
     panels = []
     for letter, damping in zip("ab", DAMPINGS, strict=True):
         period = runs.steady("lugre", bristle_damping=damping)
@@ -93,14 +100,7 @@ def figure_8(runs: Runs) -> Figure:
         title = rf"({letter}) {_named(damping)}"
         panel = Panel(title, "velocity", "friction", curves, marks, x_limits=(-0.22, 0.26), y_limits=(-0.54, 0.56))
         panels.append(panel)
-    return Figure(
-        "fig08",
-        "Friction near zero velocity",
-        "The settled period. Arrows: direction of the LM loop; dots: M1, forward and back. As printed "
-        "(left) the pure-sliding loop runs anticlockwise and the largest force exceeds N eta_s = 0.45; with delta1 = 1 "
-        "(right) it runs clockwise.",
-        tuple(panels),
-    )
+    return panels
 
 
 def _named(damping: float) -> str:

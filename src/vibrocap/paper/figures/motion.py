@@ -1,36 +1,64 @@
 """Data of Figs 5, 7, 10 and 11, motions and phase planes, and of Fig. 9 with the half-period symmetry behind it."""
 
 import dataclasses
+import functools
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.averages import STEADY_WINDOW, averages, period_length, window_name
-from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
-from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11
+from vibrocap.paper.figures.figure import Curve, Mark, Panel, figure
+from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
 from vibrocap.paper.runs import LAST, Runs, last_period
 from vibrocap.paper.steady_points import PRINTED
+from vibrocap.physics.system import System
 
 PRINTED_FIRST = "lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are not printed, are those of Figs 9-11"
-SHOWN = 8  # periods in Fig. 5
+SHOWN, RISEN, WANDERED = 8, 6, 20  # periods in Figs 5, 10, 11
+RISEN_LIMITS = -0.35, 0.42
 FORCES = ("friction", "reaction")  # which jump
+PALE = 0.25  # how strongly the curves of the printed load are drawn where there is another
+# words of a load, and how strongly its curves are drawn; without a name where no other is shown
+LOADS: dict[float | str, tuple[str, float]] = {"": ("", 1.0), 1.0: ("N = 1", PALE), "dynamic": ("dynamic load", 1.0)}
 SYMBOL = {"angle": "θ", "angle_rate": "θ′", "position": "X", "velocity": "X′"}
 
 
-def history(
-    motion: Trajectory, role: str, quantity: str, periods: float, label: str = "", weight: float = 1.0
-) -> Curve:
-    """A quantity over the first periods of a motion; jumps of forces stand upright."""
-    time = np.linspace(0.0, periods * motion.period, round(300 * periods) + 1)
+def history(motion: Trajectory, role: str, quantity: str, periods: int, load: float | str = "") -> Curve:
+    """A quantity over the first periods of a motion, named by its load; jumps of forces stand upright."""
+    time = np.linspace(0.0, periods * motion.period, 300 * periods + 1)
     if quantity in FORCES:
         time = np.unique(np.concatenate((time, around_events(motion, periods * motion.period))))
-    return Curve(label or role, role, time, motion.at(time, quantity), weight)
+    return Curve(*look(role, load), time, motion.at(time, quantity), LOADS[load][1])
 
 
-def plane(motion: Trajectory, role: str, periods: int, label: str = "", weight: float = 1.0) -> Curve:
-    """The phase plane of the pendulum over the first periods of a motion."""
-    time = np.linspace(0.0, periods * motion.period, 300 * periods + 1)
-    return Curve(label or role, role, motion.at(time, "angle"), motion.at(time, "angle_rate"), weight)
+def histories(
+    runs: Runs,
+    system: Callable[[str], System],
+    quantity: str,
+    periods: int,
+    loads: Sequence[float | str] = ("",),
+    names: Sequence[str] = tuple(SHORT),
+) -> tuple[Curve, ...]:
+    """A quantity over the first periods, of each law under each load; without a name it is the printed one."""
+    return tuple(
+        history(runs.motion(with_load(system(name), load or 1.0)), SHORT[name], quantity, periods, load)
+        for load in loads
+        for name in names
+    )
+
+
+def planes(
+    runs: Runs, system: Callable[[str], System], periods: int, loads: Sequence[float | str] = ("",)
+) -> tuple[Curve, ...]:
+    """The phase plane of the pendulum over the first periods, likewise."""
+    both = (histories(runs, system, quantity, periods, loads) for quantity in ("angle", "angle_rate"))
+    return tuple(dataclasses.replace(rate, x=angle.y) for angle, rate in zip(*both, strict=True))
+
+
+def look(role: str, load: float | str) -> tuple[str, str]:
+    """Label and role of a curve."""
+    return ", ".join(filter(None, (role, LOADS[load][0]))), role
 
 
 def around_events(motion: Trajectory, end: float) -> np.ndarray:
@@ -39,11 +67,16 @@ def around_events(motion: Trajectory, end: float) -> np.ndarray:
     return np.concatenate((times - 1e-9, times + 1e-9))
 
 
-def figure_5(runs: Runs) -> Figure:
-    """theta, theta', X, X' over time."""
+@figure(
+    "fig05",
+    "Motion with LM and EM",
+    f"The first eight drive periods from the paper's start ({PRINTED_FIRST}). (e, f) the last of them: where EM "
+    "rests, LM creeps on.",
+)
+def figure_5(runs: Runs) -> Sequence[Panel]:
     panels = []
     for letter, quantity in zip("abcd", SYMBOL, strict=True):
-        curves = tuple(history(runs.first_set(name), SHORT[name], quantity, SHOWN) for name in SHORT)
+        curves = histories(runs, figures_5_to_8, quantity, SHOWN)
         panels.append(Panel(f"({letter}) {SYMBOL[quantity]}", "time", quantity, curves))
     em = runs.first_set("exponential")
     window = ((SHOWN - 1) * em.period, SHOWN * em.period)
@@ -51,17 +84,16 @@ def figure_5(runs: Runs) -> Figure:
     for letter, whole, limits in (("e", panels[2], None), ("f", panels[3], (-0.12, 0.12))):
         title = f"({letter}) {SYMBOL[whole.y]}, enlarged; shaded: EM sticks"
         panels.append(dataclasses.replace(whole, title=title, spans=rests, x_limits=window, y_limits=limits))
-    return Figure(
-        "fig05",
-        "Motion with LM and EM",
-        f"The first eight drive periods from the paper's start ({PRINTED_FIRST}). (e, f) the last of them: where EM "
-        "rests, LM creeps on.",
-        tuple(panels),
-    )
+    return panels
 
 
-def figure_7(runs: Runs) -> Figure:
-    """Phase planes of the pendulum and of the capsule, one settled period."""
+@figure(
+    "fig07",
+    "Phase planes",
+    f"One settled drive period ({PRINTED_FIRST}); X counts from its start. The gap in (b) is the travel of the "
+    "period: modulo X both motions are exactly periodic.",
+)
+def figure_7(runs: Runs) -> Sequence[Panel]:
     pendulum, capsule = [], []
     for name, short in SHORT.items():
         period = runs.steady(name)
@@ -69,53 +101,45 @@ def figure_7(runs: Runs) -> Figure:
         position, velocity = (period["position"] - period["position"][0])[::8], period["velocity"][::8]
         label = f"{short} (gap = drift {period.drift:.3f})"
         capsule.append(Curve(label, short, position, velocity, arrows=(0.2, 0.45, 0.85)))
-    return Figure(
-        "fig07",
-        "Phase planes",
-        f"One settled drive period ({PRINTED_FIRST}); X counts from its start. The gap in (b) is the travel of the "
-        "period: modulo X both motions are exactly periodic.",
-        (
-            Panel("(a) pendulum", "angle", "angle_rate", tuple(pendulum)),
-            Panel("(b) capsule", "position", "velocity", tuple(capsule)),
-        ),
+    return (
+        Panel("(a) pendulum", "angle", "angle_rate", tuple(pendulum)),
+        Panel("(b) capsule", "position", "velocity", tuple(capsule)),
     )
 
 
-def figure_10(runs: Runs) -> Figure:
-    """Pendulum phase planes and capsule velocity over time, at three mass ratios."""
-    planes, histories = [], []
+@figure(
+    "fig10",
+    "Phase planes of the pendulum and velocity of the capsule",
+    "The first six drive periods (h 1.8, omega 1, rho 4, nu 1.2). After the transient forward and backward "
+    "velocity peaks are equal.",
+    columns=3,
+)
+def figure_10(runs: Runs) -> Sequence[Panel]:
+    upper, lower = [], []
     for ratio in DISPLACEMENT_MASS_RATIOS:
-        motions = {SHORT[name]: runs.motion(figures_9_to_11(name, ratio)) for name in SHORT}
-        curves = tuple(plane(motion, short, 6) for short, motion in motions.items())
-        planes.append(Panel(f"λ = {ratio:g}: pendulum", "angle", "angle_rate", curves))
-        curves = tuple(history(motion, short, "velocity", 6) for short, motion in motions.items())
-        title = f"λ = {ratio:g}: capsule velocity"
-        histories.append(Panel(title, "time", "velocity", curves, y_limits=(-0.35, 0.42)))
-    return Figure(
-        "fig10",
-        "Phase planes of the pendulum and velocity of the capsule",
-        "The first six drive periods (h 1.8, omega 1, rho 4, nu 1.2). After the transient forward and backward "
-        "velocity peaks are equal.",
-        (*planes, *histories),
-        columns=3,
-    )
+        system = functools.partial(figures_9_to_11, mass_ratio=ratio)
+        upper.append(Panel(f"λ = {ratio:g}: pendulum", "angle", "angle_rate", planes(runs, system, RISEN)))
+        curves = histories(runs, system, "velocity", RISEN)
+        lower.append(Panel(f"λ = {ratio:g}: capsule velocity", "time", "velocity", curves, y_limits=RISEN_LIMITS))
+    return (*upper, *lower)
 
 
-def figure_11(runs: Runs) -> Figure:
+def displacements(runs: Runs, loads: Sequence[float | str] = ("",)) -> tuple[Panel, ...]:
     """Displacement over time at three mass ratios."""
-    panels = []
-    for ratio in DISPLACEMENT_MASS_RATIOS:
-        motions = {SHORT[name]: runs.motion(figures_9_to_11(name, ratio)) for name in SHORT}
-        curves = tuple(history(motion, short, "position", 20) for short, motion in motions.items())
-        panels.append(Panel(f"λ = {ratio:g}", "time", "position", curves, y_limits=(-0.4, 0.55)))
-    return Figure(
-        "fig11",
-        "Displacement of the capsule",
-        "The first twenty drive periods (h 1.8, omega 1, rho 4, nu 1.2). X gains or loses something in the transient "
-        "and then swings about a fixed place.",
-        tuple(panels),
-        columns=3,
-    )
+    systems = {ratio: functools.partial(figures_9_to_11, mass_ratio=ratio) for ratio in DISPLACEMENT_MASS_RATIOS}
+    curves = {ratio: histories(runs, system, "position", WANDERED, loads) for ratio, system in systems.items()}
+    return tuple(Panel(f"λ = {ratio:g}", "time", "position", x, y_limits=(-0.4, 0.55)) for ratio, x in curves.items())
+
+
+@figure(
+    "fig11",
+    "Displacement of the capsule",
+    "The first twenty drive periods (h 1.8, omega 1, rho 4, nu 1.2). X gains or loses something in the transient "
+    "and then swings about a fixed place.",
+    columns=3,
+)
+def figure_11(runs: Runs) -> Sequence[Panel]:
+    return displacements(runs)
 
 
 SHOWN_WINDOWS = {window_name(1): 0.3, window_name(5): 0.5, window_name(10): 0.7, window_name(40): 1.0}
@@ -124,8 +148,15 @@ SOFT_SPRINGS = {0.55: 0.4, 0.58: 1.0, 0.62: 0.6}  # rho, and how strongly it is 
 SYMMETRIC_RATIO = 0.8
 
 
-def figure_9(runs: Runs) -> Figure:
-    """Average velocity over the mass ratio: averaging windows, the steady state, and a softer spring."""
+@figure(
+    "fig09",
+    "Average velocity over the mass ratio",
+    "h 1.8, omega 1, nu 1.2. (a, b) rho = 4, as printed: averages over the first periods, of a transient (the "
+    "paler, the shorter); vertical lines: the printed points. (c) the steady state: zero for every lambda. (d) for "
+    "comparison only, a softer spring, for which the upright pendulum buckles: steady averages of the mirror twin, "
+    "with the printed shape; no one stiffness gives all four printed points.",
+)
+def figure_9(runs: Runs) -> Sequence[Panel]:
     windows, steady, soft = [], [], []
     for name, short in SHORT.items():
         ratios, curves = runs.sweep(name).mass_ratio, averages(runs, name)
@@ -139,24 +170,22 @@ def figure_9(runs: Runs) -> Figure:
             soft.append(Curve(f"{short}, ρ = {stiffness:g}", short, sweep.mass_ratio, velocity, weight))
     marks = tuple(Mark(f"${letter}_{number}$", PRINTED[letter + number]) for letter, number in ("P1", "O2", "O1", "P2"))
     near = (-0.012, 0.022)
-    return Figure(
-        "fig09",
-        "Average velocity over the mass ratio",
-        "h 1.8, omega 1, nu 1.2. (a, b) rho = 4, as printed: averages over the first periods, of a transient (the "
-        "paler, the shorter); vertical lines: the printed points. (c) the steady state: zero for every lambda. (d) for "
-        "comparison only, a softer spring, for which the upright pendulum buckles: steady averages of the mirror twin, "
-        "with the printed shape; no one stiffness gives all four printed points.",
-        (
-            Panel("(a) averages of the transient", "mass_ratio", "mean_velocity", tuple(windows), marks),
-            Panel("(b) the same, enlarged", "mass_ratio", "mean_velocity", tuple(windows), marks, y_limits=near),
-            Panel("(c) steady state", "mass_ratio", "mean_velocity", tuple(steady), marks, y_limits=near),
-            Panel("(d) soft springs (not the paper's), steady", "mass_ratio", "mean_velocity", tuple(soft), marks),
-        ),
+    return (
+        Panel("(a) averages of the transient", "mass_ratio", "mean_velocity", tuple(windows), marks),
+        Panel("(b) the same, enlarged", "mass_ratio", "mean_velocity", tuple(windows), marks, y_limits=near),
+        Panel("(c) steady state", "mass_ratio", "mean_velocity", tuple(steady), marks, y_limits=near),
+        Panel("(d) soft springs (not the paper's), steady", "mass_ratio", "mean_velocity", tuple(soft), marks),
     )
 
 
-def figure_symmetry(runs: Runs) -> Figure:
-    """The half-period symmetry: a motion that is its own mirror image, one that is not, and what each travels."""
+@figure(
+    "symmetry",
+    "The half-period symmetry",
+    "Left: at the parameters of Fig. 9 the settled motion is its own mirror image, so that what it gains in one "
+    "half of the period it loses in the other: its drift is exactly zero. Right: at the parameters of Figs 5-8 the "
+    "motion has lost the symmetry and travels; its mirror twin travels exactly the other way.",
+)
+def figure_symmetry(runs: Runs) -> Sequence[Panel]:
     panels = []
     cases = (("Figs 9-11, λ = 0.8", figures_9_to_11("lugre", SYMMETRIC_RATIO)), ("Figs 5-8", figures_5_to_8("lugre")))
     for letter, (title, system) in zip("ab", cases, strict=True):
@@ -175,11 +204,4 @@ def figure_symmetry(runs: Runs) -> Figure:
             time = np.linspace(0.0, 15 * motion.period, 3001)
             curves.append(Curve(label, role, time, motion.at(time, "position")))
         panels.append(Panel(f"({letter}) {title}: position, LM", "time", "position", tuple(curves)))
-    return Figure(
-        "symmetry",
-        "The half-period symmetry",
-        "Left: at the parameters of Fig. 9 the settled motion is its own mirror image, so that what it gains in one "
-        "half of the period it loses in the other: its drift is exactly zero. Right: at the parameters of Figs 5-8 the "
-        "motion has lost the symmetry and travels; its mirror twin travels exactly the other way.",
-        tuple(panels),
-    )
+    return panels

@@ -5,11 +5,11 @@ its own. Where the user has set `lines.linewidth` or `lines.markersize`, all are
 `axes.prop_cycle`, its colours stand in place of the package's, the first for the first. Areas keep their colours.
 """
 
-import functools
+import contextlib
 import itertools
 import weakref
-from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -19,26 +19,24 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look.style import given_axes, style
 
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, VIOLET, YELLOW)
 COLOURED = ("color", "markerfacecolor", "markeredgecolor")
 _DONE: weakref.WeakSet[Line2D] = weakref.WeakSet()
 
-Draw = TypeVar("Draw", bound=Callable[..., Any])
 
+@contextlib.contextmanager
+def drawing(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Iterator[Axes]:
+    """The axes to draw into in the project's style, `ax` or those of a new figure of that size in inches.
 
-def in_own_lines(draw: Draw) -> Draw:
-    """A function that draws into `ax`, with its lines as the user wants them; others in `ax` stay as they are."""
-
-    @functools.wraps(draw)
-    def drawing(*args: Any, **options: Any) -> Any:
-        ax = options.get("ax")
-        _DONE.update([] if ax is None else _lines(ax))
-        drawn = draw(*args, **options)
-        own_lines(drawn)
-        return drawn
-
-    return drawing  # type: ignore[return-value]
+    New lines in them get the user's widths and colours; others in `ax` stay as they are.
+    """
+    _DONE.update([] if ax is None else _lines(ax))
+    ax = given_axes(ax, size)
+    with style():
+        yield ax
+    own_lines(ax)
 
 
 def own_lines(drawn: Axes | Figure) -> None:

@@ -156,8 +156,7 @@ def figure(
 
     Further options go to `Figure.subplots` (sharex, width_ratios, ...).
     """
-    fig = blank_figure(size)
-    with style():
+    with new_figure(size) as fig:
         axes = fig.subplots(nrows, ncols, squeeze=False, **options)
     return fig, axes
 
@@ -168,6 +167,14 @@ def blank_figure(size: tuple[float, float]) -> ShownFigure:
         fig = ShownFigure(figsize=size, layout="constrained")
         FigureCanvasAgg(fig)
     return fig
+
+
+@contextlib.contextmanager
+def new_figure(size: tuple[float, float]) -> Iterator[ShownFigure]:
+    """A figure without axes, and the project's style in which it is filled; `size` in inches."""
+    fig = blank_figure(size)
+    with style():
+        yield fig
 
 
 def legend(axes: Axes, **options: Any) -> None:
@@ -197,20 +204,13 @@ def letters(points: float) -> float:
 
 def heading(fig: Figure, text: str) -> None:
     """The title of a whole figure."""
+    setting(fig, text, 10.5, HEAD + 1.5, weight="bold")
+
+
+def setting(fig: Figure, text: str, points: float = 9.5, printed: float = HEAD, **look: Any) -> None:
+    """The parameters of what a figure shows, above it. points, printed: size of letters on a screen and on a page"""
     if page().header:
-        fig.suptitle(text, fontsize=10.5 if page().width is None else HEAD + 1.5, x=0.01, ha="left", weight="bold")
-
-
-def setting(fig: Figure, text: str) -> None:
-    """The parameters of what a figure shows, above it."""
-    if page().header:
-        fig.suptitle(text, fontsize=9.5 if page().width is None else HEAD, x=0.01, ha="left")
-
-
-def small_setting(fig: Figure, text: str) -> None:
-    """The same in small print, as of a diagram over one of the parameters."""
-    if page().header:
-        fig.suptitle(text, fontsize=8 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
+        fig.suptitle(text, fontsize=points if page().width is None else printed, x=0.01, ha="left", **look)
 
 
 def logarithmic(ax: Axes, name: str) -> None:

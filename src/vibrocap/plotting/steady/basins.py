@@ -17,8 +17,8 @@ from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, B
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.labels import EQUALS, bracketed, quantity_label, scale, value_text
-from vibrocap.plotting.look.own_lines import in_own_lines
-from vibrocap.plotting.look.style import given_axes, legend_below, settings_of, style
+from vibrocap.plotting.look.own_lines import drawing
+from vibrocap.plotting.look.style import legend_below, settings_of, style
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
@@ -89,7 +89,6 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     return fig
 
 
-@in_own_lines
 def draw_basins(
     basins: Basins, what: str = "direction", *, axes: Sequence[str] | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -102,14 +101,13 @@ def draw_basins(
         raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
     along = _along(basins, axes)
     basins = _shown(basins, along)
-    ax = given_axes(ax, (4.6, 3.8))
     if what == "direction":
         codes, colours = basins.direction, WAYS
         words = {code: _direction_label(basins, code) for code in colours}
     else:
         codes, colours = basins.label, _attractor_colours(basins)
         words = {k: _attractor(attractor, basins) for k, attractor in enumerate(basins.attractors)}
-    with style():
+    with drawing(ax, (4.6, 3.8)) as ax:
         shown_codes = _draw(ax, basins, codes, colours)
         _frame(ax, basins, along, first=True)
         patches = [Patch(facecolor=colour, label=words[code]) for code, colour, _ in shown_codes if code in words]

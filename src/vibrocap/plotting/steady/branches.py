@@ -22,9 +22,9 @@ from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.look.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
-from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.plotting.look.style import figure, legend_below, setting, style
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -53,18 +53,9 @@ WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.MODE_C
 LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
 LOSS_WORDS = "symmetry breaks at a change of mode sequence"
 # Two halves of one disc: full where both sweeps agree.
-SWEPT: dict[str, dict[str, Any]] = {
-    way: {
-        "marker": "o",
-        "fillstyle": half,
-        "markersize": 4.0,
-        "markerfacecolor": VERMILION,
-        "markerfacecoloralt": "none",
-        "markeredgecolor": VERMILION,
-        "markeredgewidth": 0.6,
-    }
-    for way, half in (("up", "right"), ("down", "left"))
-}
+HALF: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markerfacecolor": VERMILION, "markerfacecoloralt": "none"}
+HALF |= {"markeredgecolor": VERMILION, "markeredgewidth": 0.6}
+SWEPT: dict[str, dict[str, Any]] = {"up": HALF | {"fillstyle": "right"}, "down": HALF | {"fillstyle": "left"}}
 # Where stable motions end within the range: an arrow to what follows them, a cross where nothing closes.
 LEADS, ENDS = "stable motions end: what follows them", "stable motions end: nothing closes beyond"
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
@@ -95,13 +86,10 @@ def branch_figure(
     ]:
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
-    width = 4.4 * columns + 1.0
-    setting = fixed_parameters(given, width)
-    size = (width, 3.4 + 1.9 * multipliers + 0.5 + LINE * (setting.count("\n") + 1))
-    fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
+    shape: dict[str, Any] = {"sharey": "row", "height_ratios": [3.0, 1.7][:rows]}
+    fig, axes = diagram_figure(given, 4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5, rows, columns, **shape)
     used: set[str] = set()
     with style():
-        small_setting(fig, setting)
         for column, branch in enumerate(given):
             ax = axes[0, column]
             along = _along(branch, over)
@@ -120,7 +108,6 @@ def branch_figure(
     return fig
 
 
-@in_own_lines
 def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
 
@@ -129,8 +116,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     """
     quantity = quantity or ("mean_velocity" if found.system.cyclic is not None else "period")
     _check([found], quantity)
-    ax = given_axes(ax)
-    with style():
+    with drawing(ax) as ax:
         used = draw_branches(ax, _branches(found), quantity)
         used |= draw_transitions(ax, found, quantity, _along(found))
         label = with_unit(quantity.replace("_", " "), UNITS[quantity], found.system)
@@ -139,14 +125,12 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     return ax
 
 
-@in_own_lines
 def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
     """The size of the largest Floquet multiplier over the parameter: stable below 1.
 
     Returns the axes: `ax`, or those of a new figure.
     """
-    ax = given_axes(ax)
-    with style():
+    with drawing(ax) as ax:
         draw_multipliers(ax, _branches(found))
         ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=_range(found, _along(found)))
     return ax
@@ -169,6 +153,17 @@ def fixed_parameters(given: Sequence[Any], width: float) -> str:
     parts = [part for parts in zip(*(branch.system.parts.values() for branch in given), strict=False) for part in parts]
     different = [part for i, part in enumerate(parts) if part not in parts[:i]]
     return parts_title(different, width * 1.1, without=split_path(given[0].over)[1])
+
+
+def diagram_figure(
+    given: Sequence[Any], width: float, height: float, rows: int = 1, columns: int = 1, **shape: Any
+) -> Any:
+    """A figure over a parameter of systems with their other parameters in small print above it, and its axes."""
+    text = fixed_parameters(given, width)
+    fig, axes = figure(rows, columns, (width, height + LINE * (text.count("\n") + 1)), sharex="col", **shape)
+    with style():
+        setting(fig, text, 8, color="#555555")
+    return fig, axes
 
 
 def law_title(found: Branch | BranchDiagram) -> str:
@@ -350,14 +345,10 @@ def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
 
 def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
     """The legend: what was drawn and nothing else."""
-    handles = []
-    whose = (
-        "mirror twins" if any(branch.symmetric is False for one in given for branch in _branches(one)) else "motions"
-    )
+    handles, symmetries = [], {branch.symmetric for one in given for branch in _branches(one)}
+    whose = "mirror twins" if False in symmetries else "motions"
     for colour, text in {
-        BLACK: "symmetric: no travel"
-        if any(branch.symmetric for one in given for branch in _branches(one))
-        else "cycles",
+        BLACK: "symmetric: no travel" if True in symmetries else "cycles",
         BLUE: f"{whose} that travel",
         GREEN: f"{whose.removeprefix('mirror ')} of 2 drive periods",
         PURPLE: "of 4 drive periods",
@@ -378,10 +369,8 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
         look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
         handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
     for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
-        if words in used:
-            handles.append(
-                Line2D([], [], linestyle="none", marker=marker, color=VERMILION, markersize=8.0, label=words)
-            )
+        look = {"marker": marker, "color": VERMILION, "markersize": 8.0}
+        handles += [Line2D([], [], linestyle="none", label=words, **look)] if words in used else []
     for way, look in SWEPT.items():
         if way in used:
             handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **look))

@@ -11,9 +11,9 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLUE, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import in_own_lines
-from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
-from vibrocap.plotting.steady.branches import LINE, fixed_parameters, law_title, parameter_label
+from vibrocap.plotting.look.own_lines import drawing
+from vibrocap.plotting.look.style import legend_below, style
+from vibrocap.plotting.steady.branches import diagram_figure, law_title, parameter_label
 
 WIDTH = 6.2  # inches
 INKS = {"up": BLUE, "down": VERMILION}
@@ -26,22 +26,16 @@ def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> F
 
     state: by default that of the machine which varies most there
     """
-    setting = fixed_parameters([found], WIDTH)
-    fig, axes = figure(1, 1, size=(WIDTH, 4.2 + LINE * (setting.count("\n") + 1)))
+    fig, axes = diagram_figure([found], WIDTH, 4.2)
     with style():
-        small_setting(fig, setting)
-        _draw(axes[0, 0], found, state or _widest(found))
-        fig.legend(handles=_handles(found), loc="outside lower center", ncols=2)
+        fig.legend(handles=_draw(axes[0, 0], found, state), loc="outside lower center", ncols=2)
     return fig
 
 
-@in_own_lines
 def draw_bifurcation(found: BifurcationDiagram, state: str | None = None, *, ax: Axes | None = None) -> Axes:
     """The panel of `bifurcation_figure`. Returns the axes: `ax`, or those of a new figure."""
-    ax = given_axes(ax)
-    with style():
-        _draw(ax, found, state or _widest(found))
-        legend_below(ax, _handles(found), ncols=2)
+    with drawing(ax) as ax:
+        legend_below(ax, _draw(ax, found, state), ncols=2)
     return ax
 
 
@@ -50,30 +44,27 @@ def _widest(found: BifurcationDiagram) -> str:
     system = found.system
     names = [name for name in system.machine.states if name != system.cyclic]
     columns = [system.state_names.index(name) for name in names]
-    spread = np.nanmax(found.states[..., columns], axis=(0, 1, 2, 3)) - np.nanmin(
-        found.states[..., columns], (0, 1, 2, 3)
-    )
+    values = found.states[..., columns]
+    spread = np.nanmax(values, axis=(0, 1, 2, 3)) - np.nanmin(values, axis=(0, 1, 2, 3))
     return names[int(np.argmax(spread / np.array(system.scales(), dtype=float)[columns]))]
 
 
-def _draw(ax: Axes, found: BifurcationDiagram, state: str) -> None:
+def _draw(ax: Axes, found: BifurcationDiagram, state: str | None) -> list[Line2D]:
+    """Draw a state; the handles of the legend."""
+    state = state or _widest(found)
     along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
     index = found.system.state_names.index(state)
     size = 0.9 if np.count_nonzero(np.isfinite(found.states[..., index])) > MANY else 2.5
     for k, way in enumerate(found.directions):
         x = np.broadcast_to(found.values[:, None], found.states.shape[1:4])
-        look = _look(way, size)
-        ax.plot(along * x.ravel(), up * found.states[k, ..., index].ravel(), rasterized=True, **look)
+        ax.plot(along * x.ravel(), up * found.states[k, ..., index].ravel(), rasterized=True, **_look(way, size))
     ax.set(title=law_title(found), xlabel=parameter_label(found))  # type: ignore[arg-type]
     ax.set_ylabel(with_unit(f"{quantity_label(state, found.system)} at the section", state, found.system))
+    words = {"up": "parameter going up", "down": "going down"}
+    return [Line2D([], [], label=words[way], **_look(way, 3.0)) for way in found.directions]
 
 
 def _look(way: str, size: float) -> dict[str, Any]:
     """Dots going up, within circles going down: both are seen where they agree."""
     base = {"color": INKS[way], "marker": "o", "linestyle": "none", "markeredgewidth": 0.5} | LOOKS[way]
     return base | {"markersize": size * LOOKS[way]["markersize"]}  # type: ignore[operator]
-
-
-def _handles(found: BifurcationDiagram) -> list[Line2D]:
-    words = {"up": "parameter going up", "down": "going down"}
-    return [Line2D([], [], label=words[way], **_look(way, 3.0)) for way in found.directions]

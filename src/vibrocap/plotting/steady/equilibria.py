@@ -14,9 +14,9 @@ from vibrocap.orbits.walk.special_kind import SpecialKind
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import in_own_lines
-from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
-from vibrocap.plotting.steady.branches import LINE, LINES, fixed_parameters, parameter_label
+from vibrocap.plotting.look.own_lines import drawing
+from vibrocap.plotting.look.style import legend_below, style
+from vibrocap.plotting.steady.branches import LINES, diagram_figure, parameter_label
 
 WIDTH = 5.6  # inches
 MARKS: dict[SpecialKind, tuple[str, float]] = {
@@ -34,29 +34,25 @@ def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), 
     cycles: branches of cycles over the same parameter, drawn by the least and the largest value of the state
     state: by default the first that is neither cyclic nor a rate, such as the position of a block on a belt
     """
-    setting = fixed_parameters([found], WIDTH)
-    size = (WIDTH, 5.4 + LINE * (setting.count("\n") + 1))
-    fig, axes = figure(2, 1, size=size, sharex="col", height_ratios=[3.0, 2.0])
+    fig, axes = diagram_figure([found], WIDTH, 5.4, 2, height_ratios=[3.0, 2.0])
     with style():
-        small_setting(fig, setting)
         used = _draw_states(axes[0, 0], found, cycles, state or _first_state(found))
-        used |= _draw_eigenvalues(axes[1, 0], found)
+        _draw_eigenvalues(axes[1, 0], found)
         axes[0, 0].set_title(f"steady sliding, {found.system.law_names} law", pad=8)
         axes[1, 0].set_xlabel(parameter_label(found))  # type: ignore[arg-type]
         fig.legend(handles=_handles(used), loc="outside lower center", ncols=3)
     return fig
 
 
-@in_own_lines
 def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `equilibrium_figure`: a state over the parameter, or, by "eigenvalues", their real parts.
 
     Returns the axes: `ax`, or those of a new figure.
     """
-    ax = given_axes(ax)
-    with style():
+    with drawing(ax) as ax:
+        used: set[str] = set()
         if what == "eigenvalues":
-            used = _draw_eigenvalues(ax, found)
+            _draw_eigenvalues(ax, found)
         else:
             used = _draw_states(ax, found, (), what or _first_state(found))
         ax.set_xlabel(parameter_label(found))  # type: ignore[arg-type]
@@ -93,9 +89,8 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
         look: dict[str, Any] = {"linestyle": "none", "zorder": 5, "color": VERMILION, "markeredgecolor": "white"}
         if special_point.kind is SpecialKind.UNLOCATED:
             look["markeredgecolor"] = VERMILION
-        ax.plot(
-            along * special_point.parameter, up * special_point.state[state], marker=marker, markersize=size, **look
-        )
+        look |= {"marker": marker, "markersize": size}
+        ax.plot(along * special_point.parameter, up * special_point.state[state], **look)
         used.add(special_point.kind.value)
     ax.set_ylabel(with_unit(quantity_label(state, found.system), state, found.system))
     return used
@@ -112,7 +107,7 @@ def _extremes(branch: Branch, point: int, state: str) -> tuple[float, float]:
     return float(np.min(values)), float(np.max(values))
 
 
-def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> set[str]:
+def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> None:
     """Draw the real parts of the eigenvalues that decide: those nearest to the axis."""
     along, si = quantity_in_si(found.over, found.system).scale, found.system.units is not None
     rate = found.system.si.factor_of("rad/s") if si else 1.0
@@ -127,7 +122,6 @@ def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> set[str]:
     margin = 0.1 * max(top - low, 1e-300)
     ax.set_ylim(low - margin, top + margin)
     ax.set_ylabel("real parts of\neigenvalues" + (" [1/s]" if si else ""))
-    return set()
 
 
 def _handles(used: set[str]) -> list[Line2D]:

@@ -110,8 +110,13 @@ def cell_labels(view: View) -> dict[Cell, str]:
 
 def unsettled_label(view: View) -> str:
     """The legend of runs that did not settle; empty where there is none."""
-    count = sum(int(unsettled(view, panel).sum()) for panel in view.panels)
-    return f"not settled: {share(count, sum(panel.status.size for panel in view.panels))}" if count else ""
+    return _counted("not settled", view, [unsettled(view, panel) for panel in view.panels])
+
+
+def _counted(words: str, view: View, marked: list[np.ndarray]) -> str:
+    """How many of all runs are marked; empty where none is."""
+    count = sum(int(where.sum()) for where in marked)
+    return f"{words}: {share(count, sum(panel.status.size for panel in view.panels))}" if count else ""
 
 
 def share(count: int, total: int) -> str:
@@ -135,9 +140,7 @@ def hidden_lift_off(panel: Panel) -> np.ndarray:
 
 def hidden_label(view: View) -> str:
     """The legend of runs whose constant load hides a lift-off; empty where there is none."""
-    count = sum(int(hidden_lift_off(panel).sum()) for panel in view.panels)
-    total = sum(panel.status.size for panel in view.panels)
-    return f"the true load would be negative: {share(count, total)}" if count else ""
+    return _counted("the true load would be negative", view, [hidden_lift_off(panel) for panel in view.panels])
 
 
 @dataclasses.dataclass(frozen=True)

@@ -26,9 +26,9 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.look.labels import filled
-from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import STYLE, given_axes, legend_below, logarithmic, settings_of, style
+from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, legend_below, logarithmic, settings_of, style
 from vibrocap.plotting.studies.cells import (
     Categories,
     Cell,
@@ -67,13 +67,7 @@ BORDER_WORDS = {"travel": "travel begins, ends or turns round", "impacts": "graz
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
 PRINT: dict[Any, Any] = {
     **STYLE,
-    "savefig.dpi": 300,
-    "font.size": 7.5,
-    "axes.labelsize": 7.5,
-    "axes.titlesize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7,
+    **PAGE_STYLE,
     "axes.grid": False,
     "axes.spines.top": True,
     "axes.spines.right": True,
@@ -111,7 +105,6 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
     return fig
 
 
-@in_own_lines
 def draw_study(
     dataset: Any,
     measure: str | None = None,
@@ -129,11 +122,9 @@ def draw_study(
     if len(view.axes) > 1 and len(view.panels) > 1:
         titles = ", ".join(panel.title for panel in view.panels)
         raise ViewError([f"at: leaves {len(view.panels)} maps ({titles}), where one pair of axes shows one"])
-    ax = given_axes(ax, (4.6, 3.8))
-    figure = ax.figure
-    assert isinstance(figure, (Figure, SubFigure))
-    with style():
-        handles = draw_lines(ax, view) if len(view.axes) == 1 else _draw_maps(figure, [ax], view)
+    with drawing(ax, (4.6, 3.8)) as ax:
+        assert isinstance(ax.figure, (Figure, SubFigure))
+        handles = draw_lines(ax, view) if len(view.axes) == 1 else _draw_maps(ax.figure, [ax], view)
         ax.set_title(view.measure.replace("_", " "))
         if len(view.axes) > 1:
             ax.grid(False)
@@ -189,12 +180,6 @@ def _legend(fig: Figure, handles: list[Any], columns: int) -> float:
     return extent.height / fig.dpi + 0.08
 
 
-def look(cell: Cell, label: str) -> Patch:
-    """How runs without a value look in a legend."""
-    face, hatch, ink = CELL_STYLES[cell]
-    return _hatched(Patch(facecolor=face, label=label), hatch, ink)
-
-
 def _hatched(patch: Any, hatch: str, ink: str, width: float = HATCH_WIDTH) -> Any:
     """A patch with thin hatching."""
     patch.set(hatch=hatch or None, edgecolor=ink, linewidth=0.0)
@@ -223,19 +208,17 @@ def _draw_maps(fig: Figure | SubFigure, axes: list[Axes], view: View) -> list[An
             ax.tick_params(labelbottom=True)
         if place.is_first_col():
             ax.set_ylabel(filled(view.axes[1].label, 44 if grid.nrows < 2 or grid.ncols < 3 else 28))
-    handles: list[Any] = []
-    for code, text in enumerate(groups.words if groups else ()):
-        handles.append(Patch(facecolor=paint["cmap"](code), label=text, edgecolor="none"))
     if not groups:
         _colour_bar(fig, axes, view, paint)
+    words = groups.words if groups else ()
+    handles: list[Any] = [Patch(facecolor=paint["cmap"](i), label=x, edgecolor="none") for i, x in enumerate(words)]
     if view.points is not None:
         return handles + dot_handles(view)
-    handles += [look(cell, text) for cell, text in cell_labels(view).items()]
-    if text := unsettled_label(view):
-        handles.append(_hatched(Patch(facecolor="none", label=text), UNSETTLED, BLACK))
-    if text := hidden_label(view):
-        handles.append(_hatched(Patch(facecolor="none", label=text), HIDDEN, BLACK))
-    return handles
+    for cell, text in cell_labels(view).items():
+        face, hatch, ink = CELL_STYLES[cell]
+        handles.append(_hatched(Patch(facecolor=face, label=text), hatch, ink))
+    marks = ((unsettled_label(view), UNSETTLED), (hidden_label(view), HIDDEN))
+    return handles + [_hatched(Patch(facecolor="none", label=text), hatch, BLACK) for text, hatch in marks if text]
 
 
 def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str, Any]) -> None:
@@ -325,11 +308,8 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     dataset = panel.dataset
     if "computed" not in dataset:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
-    if (
-        name == "travel"
-        and name not in dataset
-        and (known := [direction for direction in WAYS if direction in dataset])
-    ):
+    known = [direction for direction in WAYS if direction in dataset]
+    if name == "travel" and name not in dataset and known:
         way = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
         dataset = dataset.assign(travel=way)
     try:
