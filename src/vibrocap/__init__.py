@@ -207,14 +207,13 @@ def __dir__() -> list[str]:
 
 
 # the paper's system and a motion of it
-__all__ = ["Biharmonic", "Certificate", "Event", "Exponential", "Harmonic", "LuGre", "PendulumCapsule"]
-__all__ += ["Phase", "Status", "System", "Trajectory", "simulate", "Start"]
+__all__ = ["Biharmonic", "Certificate", "Event", "Exponential", "Harmonic", "LuGre", "PendulumCapsule", "Phase"]
+__all__ += ["Status", "System", "Trajectory", "simulate", "Start"]
 # pictures and tables of any result
 __all__ += ["plot", "figure", "style", "thumbnail", "to_xarray", "to_pandas"]
 # studies
 __all__ += ["sweep", "Design", "open_study", "verify_study", "Verification", "write_study", "adaptive_map"]
-__all__ += ["write_motion"]
-__all__ += ["border", "ensemble"]
+__all__ += ["write_motion", "border", "ensemble"]
 # measures
 __all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "winding", "MeanVelocity"]
 __all__ += ["settling", "Settling", "response_class", "ResponseClass", "energy_balance", "EnergyBalance"]
@@ -227,21 +226,10 @@ __all__ += ["frictional_lag", "FrictionalLag", "break_away", "BreakAway", "stick
 __all__ += ["test_sheet", "TestSheet", "passivity", "Passivity", "stiffness_report", "StiffnessReport"]
 __all__ += ["regularisation_error", "Regularisation", "width_for", "WidthNeeded"]
 # steady motions
-__all__ += [
-    "orbit",
-    "Orbit",
-    "OrbitStatus",
-    "Gradients",
-    "Section",
-    "shoot",
-    "attractors",
-    "Attractors",
-    "Attractor",
-    "basins",
-]
-__all__ += ["Basins", "bifurcation_diagram", "BifurcationDiagram"]
-__all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
-__all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
+__all__ += ["orbit", "Orbit", "OrbitStatus", "Gradients", "Section", "shoot", "attractors", "Attractors", "Attractor"]
+__all__ += ["basins", "Basins", "bifurcation_diagram", "BifurcationDiagram", "classify", "MotionClass"]
+__all__ += ["lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest", "crossing", "Crossing"]
+__all__ += ["CrossingKind", "Crossings"]
 # equilibria
 __all__ += ["equilibria", "Equilibria", "Equilibrium", "equilibrium_branch", "EquilibriumBranch", "hopf_cycles"]
 # measured data
@@ -258,55 +246,38 @@ __all__ += ["AngleSlidingMode", "PositionSlidingMode"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines
-__all__ += [
-    "Oscillator",
-    "OscillatorWithStops",
-    "TwoMassCrawler",
-    "PendulumCrawler",
-    "TwoMassCapsule",
-    "VibroImpactCapsule",
-]
-__all__ += ["RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
-__all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
-__all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
-__all__ += ["PendulumCapsuleWithStops", "InnerMassScales", "WeightScales", "TwoPendulumCapsule"]
-__all__ += ["DoublePendulumCapsule", "DrillString", "Clutch", "Feeder", "BristleRobot"]
+__all__ += ["Oscillator", "OscillatorWithStops", "TwoMassCrawler", "PendulumCrawler", "TwoMassCapsule"]
+__all__ += ["VibroImpactCapsule", "RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler"]
+__all__ += ["LinkageCrawler", "contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm"]
+__all__ += ["ModeCouplingBlock", "TwoBlockRow", "ThreeBlockRow", "block_row", "PendulumCapsuleWithStops"]
+__all__ += ["InnerMassScales", "WeightScales", "TwoPendulumCapsule", "DoublePendulumCapsule", "DrillString", "Clutch"]
+__all__ += ["Feeder", "BristleRobot"]
 # drives
 __all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
 __all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table", "scheduled"]
 # friction laws
-__all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
-__all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
-__all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes"]
+__all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip", "RateAndStateAgeing"]
+__all__ += ["RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck", "anisotropic", "backlash", "viscous"]
+__all__ += ["contact_sizes", "ContactSizes"]
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
 __all__ += ["SpecialKind", "ModeChange"]
 # design
-__all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
-__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]
-__all__ += ["calibrate", "Calibration", "CalibratedParameter", "fit_motion", "MotionFit"]
+__all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront", "performance_bounds"]
+__all__ += ["PerformanceBound", "robustness", "Robustness", "drive_shape", "calibrate", "Calibration"]
+__all__ += ["CalibratedParameter", "fit_motion", "MotionFit"]
 # a motion that is moved on from outside
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
-__all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
-__all__ += [
-    "posterior",
-    "Posterior",
-    "choose_terms",
-    "TermChoice",
-    "match",
-    "Match",
-    "experiment_design",
-    "ExperimentDesign",
-    "candidate_motions",
-]
+__all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison", "posterior"]
+__all__ += ["Posterior", "choose_terms", "TermChoice", "match", "Match", "experiment_design", "ExperimentDesign"]
+__all__ += ["candidate_motions"]
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
 __all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
 # parts of one's own
-__all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
-__all__ += ["PartsError"]
+__all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport", "PartsError"]
 
 # What completion offers, for every day; `vibrocap` has all other names above, too.
 _FACE: str = """

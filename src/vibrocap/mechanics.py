@@ -25,35 +25,7 @@ from vibrocap.physics.mechanics.parts import (
     signal,
 )
 
-__all__ = [
-    "Contact",
-    "Damper",
-    "Drag",
-    "Drive",
-    "Inertia",
-    "Machine",
-    "Mass",
-    "MechanicsError",
-    "Motor",
-    "NonNegative",
-    "Number",
-    "Point",
-    "Positive",
-    "Potential",
-    "Spring",
-    "Stop",
-    "Support",
-    "atan",
-    "coordinate",
-    "cos",
-    "distance",
-    "exp",
-    "log",
-    "offset",
-    "parameter",
-    "parameters",
-    "signal",
-    "sin",
-    "sqrt",
-    "tanh",
-]
+__all__ = ["Contact", "Damper", "Drag", "Drive", "Inertia", "Machine", "Mass", "MechanicsError", "Motor"]
+__all__ += ["NonNegative", "Number", "Point", "Positive", "Potential", "Spring", "Stop", "Support", "atan"]
+__all__ += ["coordinate", "cos", "distance", "exp", "log", "offset", "parameter", "parameters", "signal", "sin", "sqrt"]
+__all__ += ["tanh"]

@@ -21,6 +21,12 @@ KEY = r"[a-z]+\d{4}[a-z]?"  # such as canudas1995; the package itself is "vibroc
 ENTRY = re.compile(r"@(\w+)\{([\w-]+),\n(.*?)^\}$", re.MULTILINE | re.DOTALL)
 FIELD = re.compile(r"  (\w+) = \{(.+)\},")
 SOFTWARE = "vibrocap"
+PAGE = """# References
+
+The sources of laws, machines, drives and methods, by the keys that `vibrocap simulate --cite bibtex` prints.
+A DOI stands where it was looked up.
+
+"""
 WORDS = "misc"  # kind of a reference that is given in words
 
 
@@ -61,10 +67,7 @@ def _place(known: Mapping[str, str]) -> str:
     """Where and when it was published, such as ", Automatica 30 (1994) 1083-1138, doi 10.1016/...", of plain fields."""
     within = known.get("journal") or known.get("booktitle") or known.get("school") or known.get("institution") or ""
     before = [within, known.get("publisher", ""), known.get("number", "")]
-    if "edition" in known:
-        before.append(f"edition {known['edition']}")
-    if "version" in known:
-        before.append(f"version {known['version']}")
+    before += [f"{name} {known[name]}" for name in ("edition", "version") if name in known]
     place = " ".join(part for part in (", ".join(filter(None, before)), known.get("volume", "")) if part)
     place = f", {place} ({known['year']})" if place else f" ({known['year']})"
     pages = f" {known['pages']}" if "pages" in known else ""
@@ -81,7 +84,10 @@ def bibliography() -> Mapping[str, Reference]:
     text = FILE.read_text(encoding="utf-8")
     entries: dict[str, Reference] = {}
     for kind, key, body in ENTRY.findall(text):
-        fields = dict(_field(line, key) for line in body.splitlines())
+        lines = {line: FIELD.fullmatch(line) for line in body.splitlines()}
+        if wrong := [line for line, match in lines.items() if match is None]:
+            raise ValueError(f"{FILE.name}: {key}: should be '  name = {{value}},', got {wrong[0]!r}")
+        fields = {match[1]: match[2] for match in lines.values() if match}
         if key in entries:
             raise ValueError(f"{FILE.name}: {key} occurs twice")
         if key == SOFTWARE:
@@ -91,13 +97,6 @@ def bibliography() -> Mapping[str, Reference]:
     if rest:
         raise ValueError(f"{FILE.name}: belongs to no entry: {rest[0]!r}")
     return MappingProxyType(entries)
-
-
-def _field(line: str, key: str) -> tuple[str, str]:
-    match = FIELD.fullmatch(line)
-    if match is None:
-        raise ValueError(f"{FILE.name}: {key}: should be '  name = {{value}},', got {line!r}")
-    return match.group(1), match.group(2)
 
 
 def references(source: str, name: str = "source") -> tuple[Reference, ...]:
@@ -137,16 +136,8 @@ def bibliography_of(text: str) -> str:
 
 def references_page() -> str:
     """The page of all references, in Markdown."""
-    lines = [
-        "# References",
-        "",
-        "The sources of laws, machines, drives and methods, by the keys that `vibrocap simulate --cite bibtex` prints.",
-        "A DOI stands where it was looked up.",
-        "",
-    ]
     ordered = sorted(bibliography().values(), key=lambda reference: (reference.key != SOFTWARE, reference.key))
-    lines += [f"- `{reference.key}`: {_linked(reference)}." for reference in ordered]
-    return "\n".join(lines) + "\n"
+    return PAGE + "".join(f"- `{reference.key}`: {_linked(reference)}.\n" for reference in ordered)
 
 
 def _linked(reference: Reference) -> str:

@@ -36,21 +36,21 @@ class Method:
     used: Callable[[System], bool] = lambda system: True
 
 
-def _sticks(system: System) -> bool:
-    return any(law.kind == "set-valued" for law in system.laws)
+def _bounces(system: System) -> bool:
+    return IMPACT in system.machine.channels
 
 
 def _may_be_stiff(system: System) -> bool:
     return any(law.kind != "set-valued" for law in system.laws)
 
 
-def _bounces(system: System) -> bool:
-    return IMPACT in system.machine.channels
-
-
 METHODS = (
     Method("Taylor series of high order and their step", "jorba2005"),
-    Method("sticking as a mode with located events", "filippov1988; acary2008", used=_sticks),
+    Method(
+        "sticking as a mode with located events",
+        "filippov1988; acary2008",
+        used=lambda system: any(law.kind == "set-valued" for law in system.laws),
+    ),
     Method("enclosures of laws over a step", "moore1966"),
     Method("stabilised series for laws that decay fast", "ketcheson2012", used=_may_be_stiff),
     Method("implicit steps for stiff laws", "steinebach2023", used=_may_be_stiff),
@@ -59,11 +59,7 @@ METHODS = (
         "loetstedt1981; pfeiffer1996; acary2008; cottle1992; murty1974",
         used=lambda system: len(system.laws) > 1,
     ),
-    Method(
-        "loads that friction changes, and their paradox",
-        "painleve1895",
-        used=lambda system: system.machine.follows_load,
-    ),
+    Method("loads that friction changes, and their paradox", "painleve1895", used=lambda x: x.machine.follows_load),
     Method("impacts and their accumulation", "brogliato2016", used=_bounces),
     Method("crossings of an observable", "good1961", ("crossings",)),
     Method("tangents through events (saltation)", "leine2004", ("orbit", "branch", "crossing", "lyapunov")),
@@ -88,9 +84,7 @@ METHODS = (
     Method("passivity of LuGre's law", "barabanov2000", ("friction",)),
     Method("slip velocities from measured positions", "savitzky1964", ("stick-slip",)),
 )
-ANALYSES = tuple(
-    dict.fromkeys(analysis for method in METHODS for analysis in method.analyses if analysis != SIMULATION)
-)  # that may be asked for
+ANALYSES = tuple(dict.fromkeys(x for method in METHODS for x in method.analyses if x != SIMULATION))
 
 
 def methods_of(system: System | None, analyses: tuple[str, ...] = ()) -> tuple[Method, ...]:
@@ -147,16 +141,11 @@ class Citations(Result):
         """Parts and methods with the numbers of their references, and the references below."""
         numbers = {reference.key: i for i, reference in enumerate(self.references, 1)}
         width = max(len(entry.what) for entry in self.entries)
-        rows = [f"{entry.what:<{width}}  {_numbered(entry, numbers)}" for entry in self.entries]
-        return "\n".join(
-            [*rows, "", *(f"[{numbers[reference.key]}] {reference.text}" for reference in self.references)]
-        )
-
-
-def _numbered(entry: Citation, numbers: dict[str, int]) -> str:
-    if not entry.references:
-        return "no source: name it in `source` of the class"
-    return " ".join(f"[{numbers[reference.key]}]" for reference in entry.references)
+        rows = []
+        for entry in self.entries:
+            cited = " ".join(f"[{numbers[reference.key]}]" for reference in entry.references)
+            rows.append(f"{entry.what:<{width}}  {cited or 'no source: name it in `source` of the class'}")
+        return "\n".join([*rows, "", *(f"[{i}] {reference.text}" for i, reference in enumerate(self.references, 1))])
 
 
 def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:

@@ -1,6 +1,6 @@
 """Results as labelled arrays (xarray) and as tables (pandas), from which the analysis of others continues."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vibrocap.arguments import require
 from vibrocap.io.motion_file import case_of, columns, motion_dataset
@@ -8,6 +8,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.quantities.declared import Shown
 from vibrocap.quantities.dimensional import computed
+from vibrocap.quantities.json_text import json_text
 from vibrocap.results import Result
 
 if TYPE_CHECKING:
@@ -28,9 +29,13 @@ def to_xarray(result: Shown) -> "xarray.Dataset":
     from vibrocap.studies.labelled_result import labelled_arrays, labelled_result
 
     if isinstance(result, (Trajectory, Orbit)):
-        return _motion_dataset(result if isinstance(result, Trajectory) else result.motion())
+        motion = result if isinstance(result, Trajectory) else result.motion()
+        certificate = vars(computed(motion)).get("certificate")  # what was not asked for costs a run
+        return motion_dataset(motion, case_of(motion), None if certificate is None else json_text(certificate))
     if not isinstance(result, Result) or not labelled_arrays(result)[0]:
-        raise TypeError(f"result should be a motion, an orbit, a branch, basins or a diagram, got {_kind(result)}")
+        raise TypeError(
+            f"result should be a motion, an orbit, a branch, basins or a diagram, got a {type(result).__name__}"
+        )
     return labelled_result(result)
 
 
@@ -56,18 +61,5 @@ def to_pandas(result: Shown) -> "pandas.DataFrame":
     if callable(table := getattr(result, "table", None)):
         rows = pandas.DataFrame(table())
         return rows.set_index("name") if isinstance(result, Result) and "name" in rows else rows
-    raise TypeError(
-        f"result should be a motion, an orbit, a branch or another result with a table, got {_kind(result)}"
-    )
-
-
-def _motion_dataset(motion: Trajectory) -> "xarray.Dataset":
-    from vibrocap.quantities.json_text import json_text
-
-    certificate = vars(computed(motion)).get("certificate")  # what was not asked for costs a run
-    text = None if certificate is None else json_text(certificate)
-    return motion_dataset(motion, case_of(motion), text)
-
-
-def _kind(result: Any) -> str:
-    return f"a {type(result).__name__}"
+    known = "a motion, an orbit, a branch or another result with a table"
+    raise TypeError(f"result should be {known}, got a {type(result).__name__}")

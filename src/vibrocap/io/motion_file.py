@@ -121,11 +121,7 @@ def motion_dataset(
         variables,
         coords={
             "time": ("time", table["time"], _attributes(motion, "time")),
-            "event_time": (
-                "event",
-                motion.event_times,
-                _attributes(motion, "time") | {"long_name": "time of event"},
-            ),
+            "event_time": ("event", motion.event_times, _attributes(motion, "time") | {"long_name": "time of event"}),
         },
         attrs={
             "title": "Motion of a vibro-driven capsule",
@@ -179,9 +175,8 @@ class MotionExport(Export):
 
     def parts(self):
         """For each time."""
-        table = self.table | {
-            name: self.table[name].astype(int) for name in self.motion.side_names if name in self.table
-        }
+        sides = {name: self.table[name].astype(int) for name in self.motion.side_names if name in self.table}
+        table = self.table | sides
         for first in range(0, len(table["time"]), ROWS_AT_A_TIME):
             yield [values[first : first + ROWS_AT_A_TIME].tolist() for values in table.values()]
 
@@ -210,8 +205,7 @@ def _case_in_csv(path: Path) -> str:
     require_plain_file(path)
     about = beside(path)
     if not about.is_file():
-        what = f"a CSV file of vibrocap has it beside it, in {about.name}"
-        raise CaseError([f"carries no case: {what}"], str(path))
+        raise CaseError([f"carries no case: a CSV file of vibrocap has it beside it, in {about.name}"], str(path))
     require_plain_file(about)
     try:
         text = about.read_text(encoding="utf-8-sig")

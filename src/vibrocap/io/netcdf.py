@@ -95,17 +95,7 @@ class _Disk(io.RawIOBase):
         self._at = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._end}[whence]
         return self._at
 
-    def seekable(self) -> bool:
-        """Yes."""
-        return True
-
-    def readable(self) -> bool:
-        """Yes."""
-        return True
-
-    def writable(self) -> bool:
-        """Yes."""
-        return True
+    seekable = readable = writable = lambda self: True
 
     def write(self, data: Any) -> int:
         """All of the data, on the disk or, after an error, in memory."""

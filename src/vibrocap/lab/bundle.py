@@ -79,12 +79,9 @@ def contents(
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
-        *(
-            []
-            if examples is None
-            else (preset for preset in gallery(examples) if preset.key != (opened and opened.key))
-        ),
+        *([] if examples is None else gallery(examples)),
     ]
+    offered = list({preset.key: preset for preset in reversed(offered)}.values())[::-1]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)
     known = [form for form in offered if _key(form.case.system) in forms]
@@ -108,9 +105,7 @@ def _in_place_of(part: Any, kind: type) -> Any:
 def _carried(parts: Mapping[str, Mapping[str, type]]) -> dict[str, Any]:
     """By section and kind, from which other kind it takes what: {parameter: the other's parameter}."""
     return {
-        section: {
-            a: {b: dict(carried_names(old, new)) for b, old in kinds.items() if b != a} for a, new in kinds.items()
-        }
+        section: {a: {b: dict(carried_names(x, y)) for b, x in kinds.items() if b != a} for a, y in kinds.items()}
         for section, kinds in parts.items()
     }
 
@@ -135,8 +130,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         forms.append(form_of(system, chosen.tolerance))
         if tell is not None:
             tell((i + 1) / work)
-    keys = [_key(system) for system in chosen.forms]
-    presets = []
+    keys, presets = [_key(system) for system in chosen.forms], []
     for i, preset in enumerate(chosen.presets):
         presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
         if tell is not None:

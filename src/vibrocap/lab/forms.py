@@ -55,7 +55,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     observed["load"] = recording.observables["reaction"] if follows else load
     observed |= {f"{name}_power": power for name, power in zip(recording.channels, recording.powers, strict=True)}
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
-    functions = [*(_on(load.graph, expression) for expression in observed.values()), *drawn]
+    # all on the graph of the load, which begins with the nodes of their own
+    functions = [*(type(expression)(load.graph, expression.index) for expression in observed.values()), *drawn]
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
     room = recorded_room(system)
     bounds = [bound for place in room.values() for bound in place]
@@ -87,14 +88,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "corners": _corners(recording.corners, system, paths),
         "fixed": fixed,
         "scene": [
-            {
-                "kind": shape.kind,
-                "name": shape.name,
-                "points": len(shape.points),
-                "size": list(shape.size),
-                "box": shape.box,
-            }
-            for shape in shapes
+            {"kind": x.kind, "name": x.name, "points": len(x.points), "size": list(x.size), "box": x.box}
+            for x in shapes
         ],
         "tolerance": looser,
         "motion": _places(motion),
@@ -126,14 +121,8 @@ def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
     return units
 
 
-def _on(graph: Any, expression: Any) -> Any:
-    """The same expression on a graph that begins with the nodes of its own."""
-    return type(expression)(graph, expression.index)
-
-
 def _places(kernel: BrowserKernel) -> dict[str, Any]:
-    layout = kernel.layout
-    constants = layout.constants()
+    layout, constants = kernel.layout, kernel.layout.constants()
     sizes = {"rows": layout.states, "order": layout.order}
     sizes |= {name: getattr(layout, f"{name}_size") for name in ("piece", "event", "run", "result")}
     sizes |= {"marks": layout.marks, "ints": layout.whole_size, "floats": layout.real_size}

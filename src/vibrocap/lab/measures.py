@@ -57,11 +57,8 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
 
 def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name: str) -> str:
     ways, layout = Ways(), kernel.layout
-    own = _reductions(system)
-    ordered = (
-        *own,
-        *(measure for measure in needed if measure not in own),
-    )  # their numbers stand in the order of the kernel
+    own = _reductions(system)  # whose numbers stand in the order of the kernel
+    ordered = (*own, *(measure for measure in needed if measure not in own))
     numbers = np.array([[Written(1.0, f"r[{i}]", ways) for i in range(layout.result_size)]], dtype=object)
     period = np.array([Written(1.0, "T", ways)], dtype=object)
     threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text

@@ -42,22 +42,20 @@ def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
     READERS[form](r, T, h, m): the measures of a result by name; CUTS[form](p): into how many equal parts the corners
     of a drive cut its period
     """
-    own, known, read, parts = [], [], [], []
+    rows = []
     for form in forms:
-        own.append(f"(p,f)=>{form['rules']}||null")
-        known.append(f"(p,odd)=>{form['mirrored']}")
         measures = ",".join(f"{measure['name']}:{measure['read']}" for measure in form.get("measures", ()))
-        read.append(f"(r,T,h,m)=>({{{measures}}})")
-        parts.append(f"(p)=>{form['corners']['parts'] if form['corners'] else 0}")
-    rules, mirrored, readers, cut = (f"[{','.join(names)}]" for names in (own, known, read, parts))
+        parts = form["corners"]["parts"] if form["corners"] else 0
+        own = f"(p,f)=>{form['rules']}||null", f"(p,odd)=>{form['mirrored']}"
+        rows.append((*own, f"(r,T,h,m)=>({{{measures}}})", f"(p)=>{parts}"))
+    rules, mirrored, readers, cut = (f"[{','.join(column)}]" for column in zip(*rows, strict=True))
     return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers},CUTS={cut};\n"
 
 
 def _policy(scripts: str, styles: str) -> str:
     """What the browser is to allow the page, as a Content Security Policy (level 3)."""
-    script, style = (
-        base64.b64encode(hashlib.sha256(texts.encode()).digest()).decode("ascii") for texts in (scripts, styles)
-    )
+    sums = (hashlib.sha256(text.encode()).digest() for text in (scripts, styles))
+    script, style = (base64.b64encode(checksum).decode("ascii") for checksum in sums)
     allowed = {
         "default-src": "'none'",
         "script-src": f"'sha256-{script}' 'wasm-unsafe-eval'",

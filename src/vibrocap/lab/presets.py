@@ -76,10 +76,8 @@ def file_preset(path: Path) -> Preset:
     head = re.match(r"(?:#[^\n]*\n)*", text.replace("\r\n", "\n"))
     lines = [line[1:].strip().replace("`", "") for line in (head[0] if head else "").splitlines()]
     paragraphs = [" ".join(paragraph.split()) for paragraph in "\n".join(lines).split("\n\n")]
-    told = [
-        re.sub(r"[^.]*$", "", paragraph) for paragraph in paragraphs if not paragraph.startswith("vibrocap ")
-    ]  # "Run it with"
-    note = " ".join(filter(None, told))
+    told = (re.sub(r"[^.]*$", "", paragraph) for paragraph in paragraphs if not paragraph.startswith("vibrocap "))
+    note = " ".join(filter(None, told))  # without how it is run
     return Preset(path.stem, path.stem.replace("-", " ").capitalize(), note, case)
 
 

@@ -107,15 +107,12 @@ def _place_stays_free(system: System, made: System) -> None:
 def _said(error: ValueError, field: str) -> str:
     """[field, text] in JavaScript. field: as `_checks` gives it."""
     known = tuple(getattr(error, "complaints", ()))
-    complaints: Complaint = known[0] if known else complaint_of(str(error))
+    complaint: Complaint = known[0] if known else complaint_of(str(error))
     if field and not known:
-        complaints = (
-            Complaint(field, str(error)) if not field.endswith(".") else complaints.about(field + complaints.field)
-        )
-    parts = complaints.text.split(HELD)
-    text = "".join(f"${{f({part})}}" if i % 2 else _plain(part) for i, part in enumerate(parts))
-    return f"[{json.dumps(complaints.field)},`{text}`]"
-
-
-def _plain(text: str) -> str:
-    return text.replace("\\", "\\\\").replace("`", "\\`").replace("${", "\\${")
+        whole = not field.endswith(".")
+        complaint = Complaint(field, str(error)) if whole else complaint.about(field + complaint.field)
+    text = ""
+    for i, part in enumerate(complaint.text.split(HELD)):
+        plain = part.replace("\\", "\\\\").replace("`", "\\`").replace("${", "\\${")
+        text += f"${{f({part})}}" if i % 2 else plain
+    return f"[{json.dumps(complaint.field)},`{text}`]"
