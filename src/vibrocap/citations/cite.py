@@ -36,6 +36,10 @@ class Method:
     used: Callable[[System], bool] = lambda system: True
 
 
+def _sticks(system: System) -> bool:
+    return any(law.kind == "set-valued" for law in system.laws)
+
+
 def _bounces(system: System) -> bool:
     return IMPACT in system.machine.channels
 
@@ -46,11 +50,7 @@ def _may_be_stiff(system: System) -> bool:
 
 METHODS = (
     Method("Taylor series of high order and their step", "jorba2005"),
-    Method(
-        "sticking as a mode with located events",
-        "filippov1988; acary2008",
-        used=lambda system: any(law.kind == "set-valued" for law in system.laws),
-    ),
+    Method("sticking as a mode with located events", "filippov1988; acary2008", used=_sticks),
     Method("enclosures of laws over a step", "moore1966"),
     Method("stabilised series for laws that decay fast", "ketcheson2012", used=_may_be_stiff),
     Method("implicit steps for stiff laws", "steinebach2023", used=_may_be_stiff),
