@@ -33,9 +33,8 @@ def to_xarray(result: Shown) -> "xarray.Dataset":
         certificate = vars(computed(motion)).get("certificate")  # what was not asked for costs a run
         return motion_dataset(motion, case_of(motion), None if certificate is None else json_text(certificate))
     if not isinstance(result, Result) or not labelled_arrays(result)[0]:
-        raise TypeError(
-            f"result should be a motion, an orbit, a branch, basins or a diagram, got a {type(result).__name__}"
-        )
+        known = "a motion, an orbit, a branch, basins or a diagram"
+        raise TypeError(f"result should be {known}, got a {type(result).__name__}")
     return labelled_result(result)
 
 

@@ -76,12 +76,8 @@ def contents(
             kept: Any = {} if own is None else {part: getattr(own, part) for part in OPTIONAL}
             before = (None,) * 3 if own is None else (own.machine, own.friction, own.drive)
             systems.append(System(*map(_in_place_of, before, classes), **kept))
-    offered = [
-        *([] if opened is None else [opened]),
-        *paper_presets(),
-        *([] if examples is None else gallery(examples)),
-    ]
-    offered = list({preset.key: preset for preset in reversed(offered)}.values())[::-1]
+    offered = [*([] if opened is None else [opened]), *paper_presets()]
+    offered += [] if examples is None else [preset for preset in gallery(examples) if preset.key != offered[0].key]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)
     known = [form for form in offered if _key(form.case.system) in forms]
