@@ -52,7 +52,9 @@ def fit_figure(fit: Fit) -> Figure:
     # the load point's velocity through a spring is made of noise, and its loops tell nothing
     loops = 0 if steady else 1 if method.endswith("spring") else 2
     stacked = page().narrow and loops > 0
-    heights = (_row_height(1 + stacked) * len(shown) + 0.25, _forest_height(searched))
+    lines = max((_words(p).count("\n") + 1 for p in searched), default=1)  # in a column they stand above the intervals
+    forest = 0.9 + len(searched) * (0.22 + 0.12 * lines if page().narrow else 0.24)
+    heights = (_row_height(1 + stacked) * len(shown) + 0.25, forest)
     with new_figure((page().width_or(11.0), sum(heights) + 0.5)) as fig:
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         rows = _rows(top, len(shown), loops, stacked)
@@ -125,14 +127,8 @@ def _row_height(rows: int) -> float:
 
 
 def _beside_heading() -> Any:
-    """Where a legend stands: beside the heading, in a column, where the heading takes all the room, below."""
+    """Where a legend stands: beside the heading, or below where that takes all the room of a column."""
     return "outside lower left" if page().narrow else "outside upper right"
-
-
-def _forest_height(parameters: list[FittedParameter]) -> float:
-    """The height of the intervals of parameters, in inches; in a column the words of each stand above it."""
-    lines = max((_words(p).count("\n") + 1 for p in parameters), default=1)
-    return 0.9 + len(parameters) * (0.22 + 0.12 * lines if page().narrow else 0.24)
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
@@ -155,7 +151,6 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 def _history(axes: list[Axes], record: RecordResult, units: MeasuredUnits) -> None:
     """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
-    scale, prefix = unit_of(record.measured)
     wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
     _over_time(axes[0], record, units)
     steps = 0.5 * (record.velocity[1:] + record.velocity[:-1]) * np.diff(record.time)
@@ -166,24 +161,27 @@ def _history(axes: list[Axes], record: RecordResult, units: MeasuredUnits) -> No
         (displacement, *_labelled(displacement[narrow], units.displacement_name, units.displacement)),
         (record.velocity, *_labelled(record.velocity[narrow], units.velocity_name, units.velocity)),
     )
-    at = np.arange(len(record.time))[narrow]
-    at = at[_even_choice(len(at), MOST_POINTS)]
     for ax, (x, factor, label) in zip(axes[1:], columns, strict=False):
-        for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
-            ax.plot(x[at] / factor, force[at] / scale, **look)
-        ax.set(xlabel=label, ylabel=f"{units.force_name} [{prefix}{whole(units.force)}]")
+        _forces(ax, record, x / factor, narrow, units)
+        ax.set_xlabel(label)
     axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
 
 
 def _over_time(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     """Force over time, in the periods that are shown."""
-    scale, force_label = _labelled(record.measured, units.force_name, units.force)
     wide = _stretch(record, HISTORY)
-    at = np.arange(len(record.time))[wide]
+    _forces(ax, record, record.time, wide, units)
+    ax.set(xlabel="time [s]", title=_title(record) + _part(record, wide))
+
+
+def _forces(ax: Axes, record: RecordResult, x: np.ndarray, stretch: slice, units: MeasuredUnits) -> None:
+    """Measured and predicted force of a stretch of a record."""
+    scale, force_label = _labelled(record.measured, units.force_name, units.force)
+    at = np.arange(len(record.time))[stretch]
     at = at[_even_choice(len(at), MOST_POINTS)]
     for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
-        ax.plot(record.time[at], force[at] / scale, **look)
-    ax.set(xlabel="time [s]", ylabel=force_label, title=_title(record) + _part(record, wide))
+        ax.plot(x[at], force[at] / scale, **look)
+    ax.set_ylabel(force_label)
 
 
 def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
@@ -250,9 +248,7 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
         ax.text(x, y, _words(p), va=upright, linespacing=1.1, **look)
     ax.axvline(0.0, color="#999999", linewidth=0.7)
     ax.set_xscale("symlog", linthresh=linear, linscale=0.6)
-    powers = [linear]
-    while powers[-1] * 9.99 < widest:
-        powers.append(powers[-1] * 10.0)
+    powers = [linear * 10.0**k for k in range(round(math.log10(widest / linear)) + 1)]
     powers = powers[:: -(-len(powers) // 3)] if page().narrow else powers
     ticks = [-power for power in powers[::-1]] + [0.0] + powers
     ax.set_xticks(ticks, [f"{tick:+g}".replace("-", "\N{MINUS SIGN}") if tick else "0" for tick in ticks])

@@ -85,20 +85,17 @@ def parts_title(parts: Iterable[Any] | Mapping[str, Any], width: float, more: st
     more: what else is said at the end; without: the name of a parameter that is left out, as it varies
     """
     named = parts if isinstance(parts, Mapping) else dict(enumerate(parts))
-    lines = []
-    for name, part in named.items():
-        numbers = _by_symbol("", part, {f".{without}"}, {})
-        lines.append(f"{of_signal(str(name), law_words(part.name))}: {', '.join(numbers)}".rstrip(": "))
-    if more:
-        lines[-1] += f"; {more}"
+    lines = [_part_line(str(name), x, _by_symbol("", x, {f".{without}"}, {})) for name, x in named.items()]
+    lines[-1] += f"; {more}" if more else ""
     return "\n".join(filled(line, round(LETTERS_PER_INCH * width), "    ") for line in lines)
 
 
-def of_signal(part: str, words: str) -> str:
-    """Words of a part; of a signal's waveform with its name: "Clamp, harmonic"."""
-    if not part.startswith(SIGNAL):
-        return words
-    return f"{law_words(part.removeprefix(SIGNAL).replace('_', ' '))}, {words[:1].lower()}{words[1:]}"
+def _part_line(name: str, part: Any, numbers: Iterable[str]) -> str:
+    """A part in words with its numbers; a signal's waveform with its name: "Clamp, harmonic"."""
+    words = law_words(part.name)
+    if name.startswith(SIGNAL):
+        words = f"{law_words(name.removeprefix(SIGNAL).replace('_', ' '))}, {words[:1].lower()}{words[1:]}"
+    return f"{words}: {', '.join(numbers)}".rstrip(": ")
 
 
 def percent(share: float) -> str:
@@ -115,11 +112,11 @@ def law_words(name: str) -> str:
 
 def _own_label(name: str, machine: Any) -> str:
     """The words of a coordinate, or of its rate, with its symbol; the name alone of anything else."""
-    words = name_and_number(name)[0].replace("_", " ")
     for place, rate in machine.coordinates.items():
         if name in (place, rate) and (symbol := machine.all_coordinates[place].symbol):
             number = name_and_number(place)[1]
             below = f"_{number}" if number > 1 or place in machine.counts else ""
+            words = name_and_number(name)[0].replace("_", " ")
             return f"{words} {symbol_text(symbol + below + ('' if name == place else chr(39)))}"
     return name.replace("_", " ")
 
@@ -187,8 +184,7 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
         numbers = _worded(name, parameters_stated(name, system), {without}, {})
         if name == "environment" and not numbers:  # level ground, in which nothing else acts
             continue
-        text = f"{of_signal(name, law_words(part.name))}: {', '.join(numbers)}".rstrip(": ")
-        lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
+        lines.append(filled(_part_line(name, part, numbers), round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)
 
 

@@ -104,14 +104,12 @@ def with_settings(settings: Mapping[Any, Any]) -> contextlib.AbstractContextMana
 
 def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
     """Those settings of the package's style which the user has left as Matplotlib sets them."""
-    asked = package | (PAGE_STYLE if page().width is not None else {})
-    return {name: value for name, value in asked.items() if _untouched(name, asked)}
-
-
-def _untouched(name: Any, asked: Mapping[Any, Any]) -> bool:
-    """Whether a setting is Matplotlib's own, or one of the package's, as it is within `style`."""
-    ours = [sheet[name] for sheet in (STYLE, PAGE_STYLE, asked) if name in sheet]
-    return matplotlib.rcParams[name] in (matplotlib.rcParamsDefault[name], *ours, *([our] for our in ours))
+    asked, untouched = package | (PAGE_STYLE if page().width is not None else {}), {}
+    for name, value in asked.items():  # as Matplotlib has them, or the package within `style`
+        ours = [settings[name] for settings in (STYLE, PAGE_STYLE, asked) if name in settings]
+        if matplotlib.rcParams[name] in (matplotlib.rcParamsDefault[name], *ours, *([our] for our in ours)):
+            untouched[name] = value
+    return untouched
 
 
 @contextlib.contextmanager

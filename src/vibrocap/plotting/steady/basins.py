@@ -34,6 +34,7 @@ from vibrocap.plotting.studies.maps import (
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, case_of
 from vibrocap.studies.labelled_result import PHASE_ATTRIBUTES, labelled_result
 
+TITLES = {"direction": "direction of travel", "attractor": "attractor"}
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
 WAYS = {FORWARD: BLUE, BACK: ORANGE, NO_TRAVEL: GREY}
 ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of the ways
@@ -63,28 +64,13 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
         setting=_setting(basins),
         note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
+    shown = ["direction"] * travels + ["attractor"] * (several or not travels)
     with style(settings_of(PRINT)):
-        fig, panels = study_axes(words, 2 if several else 1)
-        legend = []
-        if travels:
-            drawn = _draw(panels[0], basins, basins.direction, WAYS)
-            _frame(panels[0], basins, along, first=True)
-            legend += [
-                Patch(facecolor=ink, label=_direction_label(basins, code)) for code, ink, _ in drawn if code in WAYS
-            ]
-        if several or not travels:
-            _draw(panels[-1], basins, basins.label, _attractor_colours(basins))
-            _frame(panels[-1], basins, along, first=not several)
-            if several:
-                panels[0].set_title("direction of travel")
-                panels[1].set_title("attractor")
-            named = basins.attractors[: len(ATTRACTORS)]
-            legend += [
-                Patch(facecolor=ATTRACTORS[k], label=_attractor(attractor, basins)) for k, attractor in enumerate(named)
-            ]
-            if others := basins.attractors[len(ATTRACTORS) :]:
-                count = sum(each.starts for each in others)
-                legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
+        fig, panels = study_axes(words, len(shown))
+        legend: list[Any] = []
+        for ax, what in zip(panels, shown, strict=True):
+            legend += _draw(ax, basins, along, what, first=ax is panels[0])
+            ax.set_title(TITLES[what] if several else "")
         add_title_and_legend(fig, words, legend + _unvalued(basins))
     return fig
 
@@ -97,28 +83,15 @@ def draw_basins(
     what: "direction" of travel, or "attractor"; axes: as in `basin_figure`
     Returns the axes: `ax`, or those of a new figure.
     """
-    if what not in ("direction", "attractor"):
+    if what not in TITLES:
         raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
     along = _along(basins, axes)
     basins = _shown(basins, along)
-    if what == "direction":
-        codes, colours = basins.direction, WAYS
-        words = {code: _direction_label(basins, code) for code in colours}
-    else:
-        codes, colours = basins.label, _attractor_colours(basins)
-        words = {k: _attractor(attractor, basins) for k, attractor in enumerate(basins.attractors)}
     with drawing(ax, (4.6, 3.8)) as ax:
-        shown_codes = _draw(ax, basins, codes, colours)
-        _frame(ax, basins, along, first=True)
-        patches = [Patch(facecolor=colour, label=words[code]) for code, colour, _ in shown_codes if code in words]
-        legend_below(ax, patches + _unvalued(basins))
-        ax.set_title("direction of travel" if what == "direction" else "attractor")
+        legend_below(ax, _draw(ax, basins, along, what, first=True) + _unvalued(basins))
+        ax.set_title(TITLES[what])
         ax.grid(False)
     return ax
-
-
-def _attractor_colours(basins: Basins) -> dict[int, str]:
-    return {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
 
 
 def _along(basins: Basins, keys: Sequence[str] | None) -> list[Quantity]:
@@ -154,39 +127,42 @@ def _unvalued(basins: Basins) -> list[Any]:
     return handles
 
 
-def _draw(ax: Axes, basins: Basins, codes: np.ndarray, colours: dict[int, str]) -> list[tuple[int, str, np.ndarray]]:
-    """Cells in the colours of their codes, hatched where they have no value; (code, colour, where) of what is shown."""
-    x, y = _edges(basins)
+def _draw(ax: Axes, basins: Basins, along: list[Quantity], what: str, first: bool) -> list[Patch]:
+    """Cells in the colours of their codes, hatched where they have no value; the legend of those that have one.
+
+    first: the leftmost panel, whose upright axis is labelled
+    """
+    x, y = (ViewAxis(name, values, name).edges for name, values in zip(basins.axes, (basins.x, basins.y), strict=True))
+    named, others = basins.attractors[: len(ATTRACTORS)], basins.attractors[len(ATTRACTORS) :]
+    if what == "direction":
+        codes, colours = basins.direction, WAYS
+        legend = {code: _direction_label(basins, code) for code in WAYS if np.any(codes == code)}
+    else:
+        codes, colours = (
+            basins.label,
+            dict.fromkeys(range(len(basins.attractors)), OTHERS) | dict(enumerate(ATTRACTORS)),
+        )
+        legend = {k: _attractor(attractor, basins) for k, attractor in enumerate(named)}
+        count = sum(attractor.starts for attractor in others)
+        legend |= {len(named): f"{len(others)} others: {share(count, basins.label.size)}"} if others else {}
     faces = colours | {code: face for code, (_, face, _, _) in UNVALUED_STYLES.items()}
-    shown = [(code, colour, codes == code) for code, colour in faces.items() if np.any(codes == code)]
+    there = [code for code in faces if np.any(codes == code)]
     number = np.zeros(codes.shape)
-    for k, (_, _, where) in enumerate(shown):
-        number[where] = k
-    paint: dict[str, Any] = {"cmap": ListedColormap([colour for _, colour, _ in shown]), "vmin": -0.5}
-    ax.pcolormesh(x, y, number.T, vmax=len(shown) - 0.5, rasterized=True, label="values", **paint)
+    for k, code in enumerate(there):
+        number[codes == code] = k
+    paint: dict[str, Any] = {"cmap": ListedColormap([faces[code] for code in there]), "vmin": -0.5}
+    ax.pcolormesh(x, y, number.T, vmax=len(there) - 0.5, rasterized=True, label="values", **paint)
     for code, (_, _, hatch, ink) in UNVALUED_STYLES.items():
         _hatch(ax, x, y, basins.label == code, hatch, "white", HALO)
         _hatch(ax, x, y, basins.label == code, hatch, ink)
-    return shown
-
-
-def _edges(basins: Basins) -> tuple[np.ndarray, np.ndarray]:
-    x, y = (ViewAxis(name, values, name).edges for name, values in zip(basins.axes, (basins.x, basins.y), strict=True))
-    return x, y
-
-
-def _frame(ax: Axes, basins: Basins, along: list[Quantity], first: bool) -> None:
-    """Limits and labels of the axes."""
-    x, y = _edges(basins)
     labels = [
         axis_label(PHASE, PHASE_ATTRIBUTES)
         if name == PHASE
         else f"initial {quantity_label(name, basins.system)}{bracketed(axis.unit)}"
         for name, axis in zip(basins.axes, along, strict=True)
     ]
-    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0])
-    if first:
-        ax.set_ylabel(labels[1])
+    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0], ylabel=labels[1] if first else "")
+    return [Patch(facecolor=faces[code], label=text) for code, text in legend.items()]
 
 
 def _setting(basins: Basins) -> str:

@@ -55,14 +55,12 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
                 )  # fmt: skip
         if panel.title:
             handles.append(Line2D([], [], color=colour, linewidth=0.9, marker="o", markersize=DOT, label=panel.title))
-    for cell, text in cell_labels(view).items():
-        if cell is not Cell.NO_TRAVEL:
-            handles.append(Line2D([], [], linestyle="none", marker=MARKS[cell], color="#444444", label=text))
+    labels = cell_labels(view)
+    grey: dict[str, Any] = {"linestyle": "none", "color": "#444444"}
+    handles += [Line2D([], [], marker=MARKS[x], label=labels[x], **grey) for x in labels if x is not Cell.NO_TRAVEL]
     if text := unsettled_label(view):
-        mark = Line2D([], [], linestyle="none", marker="o", markersize=3, markerfacecolor="white", color="#444444")
-        mark.set_label(text)
-        handles.append(mark)
-    if words := cell_labels(view).get(Cell.NO_TRAVEL):
+        handles.append(Line2D([], [], marker="o", markersize=3, markerfacecolor="white", label=text, **grey))
+    if words := labels.get(Cell.NO_TRAVEL):
         band = ax.axhspan(-view.dead_band, view.dead_band, color=GREY, linewidth=0.8, zorder=0)
         band.set_label(words)
         handles.append(band)
@@ -120,7 +118,6 @@ def dot_handles(view: View) -> list[Any]:
         for cell, text in cell_labels(view).items()
     ]
     if text := unsettled_label(view):
-        ring = Line2D([], [], linestyle="none", marker="o", markersize=6, markerfacecolor="none", color=BLACK)
-        ring.set(markeredgewidth=0.5, label=text)
-        handles.append(ring)
+        look: dict[str, Any] = {"marker": "o", "markersize": 6, "markerfacecolor": "none", "markeredgewidth": 0.5}
+        handles.append(Line2D([], [], linestyle="none", color=BLACK, label=text, **look))
     return handles

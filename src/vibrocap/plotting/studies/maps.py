@@ -85,7 +85,10 @@ def plot_view(view: View, path: str | Path, border: str | Sequence[str] | None =
 
 def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figure:
     """The figure of a view of a study: a map, lines or dots, as its axes are."""
-    borders = dict(zip(_listed(border), BORDERS, strict=False))
+    names = [] if border is None else [border] if isinstance(border, str) else list(border)
+    if len(names) > len(BORDERS):
+        raise ViewError([f"--border: a map shows {len(BORDERS)} kinds of border at most, got {len(names)}"])
+    borders = dict(zip(dict.fromkeys(names), BORDERS, strict=False))
     lines = {name: [_border_lines(panel, view, name) for panel in view.panels] for name in borders}
     with style(settings_of(PRINT)):
         if len(view.axes) == 1:
@@ -289,14 +292,6 @@ def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: di
     beyond = beyond_label(view)
     bar.set_label(f"{view.label}\n{beyond}" if beyond else view.label)
     bar.outline.set_linewidth(0.5)  # type: ignore[operator]
-
-
-def _listed(border: str | Sequence[str] | None) -> list[str]:
-    """The variables whose borders are drawn, each once."""
-    names = [] if border is None else [border] if isinstance(border, str) else list(border)
-    if len(names) > len(BORDERS):
-        raise ViewError([f"--border: a map shows {len(BORDERS)} kinds of border at most, got {len(names)}"])
-    return list(dict.fromkeys(names))
 
 
 def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:

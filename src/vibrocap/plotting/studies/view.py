@@ -47,8 +47,8 @@ class ViewError(ValueError):
     """A view that a study does not offer: `complaints` names each option, what was given and what would be right."""
 
     def __init__(self, complaints: Sequence[str]):
-        self.complaints = tuple(complaints)
         super().__init__("\n".join(complaints))
+        self.complaints = tuple(complaints)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -131,8 +131,7 @@ class View:
     @property
     def label(self) -> str:
         """The measure with its symbol and unit."""
-        words = (self.measure.replace("_", " "), SYMBOLS.get(self.measure, ""))
-        return " ".join(word for word in words if word) + bracketed(self.unit)
+        return f"{self.measure.replace('_', ' ')} {SYMBOLS.get(self.measure, '')}".rstrip() + bracketed(self.unit)
 
     @property
     def band(self) -> str:
@@ -176,11 +175,16 @@ def study_view(
     band = float(dataset.attrs.get("dead_band", float(f"{known:.2g}")))
     if (size := dataset[asked].attrs.get("dimensionless_unit")) is not None:
         band = float(f"{band * float(size):.2g}")
+    if asked in TRAVEL:
+        kind = "signed"
+    else:
+        named = asked == "status" or asked in WHOLE or asked in VALUE_LABELS
+        kind = "discrete" if named or panels[0].values.dtype.kind == "U" else "plain"
     return View(
         asked,
         str(dataset[asked].attrs.get("long_name", asked.replace("_", " "))),
         str(dataset[asked].attrs.get("units", "1")),
-        _kind(asked, [panel.values for panel in panels]),
+        kind,
         float(band if dead_band is None else dead_band),
         axes,
         panels,
@@ -285,14 +289,6 @@ def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ..
     return tuple(axis for axis, _ in axes), tuple(values for _, values in axes)
 
 
-def _kind(measure: str, arrays: Sequence[np.ndarray]) -> str:
-    if measure in TRAVEL:
-        return "signed"
-    if arrays[0].dtype.kind == "U" or measure in WHOLE or measure in VALUE_LABELS or measure == "status":
-        return "discrete"
-    return "plain"
-
-
 def _has_words(values: Any) -> bool:
     return values.dtype.kind in "OTU"
 
@@ -315,9 +311,8 @@ def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
     meaning = str(attributes.get("long_name", path)).replace(" [rad]", "")
     for plain, nice in (("^2", "²"), ("omega_n", "ωₙ")):
         meaning = meaning.replace(plain, nice)
-    words = [meaning, symbol_text(str(attributes.get("symbol", "")))]
     unit = "rad" if "[rad]" in str(attributes.get("long_name", "")) else unit
-    return " ".join(word for word in words if word) + bracketed(unit)
+    return f"{meaning} {symbol_text(str(attributes.get('symbol', '')))}".rstrip() + bracketed(unit)
 
 
 def case_of(dataset: Any) -> Case | None:
@@ -344,10 +339,8 @@ def runs_label(dataset: Any, case: Case | None) -> str:
         words[0] += f" of {'at most ' if settle else ''}{periods} periods{settled}"
     if "runs_computed" in dataset.attrs:
         words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
-    if case is None:
-        in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
-    else:
-        in_si = case.system.units is not None
+    in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
+    in_si = in_si if case is None else case.system.units is not None
     return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
 
 
