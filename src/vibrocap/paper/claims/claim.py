@@ -5,6 +5,7 @@ import enum
 import functools
 import inspect
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -107,20 +108,30 @@ def claim(
 ) -> Callable[[Callable[..., Finding]], Claim]:
     """Make a claim of the function that judges it and add it to the list.
 
-    It is called with the runs, the tolerance and the settings. key: by default the function's name; test: its docstring
+    It is called with the runs, the tolerance and the settings. figures: by default those that `where` names;
+    key: the function's name; test: its docstring
     """
 
     def register(judge: Callable[..., Finding]) -> Claim:
         own = key or judge.__name__.replace("_", "-")
         words = " ".join((test or inspect.getdoc(judge) or "").split())
         judging = functools.partial(judge, **settings)
-        made = Claim(own, where, says, words, tolerance, figures, judge.__module__, judging)
+        made = Claim(own, where, says, words, tolerance, figures or _named(where), judge.__module__, judging)
         if own in CLAIMS:
             raise ValueError(f"two claims are called {own}")
         CLAIMS[own] = made
         return made
 
     return register
+
+
+def _named(where: str) -> tuple[str, ...]:
+    """Keys of the figures in a place of the paper, such as "sec. 3.1, Figs 6(b), 7" or "Figs 5-8"."""
+    numbers: list[int] = []
+    for listed in re.findall(r"Figs?\.? ([\d(),a-z -]+)", where):
+        for first, last in re.findall(r"(\d+)(?:-(\d+))?", listed):
+            numbers += range(int(first), int(last or first) + 1)
+    return tuple(f"fig{number:02d}" for number in dict.fromkeys(numbers))
 
 
 def judged(statement: Claim, runs: Runs) -> Verdict:

@@ -148,7 +148,7 @@ def bidirectional(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3, Figs 5-8", "The parameters of Figs 5-8 are given.", DRAWN, "fig05", "fig06", "fig07", "fig08")
+@claim("sec. 3, Figs 5-8", "The parameters of Figs 5-8 are given.", DRAWN)
 def parameters_of_figures_5_to_8(runs: Runs, tolerance: float) -> Finding:
     """Settled drift per period (LM) for h = 1.6, 1.8 and 2.0 at omega = 1: h and omega are not printed."""
     numbers = {}

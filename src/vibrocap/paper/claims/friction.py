@@ -19,7 +19,7 @@ def loop(runs: Runs, friction: str = "lugre", **changes: float) -> FrictionLoop:
     return runs.steady(friction, **changes).loop
 
 
-@claim("sec. 3.1, Fig. 6", "The bristle deflection xi and the friction force f vary alike.", ALIKE, "fig06")
+@claim("sec. 3.1, Fig. 6", "The bristle deflection xi and the friction force f vary alike.", ALIKE)
 def bristle_and_force_alike(runs: Runs, tolerance: float) -> Finding:
     """Correlation of xi with f (LM) over the settled period, at the printed delta1 = 10 and at 1."""
     numbers = {}
@@ -58,7 +58,6 @@ def _strokes(period: Period) -> list[tuple[int, float, float]]:
     "From the onset of sticking xi falls from a level and changes monotonically until the same level in the opposite "
     "direction.",
     Tolerance(0.1, "relative: nothing is printed for 'the same level'"),
-    "fig06",
 )
 def bristle_reaches_the_same_level(runs: Runs, tolerance: float) -> Finding:
     """Largest |xi| of each slide of the settled period, the long ones forward and back compared, and the shortest."""
@@ -85,7 +84,6 @@ def bristle_reaches_the_same_level(runs: Runs, tolerance: float) -> Finding:
     "sec. 3.1, Fig. 6(a)",
     "In pure sliding |xi| falls while the capsule accelerates (AS) and grows while it decelerates (DS).",
     Tolerance(0.95, "share of the time; 5 % is left for the lag of xi around the turning points"),
-    "fig06",
 )
 def bristle_follows_speed(runs: Runs, tolerance: float) -> Finding:
     """Share of the settled period with |X'| beyond M1 in which |xi| and |X'| change in opposite directions."""
@@ -106,10 +104,7 @@ def bristle_follows_speed(runs: Runs, tolerance: float) -> Finding:
 
 
 @claim(
-    "sec. 3.1, Figs 6(b), 6(c)",
-    "Sharp declines of the friction force mark the onset of the sticking regime.",
-    DRAWN,
-    "fig06",
+    "sec. 3.1, Figs 6(b), 6(c)", "Sharp declines of the friction force mark the onset of the sticking regime.", DRAWN
 )
 def sharp_fall_marks_sticking(runs: Runs, tolerance: float) -> Finding:
     """EM, settled period: jumps of the force by more than 1 % of N eta_s, and how many of them begin a stick."""
@@ -134,7 +129,6 @@ def sharp_fall_marks_sticking(runs: Runs, tolerance: float) -> Finding:
     "sec. 3.1, Fig. 6",
     "Friction rises monotonically while sticking until it reaches the boundary of static friction.",
     Tolerance(1e-7, "a thousand times the tolerance of the runs, 1e-10"),
-    "fig06",
 )
 def friction_rises_while_sticking(runs: Runs, tolerance: float) -> Finding:
     """EM, the settled stick: force at both ends, and the largest change against its direction. LM: force at M1."""
@@ -162,7 +156,7 @@ def friction_rises_while_sticking(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "The friction curve of EM shows no hysteresis.", ROUNDING, "fig08")
+@claim("sec. 3.1, Fig. 8", "The friction curve of EM shows no hysteresis.", ROUNDING)
 def em_without_hysteresis(runs: Runs, tolerance: float) -> Finding:
     """Largest difference between EM's friction while sliding and (8) at the same velocity; area of its loop."""
     period = runs.steady("exponential")
@@ -179,7 +173,7 @@ def em_without_hysteresis(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "EM performs oscillations of a relatively higher frequency than LM.", DRAWN, "fig08")
+@claim("sec. 3.1, Fig. 8", "EM performs oscillations of a relatively higher frequency than LM.", DRAWN)
 def higher_frequency_with_em(runs: Runs, tolerance: float) -> Finding:
     """Settled period: reversals, mean frequency rms(X'')/rms(X') and share of the harmonics from the fifth on."""
     numbers = {}
@@ -200,7 +194,7 @@ def higher_frequency_with_em(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "The largest friction force is lower with LM than with EM.", DRAWN, "fig08")
+@claim("sec. 3.1, Fig. 8", "The largest friction force is lower with LM than with EM.", DRAWN)
 def lower_peak_with_lm(runs: Runs, tolerance: float) -> Finding:
     """Largest |R| of the settled period, against EM's and against N eta_s; the same at delta1 = 1."""
     numbers = {

@@ -40,7 +40,6 @@ for _way, _side in WAYS.items():
         "sec. 3.1, Fig. 8",
         f"{_way.capitalize()}, in pure sliding, friction is smaller in the DS than in the AS.",
         DRAWN,
-        "fig08",
         key=f"{_way}-loop-in-sliding",
         test=GAP.format("beyond", _way),
         way=_side,
@@ -55,7 +54,6 @@ for _way, _side in WAYS.items():
         "sec. 3.1, Fig. 8",
         f"Near zero velocity, {_way}, friction is smaller in the AS than in the DS.",
         DRAWN,
-        "fig08",
         key=f"{_way}-loop-in-presliding",
         test=GAP.format("below", _way),
         way=_side,
@@ -69,7 +67,6 @@ for _way, _side in WAYS.items():
     "sec. 3.1, Fig. 8",
     "M1 bounds presliding: from M1 to the terminal point friction is smaller in the DS, below M1 it is reversed.",
     DRAWN,
-    "fig08",
 )
 def order_reverses_at_m1(runs: Runs, tolerance: float) -> Finding:
     """Speeds at which the forward branches cross, beside the speed of M1, at the printed delta1 and at 1."""
@@ -92,7 +89,7 @@ def order_reverses_at_m1(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "Around M1 the friction of EM and of LM almost coincide.", ALMOST, "fig08")
+@claim("sec. 3.1, Fig. 8", "Around M1 the friction of EM and of LM almost coincide.", ALMOST)
 def laws_coincide_at_m1(runs: Runs, tolerance: float) -> Finding:
     """|R(LM) - R(EM)| over N eta_s at M1, forward and back, against the mean of that difference over all speeds."""
     made, numbers = loop(runs), {}
@@ -129,7 +126,6 @@ def _meeting(runs: Runs) -> float:
     "sec. 3.1, Fig. 8",
     "At M1 friction has risen to a level within the maximum of EM, then declines monotonically with growing velocity.",
     DRAWN,
-    "fig08",
 )
 def decline_beyond_m1(runs: Runs, tolerance: float) -> Finding:
     """Accelerating branches beyond M1: largest rise of |R| with speed, over N eta_s, at the printed delta1 and at 1."""
@@ -162,10 +158,7 @@ def _largest_rise(motion: Trajectory, side: LoopSide) -> float:
 
 
 @claim(
-    "sec. 3.1, Fig. 8",
-    "The branches end in one terminal point, the largest velocity, where AS and DS overlap.",
-    DRAWN,
-    "fig08",
+    "sec. 3.1, Fig. 8", "The branches end in one terminal point, the largest velocity, where AS and DS overlap.", DRAWN
 )
 def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
     """|R - R_steady| over N eta_s at the largest forward and backward velocity (LM)."""
@@ -184,7 +177,7 @@ def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "The hysteretic curves have offset points near zero velocity.", DRAWN, "fig08")
+@claim("sec. 3.1, Fig. 8", "The hysteretic curves have offset points near zero velocity.", DRAWN)
 def offset_points_of_the_loop(runs: Runs, tolerance: float) -> Finding:
     """Points of the settled loop with dR/dX' = 0, and how many of them lie below v_s."""
     made = loop(runs)

@@ -28,7 +28,7 @@ def _compared_cycles(lm: dict[str, float], em: dict[str, float]) -> tuple[dict[s
     return numbers, [larger(em[what], lm[what]) for what in lm]
 
 
-@claim("sec. 3.1, Fig. 7(a)", "The limit cycle of the pendulum is larger with EM.", DRAWN, "fig07")
+@claim("sec. 3.1, Fig. 7(a)", "The limit cycle of the pendulum is larger with EM.", DRAWN)
 def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled theta-theta' cycle."""
     lm, em = (_cycle(p, p["angle"], p["angle_rate"]) for p in both(runs))
@@ -41,7 +41,7 @@ def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 7(b)", "The limit cycle of the capsule is larger with EM.", DRAWN, "fig07")
+@claim("sec. 3.1, Fig. 7(b)", "The limit cycle of the capsule is larger with EM.", DRAWN)
 def larger_cycle_of_capsule(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled X-X' cycle, X less its drift; largest forward velocity."""
     lm, em = (_cycle(p, p.wave, p["velocity"]) | {"forward peak": float(p["velocity"].max())} for p in both(runs))
@@ -58,7 +58,6 @@ def larger_cycle_of_capsule(runs: Runs, tolerance: float) -> Finding:
     "sec. 3.1, Fig. 7",
     "There are steps in the phase planes where the velocity passes zero: a quasi-static phase.",
     DRAWN,
-    "fig07",
 )
 def steps_at_zero_velocity(runs: Runs, tolerance: float) -> Finding:
     """EM, settled period: how often the velocity comes to zero, and how often the capsule rests there."""
@@ -76,10 +75,7 @@ def steps_at_zero_velocity(runs: Runs, tolerance: float) -> Finding:
 
 
 @claim(
-    "sec. 3.1, Fig. 7",
-    "The motion is not strictly periodic: beginning and end of the cycle do not overlap.",
-    RUN_ERROR,
-    "fig07",
+    "sec. 3.1, Fig. 7", "The motion is not strictly periodic: beginning and end of the cycle do not overlap.", RUN_ERROR
 )
 def not_strictly_periodic(runs: Runs, tolerance: float) -> Finding:
     """Change over the last of 200 periods, of X and of all other states."""
@@ -98,7 +94,7 @@ def not_strictly_periodic(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 7", "The motions of Fig. 7 are quasi-periodic.", RUN_ERROR, "fig07")
+@claim("sec. 3.1, Fig. 7", "The motions of Fig. 7 are quasi-periodic.", RUN_ERROR)
 def quasi_periodic(runs: Runs, tolerance: float) -> Finding:
     """Response class modulo X of the settled motions, and the return residual after one period."""
     classes = {short: response_class(runs.steady(name).motion) for name, short in SHORT.items()}
@@ -120,9 +116,7 @@ def _since(runs: Runs, name: str) -> float:
     return math.nan if since is None else float(since)
 
 
-@claim(
-    "sec. 3.1, Fig. 7", "The imperfect overlap is due to the hysteretic characteristic of the friction.", DRAWN, "fig07"
-)
+@claim("sec. 3.1, Fig. 7", "The imperfect overlap is due to the hysteretic characteristic of the friction.", DRAWN)
 def gap_from_hysteresis(runs: Runs, tolerance: float) -> Finding:
     """The gap in X per settled period with hysteresis (LM) and without (EM)."""
     lm, em = (abs(p.drift) for p in both(runs))
@@ -134,7 +128,7 @@ def gap_from_hysteresis(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 7", "The dynamics stay within finite boundaries.", DRAWN, "fig07")
+@claim("sec. 3.1, Fig. 7", "The dynamics stay within finite boundaries.", DRAWN)
 def bounded(runs: Runs, tolerance: float) -> Finding:
     """Largest |theta|, |theta'|, |X'| and |X| over the first 40 and over all 200 periods (LM)."""
     long = runs.steady("lugre").motion

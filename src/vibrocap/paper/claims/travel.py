@@ -17,7 +17,7 @@ KEYS = {"O1": "lugre", "O2": "exponential", "P1": BOTH, "P2": BOTH}  # whose dri
 ZERO = "The steady mean velocity is zero at every mass ratio, for both laws."
 
 
-@claim("sec. 3.2, Fig. 9", "The responses are periodic for all lambda considered.", RUN_ERROR, "fig09")
+@claim("sec. 3.2, Fig. 9", "The responses are periodic for all lambda considered.", RUN_ERROR)
 def periodic_for_every_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     """Largest change of the state modulo X over the last of 150 periods, over the mass ratios of Fig. 9."""
     numbers = {f"{short}: largest residual": float(runs.sweep(name).residual.max()) for name, short in SHORT.items()}
@@ -33,7 +33,6 @@ def periodic_for_every_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     "sec. 3.2, Fig. 9",
     "In the steady state the capsule progresses from period to period (average velocity not zero).",
     RUN_ERROR,
-    "fig09",
 )
 def steady_progress(runs: Runs, tolerance: float) -> Finding:
     """Largest |mean velocity| over the last 10 of 150 periods, over all mass ratios, from the paper's start and from
@@ -91,10 +90,10 @@ def _monotone(runs: Runs, tolerance: float, friction: str) -> Finding:
 for _name, _short in SHORT.items():
     _says = f"The average velocity of {_short} decreases monotonically with lambda on [0.01, 8.1]."
     _key = f"monotone-{_short.lower()}"
-    claim("sec. 3.2, Fig. 9; sec. 4", _says, DRAWN, "fig09", key=_key, friction=_name)(_monotone)
+    claim("sec. 3.2, Fig. 9; sec. 4", _says, DRAWN, key=_key, friction=_name)(_monotone)
 
 
-@claim("sec. 3.2, Fig. 9", "The curve of EM has the larger negative slope.", RUN_ERROR, "fig09")
+@claim("sec. 3.2, Fig. 9", "The curve of EM has the larger negative slope.", RUN_ERROR)
 def em_falls_more_steeply(runs: Runs, tolerance: float) -> Finding:
     """Mean slope of the average velocity over [0.01, 8.1], by window."""
     lm, em = averages(runs, "lugre"), averages(runs, "exponential")
@@ -158,7 +157,7 @@ for _point, _says, _number, _test in (
 ):
     _key = f"{_says.partition(' ')[0].lower()}-point-{_point.lower()}"
     _says = f"{_says} lambda = {_number}."
-    claim("sec. 3.2, Fig. 9", _says, printed(_number), "fig09", key=_key, test=_test, point=_point)(_crossing)
+    claim("sec. 3.2, Fig. 9", _says, printed(_number), key=_key, test=_test, point=_point)(_crossing)
 
 
 def _order(runs: Runs, tolerance: float, low: float, high: float, em_higher: bool) -> Finding:
@@ -192,7 +191,7 @@ for _key, _says, _low, _high, _higher in (
     _where = "below 1.18" if _low == 0.0 else "beyond 4.36" if _high > 8.1 else "between 1.18 and 4.36"
     _test = f"Share of the mass ratios {_where} at which EM's average velocity is the higher one, by window."
     _range = {"low": _low, "high": _high, "em_higher": _higher}
-    claim("sec. 3.2, Fig. 9", _says, ORDER, "fig09", key=_key, test=_test, **_range)(_order)
+    claim("sec. 3.2, Fig. 9", _says, ORDER, key=_key, test=_test, **_range)(_order)
 
 
 def _signs(runs: Runs, tolerance: float, friction: str, border: float) -> Finding:
@@ -216,4 +215,4 @@ for (_name, _short), _border in zip(SHORT.items(), (4.0, 2.2), strict=True):
     _says = f"{_short} travels forward for lambda <= {_border} and backward beyond."
     _test = f"Share of the mass ratios at which {_short}'s average velocity has the printed sign, by window."
     _key, _law = f"signs-of-{_short.lower()}", {"friction": _name, "border": _border}
-    claim("sec. 3.2, Fig. 9", _says, ORDER, "fig09", key=_key, test=_test, **_law)(_signs)
+    claim("sec. 3.2, Fig. 9", _says, ORDER, key=_key, test=_test, **_law)(_signs)
