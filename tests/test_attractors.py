@@ -68,22 +68,6 @@ def twins():
     return map_, start[0], mirrored[0]
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_settled_runs_are_told_apart_by_their_orbits(twins):
-    map_, state, mirrored = twins
-    shift = np.array([0.0, 0.0, 5.0, 0.0])  # along the cyclic coordinate: the same motion
-    states = np.array([state, mirrored, state + shift, state + 2e-7, mirrored - shift])
-    with np.errstate(all="ignore"):
-        found, which = distinct_orbits(map_, states, np.ones(5, dtype=int), 10)
-        assert list(which) == [0, 1, 0, 0, 1]
-        assert found[0].orbit.drift == pytest.approx(-found[1].orbit.drift, abs=1e-8)
-        assert attractor_matching.nearest(attractor_matching.mirrored_points(map_, found[0]), found) == 1
-        few, which = distinct_orbits(map_, states, np.ones(5, dtype=int), 1)
-    assert len(few) == 1
-    assert list(which) == [0, -1, 0, 0, -1]
-
-
 def test_settled_runs_near_orbits_that_are_known_are_theirs_without_shooting(monkeypatch):
     """That of the nearer one of two, and of none where both are farther than what counts as settled."""
     monkeypatch.setattr(attractor_matching, "_settled_orbit", None)
@@ -174,32 +158,6 @@ def test_exactly_the_two_travelling_twins_attract(law):
         _, path = period_marks(system, periods=150, initial=start)
         drift = path[-1][2] - path[-2][2]
         assert drift == pytest.approx(found.attractors[found.label[k]].motion.drift, abs=1e-6)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_all_points_of_a_longer_orbit_are_one_attractor():
-    """LM with delta1 = 1: period 8 modulo X; runs that pass close to the unstable orbits of period 4 and 2 go on."""
-    found = attractors(capsule(vc.LuGre(bristle_damping=1.0)), 1000)
-    assert [each.motion.kind for each in found.attractors] == ["period-8", "period-8"]
-    assert sum(each.share for each in found.attractors) == 1.0
-    assert found.attractors[0].motion.drift == pytest.approx(-found.attractors[1].motion.drift, abs=1e-10)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_drift_is_per_drive_period_whatever_the_response():
-    """0.19224737 for LM with delta1 = 1, whose response takes eight."""
-    system = capsule(vc.LuGre(bristle_damping=1.0))
-    map_ = StroboscopicMap(system, 1e-12)
-    runs = settling_runs.settling_runs(map_, np.array([[1.0, 0.0, 0.0, 0.0, 0.0]]), map_.parameters()[None], 1000)
-    assert runs.response_period[0] == 8
-    assert abs(runs.drift[0]) == pytest.approx(0.1922473710, abs=1e-5)
-    found = bifurcation_diagram(system, "machine.mass_ratio", (2.5, 2.501), 2, starts=1, directions=("down",))
-    assert found.response_period[0, 0, 0] == 8
-    assert abs(found.drift[0, 0, 0]) == pytest.approx(0.1922473710, abs=1e-5)
-    assert np.all(np.isfinite(found.states[0, 0, 0, :8]))
-    assert np.all(np.isnan(found.states[0, 0, 0, 8:]))
 
 
 @pytest.mark.parametrize("planted", [False, True])

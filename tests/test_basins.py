@@ -1,6 +1,5 @@
 """Basins of direction: starts at any phase of the drive, the symmetry of the picture, what failed, and how it looks."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -159,24 +158,6 @@ def test_symmetric_motions_do_not_travel():
     assert [each.motion.symmetric for each in found.attractors] == [True]
 
 
-@pytest.mark.exhaustive
-def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
-    slow = vc.System(  # of which many runs leave an orbit whose multiplier is -1.004
-        vc.PendulumCapsule(mass_ratio=2.684755256915821, stiffness=0.5330267207561138, damping=0.3982379703201067),
-        vc.Exponential(),
-        vc.Harmonic(amplitude=1.3271455286936373, frequency=1.5604703009219825),
-    )
-    short = basins(slow, PLANE, 12, settle_periods=200)
-    assert 0 < np.sum(short.label == NOT_SETTLED) < 72
-    assert np.array_equal(short.direction == NOT_SETTLED, short.label == NOT_SETTLED)
-    assert np.all(np.abs(short.direction[short.label >= 0]) == 1)
-    monkeypatch.setattr(settling_runs, "MOST_EVENTS", 1)
-    failed = basins(capsule(), PLANE, 6)
-    assert np.all(failed.label == FAILED)
-    assert np.all(failed.direction == FAILED)
-    assert np.all(np.isnan(failed.drift))
-
-
 # --- datasets and pictures -------------------------------------------------------------------------------------------
 
 
@@ -225,25 +206,3 @@ def test_drift_and_direction_of_every_kind_of_start():
     assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
     directions = basins_module._directions(capsule(), found, label, drift)
     assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error
-
-
-@pytest.mark.exhaustive
-def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.plotting.look.finishing import save
-    from vibrocap.plotting.steady.basins import PRINT, basin_figure
-
-    given = drawn()
-    figure = basin_figure(given)
-    legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    for words in ("forward", "back", "not settled", "failed", "not told apart", "period-3"):
-        assert any(words in text for text in legend), words
-    hatches = {patch.get_hatch() for patch in figure.axes[0].patches}
-    assert len(hatches) == 3  # one for each kind of cell without a value
-    assert "t₀/T" in " ".join(text.get_text() for text in figure.texts)
-    one = save(basin_figure(given), tmp_path / "one.png", PRINT).read_bytes()
-    assert one == save(basin_figure(given), tmp_path / "two.png", PRINT).read_bytes()
-    kept = np.where(given.label == 2, 0, given.label)
-    single = dataclasses.replace(
-        given, label=kept, attractors=given.attractors[:2], drift=np.where(kept == 0, 0.16, given.drift)
-    )
-    assert len(basin_figure(single).axes) == 1

@@ -146,24 +146,6 @@ def test_section_goes_from_sticking_to_sliding():
         assert same_cycle(vc.shoot(system, found.special_points[0].state, half=True).mode_sequence, word)
 
 
-@pytest.mark.exhaustive
-def test_period_doubling_over_a_parameter_of_the_law():
-    system = system_with("lugre")
-    found = vc.branches(system, "friction.bristle_damping", (4.0, 12.0), initial=START)
-    doubled = [branch for branch in found.branches if branch.response_period == 2]
-    assert len(doubled) == 1
-    assert doubled[0].ends[0] is BranchEnd.FLIP
-    inside = len(doubled[0]) // 2
-    orbit = doubled[0].orbit(inside)
-    once = vc.shoot(orbit.system, orbit.state, 1)
-    gap = max(abs(once.state[name] - orbit.state[name]) for name in orbit.state)
-    assert orbit.residual < 1e-11
-    assert gap > 1e-3  # no orbit of one period
-    (flip,) = found.branches[1].kind(SpecialKind.FLIP)
-    shot = vc.shoot(system.with_parameters({"friction.bristle_damping": flip.parameter}), flip.state)
-    assert min(abs(shot.multipliers + 1.0)) < 1e-7
-
-
 def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():
     wild = system_with("exponential", **{"machine.stiffness": 0.6, "machine.damping": 0.3, OVER: 1.2})
     found = vc.branch(wild, OVER, (1.1, 1.3), initial=START, settle_periods=30)

@@ -16,21 +16,6 @@ def crawler(*further, **given):
     return vc.System(machine, [vc.Coulomb(0.06, 0.09), *further], drive, **given)
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
-    """Its velocity is zero there, and nothing depends on it."""
-    base = crawler()
-    system = vc.System(base.machine, [base.friction, vc.Coulomb(2.0, 4.0)], base.drive)
-    found = vc.orbit(system, initial=vc.simulate(system, periods=30, initial={"velocity": 0.1}).state)
-    assert found.state["velocity_2"] == 0.0
-    assert vc.stick_fraction(found.motion(), contact=2) == 1.0
-    assert np.sum(np.abs(found.multipliers) > 1e-12) <= 2
-    again = vc.simulate(system, periods=1, initial=found.state, tolerance=1e-13).state
-    for name in ("displacement", "velocity", "velocity_2"):
-        assert again[name] == pytest.approx(found.state[name], abs=1e-11)
-
-
 def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
     """Without a spring, damper and drive between them, two bodies know nothing of each other."""
     machine = vc.TwoBodyCrawler(stiffness=1e-300, damping=0.0, mass_2=2.0, normal_load_2=3.0, actuation=0.0)

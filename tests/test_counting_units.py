@@ -84,8 +84,6 @@ def differences(a, b, path=""):
     }
     names = sorted(each for each in members - OF_THE_RUN - STEPPED if not each.startswith(("_", "piece_")))
     own = [each for each in names if each not in ("dimensionless", "mean_power", "per_period", "peak")]
-    if isinstance(a, vc.Optimum):  # its spread starts cover natural sizes, which are those of the units
-        own.remove("attractors")
     return [found for name in own for found in differences(getattr(a, name), getattr(b, name), f"{path}.{name}")]
 
 
@@ -119,12 +117,10 @@ OF_MOTIONS = {
     ],
     "a window": lambda motion: vc.energy_balance(motion, window=(1.0, 2.0)),
 }
-OF_SYSTEMS = {
+OF_SYSTEMS = {  # those of commands, in SI and without units, stand in `test_views.py`
     "contacts": lambda system: vc.contact_modes(system, {"velocity": 0.01}, time=0.02),
-    "orbit": vc.orbit,
     "class": vc.classify,
     "attractors": lambda system: vc.attractors(system, 20, ranges={"velocity": (-0.1, 0.1)}),
-    "basins": lambda system: vc.basins(system, {"displacement": (-0.01, 0.01), "velocity": (-0.1, 0.1)}, 5),
     "diagram": lambda system: vc.bifurcation_diagram(system, OVER, (4.5, 5.5), 3),
     "smoothing": lambda system: vc.regularisation_error(system, widths=(0.01,)),
     "width": lambda system: vc.width_for(system, error=0.2),
@@ -135,10 +131,7 @@ OF_SYSTEMS = {
             system, {OVER: [4.9, 5.0]}, measures=["drift", "cost_of_transport"], periods=60, tolerance=1e-8, settle=0
         )
     ),
-    "crossing": lambda system: vc.crossing(system, "mean_velocity", "environment.inclination_deg", (0.0, 6.0)),
-    "branches": lambda system: vc.branches(system, OVER, (4.9, 5.1)),
     "bounds": vc.performance_bounds,
-    "robustness": lambda system: vc.robustness(system, {OVER: (4.9, 5.1)}, samples=16),
     "gradients": lambda system: (
         vc.orbit(system)
         .gradients(
@@ -148,7 +141,6 @@ OF_SYSTEMS = {
         .select_dtypes("number")
         .to_dict("list")
     ),
-    "optimum": lambda system: vc.optimise(system, {OVER: (4.0, 6.0)}, evaluations=40, refinement=20),
     "front": lambda system: vc.pareto_front(system, {OVER: (4.0, 6.0)}, evaluations=40, points=3).values,
 }
 

@@ -190,14 +190,6 @@ def test_a_crossing_in_a_narrow_bracket_is_located_as_sharply_as_in_a_wide_one()
         assert crossing_bracket.located(again, *ends).kind is CrossingKind.LOST  # type: ignore[arg-type]
 
 
-@pytest.mark.exhaustive
-def test_a_state_that_one_law_has_is_given_to_that_one():
-    lm, em = capsule("lugre"), capsule("exponential")
-    start = START | {"bristle": 0.0026}
-    found = vc.crossing(lm, "drift", RATIO, (5.0, 6.0), against=em, initial=start, points=3)
-    assert found.places == pytest.approx((5.489362346569,), abs=1e-9)
-
-
 BELT = vc.System(vc.Oscillator(belt_speed=0.1), vc.Coulomb(), vc.Constant())
 
 

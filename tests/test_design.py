@@ -22,6 +22,13 @@ from vibrocap.design.search.uncertainty import CRITERIA, Samples
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
+OWN = {"half": (0.25, 1.5), "phase": (0.0, np.sqrt(2.0 * np.pi))}
+BOTH = "friction.coulomb_coefficient,friction.static_coefficient"
+
+
+def doubled(half, phase):
+    """Parameters of two variables of one's own, one of them not linear."""
+    return {"drive.frequency": 2.0 * half, "drive.second_phase": phase**2}
 
 
 @pytest.fixture(scope="module")
@@ -34,28 +41,24 @@ def biharmonic() -> vc.System:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0], [0, 1]))
-def test_known_optimum_over_frequency_and_phase(biharmonic, seed):
-    """Value and place of an independent search; at a smooth optimum the place is known to the root of the value."""
-    found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=2000, seed=seed)
-    assert found.value == pytest.approx(0.104919431678, abs=1e-9)
-    assert found.design is not None
-    assert list(found.design.values()) == pytest.approx([0.90985583, 2.20068755], abs=3e-5)
-    assert found.orbit is not None
-    assert found.orbit.stable
-    assert found.reached_from == (0,)
-
-
-@pytest.mark.slow
 def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
-    asked = {"over": FREQUENCY_AND_PHASE, "starts": START, "refinement": 0}
-    whole = optimise(biharmonic, evaluations=128, threads=1, **asked)
-    optimise(biharmonic, evaluations=64, store=tmp_path, threads=2, **asked)
-    resumed = optimise(biharmonic, evaluations=128, store=tmp_path, resume=True, threads=2, **asked)
+    """With variables of one's own, and uncertain parameters, which are named by the parameters."""
+    asked = {"over": OWN, "through": doubled, "starts": START, "refinement": 0, "robust": "cvar", "samples": 4}
+    asked["uncertain"] = {BOTH: "factor:0.8:1.2", "drive.frequency": "factor:0.99:1.01"}
+    whole = optimise(biharmonic, evaluations=64, threads=1, **asked)
+    optimise(biharmonic, evaluations=32, store=tmp_path, threads=2, **asked)
+    resumed = optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, threads=2, **asked)
     assert resumed == whole
     assert np.array_equal(resumed.population.cost, whole.population.cost)
-    with pytest.raises(ValueError, match="another search"):
-        optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, seed=1, **asked)
+    asked |= {"evaluations": 32, "store": tmp_path, "resume": True}
+    for change, said in (
+        ({"seed": 1}, "another search"),
+        ({"samples": 8}, "another uncertain"),
+        ({"through": lambda half, phase: doubled(half, phase / 2.0)}, "another search"),
+        ({"uncertain": {"drive.frequency": "0.9:1.1"}}, "is a design variable"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            optimise(biharmonic, **asked | change)
 
 
 @pytest.mark.slow
@@ -72,14 +75,6 @@ def test_search_begins_with_the_guesses(biharmonic):
         optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[guess | {"drive.frequency": 4.0}])
     with pytest.raises(CaseError, match=r"guesses\[0\]: should give drive.second_phase"):
         optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[{"drive.frequency": 1.0}])
-
-
-def doubled(half, phase):
-    """Parameters of two variables of one's own, one of them not linear."""
-    return {"drive.frequency": 2.0 * half, "drive.second_phase": phase**2}
-
-
-OWN = {"half": (0.25, 1.5), "phase": (0.0, np.sqrt(2.0 * np.pi))}
 
 
 @pytest.mark.slow
@@ -111,20 +106,6 @@ def test_variables_of_ones_own_are_other_words_for_the_same_designs(biharmonic):
 def test_bad_functions_of_ones_own_are_named(biharmonic, over, through, said):
     with pytest.raises(CaseError, match=said):
         optimise(biharmonic, over, through=through)
-
-
-@pytest.mark.slow  # its search
-def test_own_variables_may_be_uncertain_and_are_stored(biharmonic, tmp_path):
-    """What is uncertain is named by the parameters; the record of a search knows another function."""
-    asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0, "samples": 2, "store": tmp_path}
-    sure = {"drive.frequency": "factor:0.99:1.01"}
-    found = optimise(biharmonic, OWN, through=doubled, uncertain=sure, **asked)
-    assert found.under is not None
-    with pytest.raises(CaseError, match="is a design variable"):
-        optimise(biharmonic, OWN, through=doubled, uncertain={"drive.frequency": "0.9:1.1"})
-    asked |= {"uncertain": sure, "resume": True}
-    with pytest.raises(ValueError, match="another search"):
-        optimise(biharmonic, OWN, through=lambda half, phase: doubled(half, phase / 2.0), **asked)
 
 
 def test_shape_has_its_peak_exactly():
@@ -257,8 +238,6 @@ def test_the_fast_orbit_of_the_trap_is_refused_by_its_multiplier():
     ("asked", "code", "said"),
     [
         (["--for", "speed"], 2, "--for: there is no measure 'speed'; did you mean 'mean_velocity'?"),
-        (["--for", "velocity"], 2, "did you mean 'mean_velocity'?"),
-        (["--for", "distance"], 2, "did you mean 'displacement'?"),
         (["--subject-to", "speed > 1"], 2, "--subject-to: there is no measure 'speed'"),
         (["--over", "machine.damping=3:0.5"], 2, "machine.damping: the range '3:0.5' is reversed"),
         (["--subject-to", "least_reaction > 100"], 3, "no allowed design"),
@@ -345,23 +324,6 @@ def test_bad_fronts_are_named_before_any_work(biharmonic, asked, said):
         vc.pareto_front(biharmonic, FRONT, **asked)
 
 
-@pytest.mark.exhaustive
-def test_shape_of_the_drive_within_its_peak(biharmonic):
-    """Equal peaks: shapes with a second harmonic travel, the harmonic drive alone does not break the symmetry."""
-    drive = vc.FourierSeries(frequency=0.9, cosine_1=1.0)
-    system = vc.System(biharmonic.machine, biharmonic.friction, drive)
-    over = {"drive.cosine_1": (0.5, 1.5), "drive.cosine_2": (-0.8, 0.8), "drive.sine_2": (-0.8, 0.8)}
-    found = optimise(system, over, subject_to="peak_drive < 1", starts=START, evaluations=640)
-    assert found.constraints["peak_drive < 1"] <= 1.0 + 1e-9
-    assert "constraint peak_drive < 1" in found.limits
-    assert found.orbit is not None
-    times = np.linspace(0.0, found.orbit.period, 4001)
-    largest = max(abs(found.orbit.system.drive.value(t)) for t in times)
-    assert largest == pytest.approx(found.constraints["peak_drive < 1"], abs=1e-5)
-    assert found.value is not None
-    assert abs(found.value) > 0.05  # to either side: the drive of the system has twins, that of the design has none
-
-
 def test_command_writes_the_front(tmp_path, capsys):
     pytest.importorskip("pymoo")
     case, out, picture = tmp_path / "case.toml", tmp_path / "front", tmp_path / "front.png"
@@ -391,7 +353,7 @@ def crawler_under(drive):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [2.0, 10.0, 1000.0])
+@pytest.mark.parametrize("factor", [2.0, 1000.0])
 def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed(factor):
     """V/sqrt(mu k L/2) = ((s - 1)/s) sqrt(s/(s + 1)) for three phases with w1 = w3 = w* and w2 = s w*."""
     slow = DECELERATION / SHARE
@@ -512,9 +474,6 @@ def optimum() -> vc.Case:
     return vc.Case(vc.System(machine, vc.Exponential(), vc.Harmonic(1.8, 1.23974842)), START[0])
 
 
-BOTH = "friction.coulomb_coefficient,friction.static_coefficient"
-
-
 def test_factor_of_friction_is_a_run_at_that_friction(optimum):
     """At friction x 0.8 and x 1.2 the speeds are those of BEYOND's table."""
     found = vc.robustness(optimum, {BOTH: "factor:0.8:1.2"}, samples=64)
@@ -590,7 +549,7 @@ def test_command_prints_what_python_has(tmp_path, capsys):
 def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
     """What is best in the worst of friction x 0.8 to 1.2 has a stable orbit for each, and the fastest one is worse."""
     over = FREQUENCY_AND_PHASE | {"machine.stiffness": (1.2, 6.0), "machine.damping": (0.3, 3.0)}
-    asked = {"starts": START, "evaluations": 2000, "refinement": 30}
+    asked = {"starts": START, "evaluations": 800, "refinement": 30}
     fastest = optimise(biharmonic, over, **asked)
     surest = optimise(biharmonic, over, uncertain={BOTH: "factor:0.8:1.2"}, samples=4, **asked)
     assert fastest.orbit is not None
@@ -607,21 +566,6 @@ def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
     ends = [given.with_parameters({path: x * given.parameter(path) for path in BOTH.split(",")}) for x in (0.8, 1.2)]
     worst = min(abs(vc.orbit(each, initial=surest.orbit.state).mean_velocity) for each in ends)
     assert worst >= surest.value - 1e-9
-
-
-@pytest.mark.slow
-def test_robust_search_is_resumed_to_the_bit(biharmonic, tmp_path):
-    asked = {
-        "uncertain": {BOTH: "factor:0.8:1.2", "drive.frequency": "factor:0.99:1.01"},
-        "robust": "cvar",
-        "samples": 4,
-    }
-    asked |= {"over": FREQUENCY_AND_PHASE, "starts": START, "refinement": 0}
-    whole = optimise(biharmonic, evaluations=64, **asked)
-    optimise(biharmonic, evaluations=32, store=tmp_path, **asked)
-    assert optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, **asked) == whole
-    with pytest.raises(ValueError, match="another uncertain"):
-        optimise(biharmonic, evaluations=32, store=tmp_path, resume=True, **asked | {"samples": 8})
 
 
 @pytest.mark.parametrize(
@@ -738,8 +682,15 @@ def test_ascent_does_not_pass_what_is_not_allowed_and_does_not_claim_a_kink():
 
 @pytest.mark.slow
 def test_slopes_vanish_at_a_smooth_optimum_and_are_those_of_differences(biharmonic):
-    """At the optimum they are at rounding; with a bound in the way the slope is that of closed orbits on both sides."""
+    """At the known optimum they are at rounding; with a bound in the way they are those of closed orbits on both sides.
+
+    Value and place are of an independent search; at a smooth optimum the place is known to the root of the value.
+    """
     found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=640, spread_starts=0)
+    assert found.value == pytest.approx(0.104919431678, abs=1e-9)
+    assert list(found.design.values()) == pytest.approx([0.90985583, 2.20068755], abs=3e-5)
+    assert found.orbit.stable
+    assert found.reached_from == (0,)
     assert found.limits == ("nothing: the slopes vanish",)
     assert all(abs(slope) < 1e-10 for pair in found.slopes.values() for slope in pair)
     forward = biharmonic.with_parameters({"drive.second_phase": 2.2})

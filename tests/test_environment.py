@@ -305,19 +305,6 @@ def test_weightless_pendulum_does_not_fall():
     assert rates == (0.0, 0.0, 0.0, 0.0)
 
 
-@pytest.mark.slow
-def test_stronger_gravity_is_a_faster_clock():
-    """With g = 4 in the unit of acceleration all goes twice as fast: angles at t are those at g = 1 and 2 t."""
-    fast = vc.PendulumCapsule(stiffness=8.0, damping=2.0, normal_load="weight")
-    slow = vc.PendulumCapsule(stiffness=2.0, damping=1.0, normal_load="weight")
-    law, slope = vc.Coulomb(0.1, 0.2), {"inclination": 0.1}
-    one = vc.System(slow, law, vc.Harmonic(1.8, 1.0), environment=vc.Environment(**slope))
-    four = vc.System(fast, law, vc.Harmonic(7.2, 2.0), environment=vc.Environment(gravity=4.0, **slope))
-    states = [vc.simulate(each, periods=3, initial=START, tolerance=1e-12).state for each in (one, four)]
-    assert states[1]["position"] == pytest.approx(states[0]["position"], abs=1e-10)
-    assert states[1]["angle_rate"] == pytest.approx(2.0 * states[0]["angle_rate"], abs=1e-10)
-
-
 @parameters
 class TwoMasses(Machine):
     """A mass pushed to and fro in a capsule by the drive; its place is counted in the capsule."""

@@ -40,7 +40,7 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 GCC = shutil.which("gcc") or ""
 ZIG = (sys.executable, "-m", "ziglang", "cc") if importlib.util.find_spec("ziglang") else ()
 COMPILERS = {name: command for name, command in {"gcc": (GCC,), "zig": ZIG}.items() if any(command)}
-LEVELS = ("-O0", "-O1", "-O2", "-O3")
+LEVELS = ("-O0", "-O3")
 TABLE = [(kind, *which) for kind in KINDS for which in motions_of_a_kind(kind)]  # each law on a machine of each kind
 FUSED = ("-O3", "-march=native")  # with fused operations where the processor has them
 needs_gcc = pytest.mark.skipif(not GCC, reason="no gcc is installed")

@@ -88,7 +88,7 @@ def test_every_kind_of_part_is_put_into_words():
             assert "None" not in words
 
 
-@pytest.mark.parametrize("number", slow_but(range(0, 12, 2), range(12)))
+@pytest.mark.parametrize("number", slow_but(range(0, 12, 4), exhaustive_but(range(0, 12, 2), range(12))))
 def test_a_case_is_exported(shown, tmp_path, number):
     """What needs no motion: every kind of part in SI, with the least that a case has to say."""
     row = case_matrix.every_kind()[number]

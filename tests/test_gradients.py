@@ -314,6 +314,7 @@ def test_an_event_on_a_corner_of_the_drive_is_named():
     assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients("machine.damping").kinks == ()
 
 
+@pytest.mark.slow
 def test_a_stop_that_opens_on_a_corner_of_the_drive_goes_with_it():
     """The mass rests at the stop exactly until the drive switches: the corner moves it only after it has left."""
     drive = vc.OnOff(amplitude=1.5, offset=-0.7, frequency=0.1, duty=0.4)

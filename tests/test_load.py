@@ -8,13 +8,12 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import vibrocap as vc
-from thinned import exhaustive_but, slow_but
+from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
-from vibrocap.physics.catalogue import laws
 from vibrocap.studies.plan.planning import planned_study
 
 SECOND_HARMONIC = 0.4
@@ -95,31 +94,6 @@ def test_mean_load_of_a_steady_motion_is_the_weight():
         # The window is one response period; the momentum at its ends differs by what is not settled.
         assert found["mean_reaction"] == pytest.approx(system.machine.mass_ratio + 1.0, abs=1e-10)
         assert np.all((found["least_reaction"] < 3.0) & (found["largest_reaction"] > 4.0))
-
-
-KNOWN = [law for law in laws().values() if law.name not in ("rate-and-state-slip", "rate-and-state-ageing")]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but(range(0, len(KNOWN), 6), KNOWN), ids=lambda law: law.name)
-def test_load_is_the_vertical_balance_and_friction_its_share(law):
-    """N = lambda + 1 + (cos theta)'' of the recorded polynomials, and R = N times the law at the load 1."""
-    system = capsule(law=law(), amplitude=1.5)
-    motion = vc.simulate(system, periods=4, initial=START, tolerance=1e-11)
-    assert motion.status.ok
-    assert motion.certificate.ok, motion.certificate.failures
-    index = np.repeat(np.arange(len(motion.piece_start)), 5)
-    s = np.tile(np.linspace(0.05, 0.95, 5), len(motion.piece_start)) * motion.piece_length[index]
-    states, slopes = motion.piece_states(index, s), motion.piece_slopes(index, s)
-    angle, rate, acceleration = states[0], states[1], slopes[1]
-    balance = system.machine.mass_ratio + 1.0 - np.sin(angle) * acceleration - np.cos(angle) * rate**2
-    reaction, friction = motion.piece_observables(("reaction", "friction"), index, s)
-    # A polynomial's slope leaves the equations by the certificate's defect over the length of the step.
-    assert np.max(np.abs(reaction - balance) * motion.piece_length[index]) < 2e3 * motion.tolerance
-    for i in np.flatnonzero(motion.piece_sides[index, 0] != 0)[::7]:
-        internal = tuple(states[4:, i].tolist())
-        share, _ = system.friction.force(float(states[3, i]), internal, float(motion.piece_sides[index[i], 0]), 1.0)
-        assert friction[i] == pytest.approx(share * reaction[i], rel=1e-12, abs=1e-13)
 
 
 def bracket(mass_ratio, coefficient):
@@ -345,21 +319,3 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
     ):
         plan = planned_study(capsule(load), {"machine.mass_ratio": [0.2, 2.5]}, measures=measures, **given)
         assert plan.measures == (*measures, *watch)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tolerance", exhaustive_but([1], [1e-4, 1e-7]))
-def test_maps_are_hatched_where_the_least_load_is_negative(tolerance):
-    """And nowhere else, whether the least load is measured or only watched."""
-    from vibrocap.plotting.studies.cells import hidden_lift_off
-    from vibrocap.plotting.studies.view import study_view
-
-    for law in (vc.LuGre(),):
-        system = vc.System(vc.PendulumCapsule(normal_load="weight"), law, vc.Harmonic(amplitude=1.8))
-        over = {"machine.mass_ratio": "0.2:3:20", "drive.amplitude": "0.5:3:20"}
-        options = {"settle": 1e-6, "periods": 60, "tolerance": tolerance, "initial": START}
-        exact = vc.sweep(system, over, measures=["mean_velocity", "least_reaction"], **options)
-        plain = vc.sweep(system, over, measures=["mean_velocity"], **options)
-        known, marked = (hidden_lift_off(study_view(each, "mean_velocity").panels[0]) for each in (exact, plain))
-        assert 50 < known.sum() < 350
-        assert np.array_equal(known, marked)

@@ -163,21 +163,6 @@ def test_two_frequencies_without_a_common_period_are_quasi_periodic():
     assert found.lyapunov.spectrum.sum() == pytest.approx(0.0, abs=1e-10)
 
 
-@pytest.mark.exhaustive
-def test_slow_way_from_an_unstable_orbit_is_not_settled():
-    """One multiplier is -1.004: for a thousand periods the exponent is zero to its error, and nothing wanders."""
-    slow = vc.System(
-        vc.PendulumCapsule(mass_ratio=2.684755256915821, stiffness=0.5330267207561138, damping=0.3982379703201067),
-        vc.Exponential(),
-        vc.Harmonic(amplitude=1.3271455286936373, frequency=1.5604703009219825),
-    )
-    near = classify(slow, {"angle": -2.3, "angle_rate": 0.47, "velocity": -0.0925}, settle_periods=2000)
-    assert near.kind == "period-2"
-    unstable = vc.orbit(slow, initial=near.state, response_period=1)
-    kinds = {classify(slow, unstable.state, settle_periods=n).kind for n in (50, 500)}
-    assert kinds == {"not settled"}
-
-
 def decided(value, error, chaos, stays=True):
     growth = LyapunovExponents(value, error, np.array([value]), np.array([error]), 900, True)
     test = ZeroOneTest(chaos, np.array([chaos]), np.array([1.0]), 1000)

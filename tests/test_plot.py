@@ -253,20 +253,6 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     assert {line.get_label() for line in panels["Friction, detail"].lines} >= {"stuck", "accelerating", "decelerating"}
 
 
-@pytest.mark.exhaustive
-def test_impacts_are_marked_under_the_velocity():
-    system = vc.System(vc.OscillatorWithStops(restitution=0.7), vc.Coulomb(0.3, 0.4), vc.Harmonic())
-    motion = vc.simulate(system, periods=8)
-    struck = [
-        event.time / motion.period
-        for event in motion.events
-        if event.kind == "impact" and event.time > 4 * motion.period
-    ]
-    (marks,) = [line for ax in vc.figure(motion).axes for line in ax.lines if line.get_label() == "impact"]
-    assert marks.get_xdata() == pytest.approx(struck)
-    assert struck
-
-
 def test_modes_are_explained_as_far_as_they_occur():
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.01, 0.01), vc.Harmonic(amplitude=3.0)), periods=3)
     (ax,) = [ax for ax in vc.figure(motion).axes if ax.get_title(loc="left") == "Modes"]
@@ -311,25 +297,6 @@ def uphill():
     machine = vc.PendulumCapsule(normal_load="dynamic")
     system = vc.System(machine, vc.Exponential(), vc.Harmonic(), environment=vc.Environment(inclination=SLOPE))
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
-
-
-@pytest.mark.exhaustive
-def test_film_shows_a_slope_as_one(uphill):
-    scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
-    scene.show(2)
-    ground = scene.axes.lines[0]
-    ends = scene.axes.transData.inverted().transform(ground.get_transform().transform(ground.get_xydata()))
-    rise = np.diff(ends, axis=0)[0]
-    assert np.arctan2(rise[1], rise[0]) == pytest.approx(SLOPE, rel=1e-12)  # uphill to the right, as it is forward
-    assert f"inclined by {np.degrees(SLOPE):.3g}°" in [each.get_text() for each in scene.axes.texts][-1]
-    scene.figure.draw_without_rendering()
-    frame = scene.figure.bbox
-    for patch in scene.axes.patches:
-        box = patch.get_window_extent()
-        assert all(map(frame.containsx, (box.x0, box.x1)))
-        assert all(map(frame.containsy, (box.y0, box.y1)))
-    level = Scene(vc.simulate(SYSTEM, periods=2, initial={"angle": 0.5}), np.array([1.0, 2.0]))
-    assert not any("inclined" in each.get_text() for each in level.axes.texts)
 
 
 def test_no_number_of_the_ground_stands_under_an_arrow(uphill):

@@ -117,22 +117,6 @@ def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
     assert abs(wrong.value - expected) <= wrong.error
 
 
-@pytest.mark.exhaustive
-def test_branches_of_crawlers_go_through():
-    """Over the whole range in some hundred points, not a thousand; rests at the section change no modes."""
-    branch = vc.branch(TURNING, "drive.amplitude", (0.2, 3.0))
-    assert [end.value for end in branch.ends] == ["parameter bound"] * 2
-    assert len(branch) < 200
-    assert np.all((branch.multipliers.real >= 0.0) & (branch.multipliers.real < 1.0))
-    slow, total = 0.2 / 0.3, 1.0 / 0.3
-    law, drive = vc.Coulomb(0.2 * total, 0.2 * total), vc.ThreePhase(1.0, 0.9 * slow, 4.0 * slow, slow)
-    system = vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive)
-    branch = vc.branch(system, "drive.first_acceleration", (0.5 * slow, 4.0 * slow))
-    assert [end.value for end in branch.ends] == ["parameter bound"] * 2
-    changes = [point.parameter for point in branch.special_points]
-    assert changes == pytest.approx([slow], abs=1e-8)  # from where on the body slides back in the first phase
-
-
 # --- random crawlers against an independent integrator --------------------------------------------------------------
 
 FORMS = {  # how many systems of each: 40 in all
@@ -313,17 +297,3 @@ def test_derivatives_are_those_of_simulated_motions(name, monkeypatch):
     derivative, error = differences_of(simulated, state[kept], sizes[kept])
     assert np.abs(found.jacobian[0][np.ix_(kept, kept)] - derivative).max() <= error
     assert error < 1e-3
-
-
-@pytest.mark.exhaustive
-def test_branches_of_worms_have_the_multipliers_of_their_orbits():
-    """All contacts of a symmetric worm turn at one instant, and differences take the place of tangents in both."""
-    system = vc.System(vc.TwoBodyWorm(), UNEVEN, vc.Harmonic(0.8))
-    branch = vc.branch(system, "drive.amplitude", (0.7, 0.9), points=20, step=0.1)
-    orbit = vc.shoot(system, dict(zip(system.state_names, branch.states[branch.start].tolist(), strict=True)))
-    assert branch.parameter[branch.start] == 0.8
-    assert np.sort_complex(branch.multipliers[branch.start]) == pytest.approx(orbit.multipliers, abs=1e-6)
-    mirrored = vc.System(vc.TwoBodyWorm(), vc.Exponential(0.1, 0.15), vc.Harmonic(0.8))
-    branch = vc.branch(mirrored, "drive.amplitude", (0.7, 0.9), points=20, step=0.1)
-    assert branch.symmetric
-    assert branch.multipliers[branch.start].real == pytest.approx([0.35342], abs=1e-5)  # by differences

@@ -66,16 +66,6 @@ def test_the_idle_drive_is_nothing_to_a_cycle(duration):
     assert found["response_period"].tolist() == [1, 1]
 
 
-@pytest.mark.exhaustive  # its kernel
-def test_the_energy_of_a_whole_turn_comes_back():
-    works = [name for name in vc.measure_table(BELT) if name.endswith("_work")]
-    speeds = {"machine.belt_speed": np.linspace(0.3, 1.4, 12)}
-    found = vc.ensemble(BELT, speeds, measures=works, initial={"position": 2.0}, periods=300, settle=SETTLE)
-    gained = sum(found[name] for name in works if name in {f"{channel}_work" for channel in BELT.channels})
-    assert np.abs(gained).max() < 1e-5
-    assert np.abs(found["contact_sliding_work"]).min() > 1.0
-
-
 @pytest.mark.slow
 def test_what_did_not_settle_is_said_by_name():
     over = {"machine.belt_speed": [0.2, 0.1, 0.2], "initial.position": [1.0, 0.6, 1.0]}
@@ -89,19 +79,6 @@ def test_what_did_not_settle_is_said_by_name():
     )  # fmt: skip
     assert still["outcome"].tolist() == ["equilibrium", "not settled: no returns"]  # the other sticks all the while
     assert (still["period"][0], still["response_period"].tolist()) == (0.0, [1, 0])
-
-
-@pytest.mark.exhaustive  # its kernel
-def test_half_the_time_of_an_idle_drive_makes_no_cycle_asymmetric():
-    """A hunting cycle is its own mirror image, over half its own period: of that the measure says nothing."""
-    loop = vc.System(
-        vc.Oscillator(damping=0.0, stiffness=0.0, belt_speed=0.0), vc.Coulomb(1.0, 1.5),
-        vc.Constant(force=0.0, duration=10.0), controller=vc.PositionPID(3.0, 4.0, 6.0),
-    )  # fmt: skip
-    measures = ["symmetric", "outcome"]
-    found = vc.ensemble(loop, {"initial.position": [-1.0]}, measures=measures, periods=100, settle=SETTLE)
-    assert found["outcome"].tolist() == ["cycle"]
-    assert np.isnan(found["symmetric"]).all()
 
 
 def test_a_stored_motion_is_not_settled_by_an_idle_drive():

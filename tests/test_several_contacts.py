@@ -12,7 +12,7 @@ import vibrocap as vc
 from independent import motion as independent_motion
 from mechanisms import MECHANISMS
 from renumbered import counterpart, renumbered
-from thinned import exhaustive_but, slow_but
+from thinned import exhaustive_but
 from vibrocap.case.case import Case
 from vibrocap.exchange.c_library import export_c
 from vibrocap.io.motion_file import columns
@@ -169,7 +169,8 @@ def both_ways(name):
     return vc.System(machine, [*laws], drive), vc.System(renumbered(machine), [*laws[::-1]], drive)
 
 
-@pytest.mark.parametrize("name", slow_but([0], [*PAIRED]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", exhaustive_but([0, 1, 3, 4], [*PAIRED]))
 def test_contacts_may_be_numbered_either_way(name):
     """Measures of motions and of ensembles, columns of files, loops, energies and certificates."""
     one, other = both_ways(name)

@@ -229,7 +229,7 @@ def test_a_power_costs_little_more_than_a_square_at_any_contact(name, first, exp
     """Before, it did not finish at a second contact in sweeps, and took 3 to 10 times the steps elsewhere."""
     machine, drive = MACHINES[name]
     count = len(machine.contact_states)
-    for tolerance in (1e-6, 1e-7, 1e-9):
+    for tolerance in (1e-6, 1e-9):
         steps = []
         for alpha in (exponent, 2.0):
             laws = [vc.Coulomb()] * count
@@ -336,22 +336,17 @@ PAIRS = [(name, law) for name in list(MACHINES)[:5] for law in LAWS if (name, la
 
 
 # Kept: every law at least once, every machine.
-@pytest.mark.parametrize(("name", "laws"), slow_but([0, 19], exhaustive_but({19, *range(0, len(PAIRS), 5)}, PAIRS)))
+@pytest.mark.parametrize(("name", "laws"), slow_but([0], exhaustive_but({19, *range(0, len(PAIRS), 5)}, PAIRS)))
 def test_bodies_may_be_numbered_either_way(name, laws):
     """The same ends, events and steps, whichever contact is the first. The linkage on age is certified neither way."""
     machine, drive = MACHINES[name]
-    pair = (*LAWS[laws], vc.Coulomb())[: len(machine.contact_states)]
-    for tolerance in (1e-6, 1e-9):
-        one, other = (
-            run(machine, list(pair), drive, tolerance),
-            run(renumbered(machine), list(pair[::-1]), drive, tolerance),
-        )
-        moving = len(machine.states)
-        assert np.abs(one.sections - other.sections)[:, :moving].max() <= STEPS * tolerance
-        assert len(one.events) == len(other.events)
-        steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]
-        # As many as 29 where contact 1 was apart. Contacts of a worm share a state: its rows stand in another order.
-        assert max(steps) - min(steps) <= (16 if machine.imposes_distances else 1)
+    pair = [*LAWS[laws], vc.Coulomb()][: len(machine.contact_states)]
+    one, other = (run(*given, drive, 1e-8) for given in ((machine, pair), (renumbered(machine), pair[::-1])))
+    assert np.abs(one.sections - other.sections)[:, : len(machine.states)].max() <= STEPS * 1e-8
+    assert len(one.events) == len(other.events)
+    steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]
+    # As many as 29 where contact 1 was apart. Contacts of a worm share a state: its rows stand in another order.
+    assert max(steps) - min(steps) <= (16 if machine.imposes_distances else 1)
 
 
 def test_what_a_law_stores_and_forgets_is_known_of_any_contact():

@@ -160,23 +160,6 @@ def test_what_is_shown_at_the_start_is_decided(system):
             assert begun[name] == pytest.approx(first.at(0.0, name)[0], rel=1e-9, abs=1e-12), name
 
 
-@pytest.mark.slow
-def test_what_is_seen_of_an_own_drive_is_what_a_motion_is_asked_for():
-    """Observables, of which the trajectory's are computed by numpy: equal but for rounding; and the sides."""
-    for name in ("readme", "lugre", "several", "corners"):
-        system, initial = OWN[name], initial_of(OWN[name])
-        reference = vc.simulate(system, periods=3, initial=initial, tolerance=1e-11)
-        motion = vc.stepper(system, initial=initial, tolerance=1e-11)
-        for _ in range(25):
-            motion.step(0.37)
-            if motion.time >= reference.end:
-                break
-            for observable in motion.stepped.kernel.observed:
-                wanted = reference.at(motion.time, observable)[0]
-                assert motion[observable] == pytest.approx(wanted, rel=2e-7, abs=2e-7), (name, observable)
-            assert motion.sides[0] == reference.at(motion.time, "side")[0]
-
-
 def follow(motion, drive, periods, parts=1, to_events=False):
     """Move a stepper on under what a drive of segments is, each in so many parts."""
     period = drive.period
@@ -626,48 +609,6 @@ def test_the_library_has_the_bits_of_the_stepper_and_keeps_motions(tmp_path):
     wanted[-1] = library.values(motion)
     library.step(motion, -1.0)
     np.testing.assert_array_equal(library.values(motion), wanted[-1])
-
-
-@needs_gcc
-@pytest.mark.slow
-def test_the_library_takes_parameters_states_and_a_tolerance(tmp_path):
-    """Natural sizes, period and drive follow from them, as they do for a case that says them."""
-    case = Case(vc.System(CAPSULE, vc.Exponential(), TABLE), START)
-    library, motion = Library(tmp_path, case), None
-    ports = SteppedCase(case).parameters
-    changed = {"machine.mass_ratio": 3.5, "friction.decay_rate": 12.0, "drive.amplitude": 0.9, "drive.stretch": 1.3}
-    motion = library.motion()
-    for i, port in enumerate(ports):
-        assert library.set_parameter(motion, i, math.nan) == 0
-        if port.name in changed:
-            assert library.set_parameter(motion, i, changed[port.name]) == 1
-    assert library.set_parameter(motion, 0, -1.0) == 0
-    assert library.set_parameter(motion, len(ports), 1.0) == 0
-    assert library.set_initial(motion, 1, 0.25) == 1
-    assert library.set_initial(motion, 4, 0.25) == 0
-    assert library.set_tolerance(motion, 1e-8) == library.set_tolerance(motion, 1e-9) == 1
-    assert library.set_tolerance(motion, 0.0) == 0
-    library.begin(motion)
-    reference = vc.stepper(case, parameters=changed, initial={**START, "angle_rate": 0.25})
-    for _ in range(50):
-        assert library.step(motion, 0.3) == 0
-        reference.step(0.3)
-        np.testing.assert_array_equal(library.values(motion), reference.values)
-
-
-@needs_gcc
-@pytest.mark.slow
-def test_the_library_says_when_and_why_a_motion_ends(tmp_path):
-    library = Library(tmp_path, Case(LIGHT), "drive")
-    motion = library.motion()
-    library.begin(motion)
-    library.set_input(motion, 3.0, 0.0, 0.0)
-    status = library.step(motion, 100.0)
-    assert library.status_text(status) == b"lift off"
-    assert library.status(motion) == status == library.step(motion, 1.0)
-    with pytest.raises(vc.MotionEnded) as caught:
-        vc.stepper(LIGHT, input="drive").step(3.0, 100.0)
-    assert library.time(motion) == caught.value.time
 
 
 def test_quantities_cross_the_border_with_their_units():

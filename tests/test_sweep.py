@@ -18,6 +18,7 @@ from vibrocap.studies.sweep import carried_out, size_in_words, sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
 ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]
+PLAIN = {"periods": 60, "tolerance": 1e-8, "settle": 0}
 
 
 def test_the_dataset_is_labelled(cheap):
@@ -56,9 +57,7 @@ def test_laws_side_by_side(cheap):
     found = sweep(
         system,
         over={"friction.law": ["exponential", "lugre"], "machine.mass_ratio": [1.0, 2.0]},
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
+        **PLAIN,
     )
     for law in (Exponential(decay_rate=20.0), LuGre()):
         for mass_ratio in (1.0, 2.0):
@@ -71,9 +70,7 @@ def test_kinds_alone(cheap):
     found = sweep(
         SYSTEM,
         over={"friction.law": ["lugre"], "drive.waveform": ["harmonic", "biharmonic"]},
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
+        **PLAIN,
     )
     assert found.mean_velocity.shape == (1, 2)
     drives = {"harmonic": SYSTEM.drive, "biharmonic": Biharmonic()}
@@ -88,9 +85,7 @@ def test_an_initial_state_that_a_law_does_not_have_is_left_out(cheap):
         system,
         over={"friction.law": ["exponential", "lugre"]},
         initial={"bristle": 0.001, "angle": 0.5},
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
+        **PLAIN,
     )
     for law, initial in ((Exponential(), {"angle": 0.5}), (LuGre(), {"bristle": 0.001, "angle": 0.5})):
         value = found.mean_velocity.sel({"friction.law": law.name})
@@ -104,7 +99,7 @@ def test_cases_with_values_of_their_own(cheap):
         {"machine.normal_load": "weight"},
         {"friction.law": "lugre"},
     ]
-    found = sweep(SYSTEM, cases=cases, initial={"angle": 0.125}, periods=60, tolerance=1e-8, settle=0)
+    found = sweep(SYSTEM, cases=cases, initial={"angle": 0.125}, **PLAIN)
     assert found.mean_velocity.dims == ("case",)
     assert list(found.coords["friction.law"].values) == ["lugre", "exponential", "exponential", "lugre"]
     np.testing.assert_array_equal(found.coords["friction.bristle_stiffness"], [50, np.nan, np.nan, 100])
@@ -126,16 +121,12 @@ def test_cases_beside_a_word_of_the_system(cheap, tmp_path):
     """A case without a value stands at the system's own, a word, beside numbers: all of them are stored as text."""
     system = System(PendulumCapsule(normal_load="weight"), Exponential(), Harmonic())
     cases = [{"machine.mass_ratio": 2.0}, {"machine.normal_load": 3.0}]
-    found = sweep(system, cases=cases, periods=60, tolerance=1e-8, settle=0)
+    found = sweep(system, cases=cases, **PLAIN)
     assert list(found.coords["machine.normal_load"].values) == ["weight", "3.0"]
     np.testing.assert_array_equal(found.coords["machine.mass_ratio"], [2.0, 2.5])
     written_out = [{"machine.normal_load": "weight", **case} for case in cases]
-    np.testing.assert_array_equal(
-        found.mean_velocity, sweep(system, cases=written_out, periods=60, tolerance=1e-8, settle=0).mean_velocity
-    )
-    xr.testing.assert_identical(
-        found, sweep(system, cases=cases, out=tmp_path / "a", periods=60, tolerance=1e-8, settle=0).load()
-    )
+    np.testing.assert_array_equal(found.mean_velocity, sweep(system, cases=written_out, **PLAIN).mean_velocity)
+    xr.testing.assert_identical(found, sweep(system, cases=cases, out=tmp_path / "a", **PLAIN).load())
 
 
 @pytest.mark.parametrize("missing", ["xarray", "zarr"])
@@ -159,7 +150,7 @@ def test_a_short_study_is_measured_over_all_of_it(cheap):
 
 def test_a_design_lies_along_its_runs(cheap, tmp_path):
     ranges = {"machine.mass_ratio": "log:0.1:8", "machine.stiffness": (1, 3)}
-    found = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2), periods=60, tolerance=1e-8, settle=0)
+    found = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2), **PLAIN)
     assert found.mean_velocity.dims == ("run",)
     assert 0.1 <= found["machine.mass_ratio"].min() < 0.2
     row = found.isel(run=17)
@@ -171,9 +162,7 @@ def test_a_design_lies_along_its_runs(cheap, tmp_path):
         design=Design("sobol", 64, seed=2),
         out=tmp_path / "a",
         tile_runs=9,
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
+        **PLAIN,
     )
     xr.testing.assert_identical(found, stored.load())
 
@@ -186,22 +175,17 @@ def test_a_run_that_is_refused_on_the_way_stops_the_study(cheap, monkeypatch):
 
     monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", refuse)
     with pytest.raises(CaseError, match=r"tile 0 cannot be run:\n  something is wrong"):
-        sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]}, periods=60, tolerance=1e-8, settle=0)
+        sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]}, **PLAIN)
 
 
 def test_more_runs_than_stated(cheap):
     over = {"machine.mass_ratio": "1:3:100000", "machine.stiffness": "1:3:100000"}
     with pytest.raises(CaseError, match=r"10,000,000,000 runs, 280 GB of results, roughly \d+ days on 4 threads"):
-        sweep(SYSTEM, over=over, threads=4, periods=60, tolerance=1e-8, settle=0)
+        sweep(SYSTEM, over=over, threads=4, **PLAIN)
     over = {"machine.mass_ratio": "1:3:11"}
     with pytest.raises(CaseError, match="11 runs"):
-        sweep(SYSTEM, over=over, max_runs=10, periods=60, tolerance=1e-8, settle=0)
-    assert (
-        sweep(SYSTEM, over=over, max_runs=10, yes=True, periods=60, tolerance=1e-8, settle=0).sizes[
-            "machine.mass_ratio"
-        ]
-        == 11
-    )
+        sweep(SYSTEM, over=over, max_runs=10, **PLAIN)
+    assert sweep(SYSTEM, over=over, max_runs=10, yes=True, **PLAIN).sizes["machine.mass_ratio"] == 11
 
 
 def test_progress_goes_from_nothing_to_all(cheap):
@@ -211,9 +195,7 @@ def test_progress_goes_from_nothing_to_all(cheap):
         over={"machine.mass_ratio": "1:3:50"},
         tile_runs=7,
         progress=shares.append,
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
+        **PLAIN,
     )
     assert shares == sorted(shares)
     assert 0 < shares[0] < 0.2

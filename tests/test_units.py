@@ -82,25 +82,6 @@ def test_a_case_in_si_is_the_system_of_its_parts():
     assert case.initial == {"angle": 1.0, "velocity": 0.1 / math.sqrt(9.80665 * 0.25)}
 
 
-def test_levels_of_a_law_in_si_may_be_forces():
-    """Over the constant load of their contact, on a slope too; a load that follows the motion refuses them."""
-    levels = {"coulomb_force_N": 1.0, "static_force_N": 1.2}
-    size = {"stiffness_N_per_m": 100.0, "coupling_stiffness_N_per_m": 50.0, "belt_speed_m_per_s": 0.1}
-    row = {"mass_kg": 2.0, "mass_2_kg": 1.0, "stiffness_2_N_per_m": 50.0, "normal_load_N": 4.0, "normal_load_2_N": 5.0}
-    machine = vc.TwoBlockRow.in_si(**row, **size)
-    drive = vc.Harmonic.in_si(amplitude_N=1.0, frequency_Hz=2.0)
-    laws = vc.System(machine, [vc.Coulomb.in_si(**levels)] * 2, drive).laws
-    assert [law.coulomb_coefficient for law in laws] == [0.25, 0.2]
-    angular = {"stiffness_N_m_per_rad": 1.0, "damping_N_m_s_per_rad": 0.1}
-    capsule = vc.PendulumCapsule.in_si(
-        pendulum_mass_kg=0.3, capsule_mass_kg=1.0, pendulum_length_m=0.2, normal_load="dynamic", **angular
-    )
-    with pytest.raises(ValueError, match=r"friction.coulomb_force_N: is a force, which is no coefficient"):
-        vc.System(capsule, vc.Coulomb.in_si(**levels), vc.Harmonic.in_si(amplitude_N_m=0.9, frequency_Hz=1.1))
-    with pytest.raises(ValueError, match=r"friction.coulomb_force_N: should be at least 0, got -1"):
-        vc.System(machine, vc.Coulomb.in_si(coulomb_force_N=-1.0, static_force_N=1.0), drive)
-
-
 def test_units_si_makes_bare_keys_si():
     bare = CASE
     for unit in ("_kg", "_N_m_per_rad", "_N_m_s_per_rad", "_s_per_m", "_N_m", "_m_per_s"):
