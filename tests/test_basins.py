@@ -127,19 +127,6 @@ def test_axes_without_ranges_span_what_motions_visit():
 
 
 @pytest.mark.slow
-def test_lost_phase_would_be_noticed(monkeypatch):
-    """Planted: all runs begin at the mark."""
-    monkeypatch.setattr(
-        basins_module,
-        "at_next_section",
-        lambda map_, states, rows, phase: (states.copy(), np.ones(len(states), dtype=int)),
-    )
-    found = basins(capsule(), PLANE, 40, phase=0.15)
-    later = basins(capsule(), PLANE, 40, phase=0.65)
-    assert not np.array_equal(later.direction, turned(found.direction))
-
-
-@pytest.mark.slow
 def test_directions_are_those_of_single_runs():
     found = basins(capsule(), PLANE, 12)
     for i, j in ((0, 0), (3, 8), (6, 6), (9, 2), (11, 11)):

@@ -13,7 +13,6 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli import main as cli
 from vibrocap.orbits.equilibria import bifurcations
-from vibrocap.orbits.equilibria.sliding import Sliding
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 
 ZERO_PROGRESS = vc.Constant()
@@ -283,22 +282,6 @@ def test_branch_ends_by_name_and_is_a_result():
     assert pickle.loads(pickle.dumps(found)) == found
     assert found.equilibrium(0).state["position"] == pytest.approx(1.0, abs=1e-9)
     assert vc.equilibria(system) == vc.equilibria(system)
-
-
-def test_planted_fault_moves_a_hopf_point(monkeypatch):
-    """A derivative by the parameter that is left out of the Jacobian: Newton's method then ends elsewhere or not."""
-    system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
-    true = Sliding.jacobian
-    monkeypatch.setattr(Sliding, "jacobian", lambda self, x: true(self, x) + 1e-6 * np.eye(2))
-    monkeypatch.setattr(
-        Sliding,
-        "derivative",
-        lambda self, x: np.column_stack(
-            (self.jacobian(x), self.values(self.problem._parameter_slopes[:2], x) * self.width / self.problem.scales)
-        ),
-    )
-    (special,) = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0)).special_points
-    assert abs(special.parameter - math.log(10.0) / 2.0) > special.error
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,6 @@ from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.motion.recording.equations import equations
-from vibrocap.numerics.linker import link
-from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.closing import gradients as module
 from vibrocap.orbits.closing.gradients import measures_with_gradients
 from vibrocap.orbits.maps import variations
@@ -369,29 +367,6 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
 
 
 # --- planted faults ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("fault", exhaustive_but([0], ["delay", "period", "corner", "start on the orbit"]))
-def test_a_planted_fault_is_seen(fault, first, monkeypatch):
-    """An event whose delay is left out, an end that does not move, corners that stand still, a start that stays."""
-    orbit = first if fault != "corner" else vc.orbit(SYSTEMS["duty"], initial={"angle": 1.0}, tolerance=1e-13)
-    path = {"period": "drive.frequency", "corner": "drive.duty"}.get(fault, "drive.amplitude")
-    right = orbit.gradients([path])["mean_velocity", path].slope
-    with monkeypatch.context() as planted:
-        if fault == "delay":
-            original = link.kernel_source
-            text = "floats[DELAY + lane] = delay"
-            assert text in original("events.tangents")
-            planted.setattr(link, "kernel_source", lambda name: original(name).replace(text, f"{text} * 0.99"))
-            numerics.ensemble_kernel.cache_clear()
-        elif fault == "start on the orbit":
-            planted.setattr(module.np.linalg, "solve", lambda matrix, given: 0.0 * given)
-        else:
-            planted.setattr(module, "_rates", lambda motion, time, size: np.zeros(size))
-        wrong = orbit.gradients([path])["mean_velocity", path].slope
-    numerics.ensemble_kernel.cache_clear()
-    assert abs(wrong - right) > 1e-6 * abs(right)
 
 
 def test_integrals_along_the_tangent_leave_the_motion_alone():

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import exhaustive_but, slow_but
+from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import derivative, evaluate
-from vibrocap.numerics.linker import link
-from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.closing import shooting
 from vibrocap.orbits.closing.orbit import shoot
 from vibrocap.orbits.maps import stroboscopic_map
@@ -93,30 +91,6 @@ def test_derivative_goes_through_stick_and_slip():
     assert exact == pytest.approx(expected, abs=1e-5)
     assert np.max(np.abs(exact)) > 0.5
     assert exact[:, 2] == pytest.approx([0.0, 0.0, 1.0, 0.0], abs=1e-12)  # the position is cyclic
-
-
-@pytest.mark.parametrize(
-    ("right", "wrong"),
-    slow_but(
-        [0],
-        [
-            ("delay = -change / slope if slope != 0.0 else 0.0", "delay = 0.0"),
-            ("-= rate * floats[DELAY + lane]", "+= rate * floats[DELAY + lane]"),
-        ],
-    ),
-)
-def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
-    system = system_with(vc.Exponential(), **{"machine.mass_ratio": 2.6})
-    start, parameters = np.array([[0.61, 1.5, 0.0, 0.3]]), np.array([parameter_values(system)])
-    original = link.kernel_source
-    assert right in original("events.tangents")
-    with np.errstate(all="ignore"):
-        sound = plain_map(system).images(start, parameters).jacobian
-        monkeypatch.setattr(link, "kernel_source", lambda name: original(name).replace(right, wrong))
-        numerics.ensemble_kernel.cache_clear()
-        faulty = plain_map(system).images(start, parameters).jacobian
-    numerics.ensemble_kernel.cache_clear()
-    assert np.max(np.abs(faulty - sound)) > 1e-3
 
 
 @pytest.mark.slow

@@ -143,14 +143,6 @@ def test_lanes_together_are_single_runs():
     assert np.ptp(simd.state, axis=0)[2] > 0.1
 
 
-def test_a_switch_that_is_missed_would_be_noticed():
-    system = system_with(Prandtl())
-    kernel = kernel_of(system)
-    with running_on(kernel, first_switch=lambda floats, lane, event, h: (event, h)):
-        late = vc.simulate(system, periods=1.5, initial=START, tolerance=TOLERANCE)
-    assert abs(late["position"][-1] - motion_of(system, 1.5)["position"][-1]) > 1e-5
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [pytest.param(number, marks=pytest.mark.exhaustive) for number in (214, 72, 118)])
 def test_guards_are_as_exact_as_states(number):

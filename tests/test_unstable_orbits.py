@@ -70,12 +70,6 @@ def test_the_saddle_that_was_passed_is_kept():
     assert found.passed.state["angle"] == pytest.approx(saddle.state["angle"], abs=1e-9)
 
 
-def test_without_going_on_the_saddle_would_be_returned(monkeypatch):
-    monkeypatch.setattr(orbits, "_kept", lambda map_, found, *rest: found)
-    found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
-    assert not found.stable
-
-
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_the_way_on_which_a_state_lies_comes_first(law):
