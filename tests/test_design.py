@@ -549,7 +549,7 @@ def test_command_prints_what_python_has(tmp_path, capsys):
 def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
     """What is best in the worst of friction x 0.8 to 1.2 has a stable orbit for each, and the fastest one is worse."""
     over = FREQUENCY_AND_PHASE | {"machine.stiffness": (1.2, 6.0), "machine.damping": (0.3, 3.0)}
-    asked = {"starts": START, "evaluations": 800, "refinement": 30}
+    asked = {"starts": START, "evaluations": 2000, "refinement": 30}
     fastest = optimise(biharmonic, over, **asked)
     surest = optimise(biharmonic, over, uncertain={BOTH: "factor:0.8:1.2"}, samples=4, **asked)
     assert fastest.orbit is not None
