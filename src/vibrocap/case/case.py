@@ -92,7 +92,6 @@ class Case:
 
     @property
     def run(self) -> dict[str, Any]:
-        """The settings of the section [run]."""
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
 
     def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
@@ -159,8 +158,8 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
         case = case_from_dict(data, source)
         if not lacking:
             return case
-    said = {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
-    complaints += [section for section in lacking if getattr(section, "field", "") not in said]
+    fields = _fields(complaints)
+    complaints += [complaint for complaint in lacking if getattr(complaint, "field", "") not in fields]
     raise CaseError(as_named(complaints, asked), source)
 
 
@@ -216,8 +215,8 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
             complaints += [Complaint(f"machine.{name}", "is missing; it has no default") for name in lacking]
     kept = data.get("units") == DIMENSIONLESS
     if scales is not None and not kept:  # results are in SI
-        about = {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
-        fields = [f"{name}.{each}" for name, cls in classes.items() for each in undeclared(cls)]
+        about = _fields(complaints)
+        fields = [f"{name}.{own}" for name, cls in classes.items() for own in undeclared(cls)]
         complaints += [Complaint(field, UNDECLARED) for field in fields if field not in about]
         said = len(complaints)
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
@@ -227,7 +226,7 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
     _check_run(sections["run"], complaints)
     system = None
     if complete and None not in parts.values():
-        with complaints.collected(), _computable(described):
+        with complaints.collected(), _computable() if described else contextlib.nullcontext():
             system = System.of_parts(parts, None if kept else scales)
     if complaints or system is None:
         later = [as_given(complaint, given, sections) for complaint in complaints[said:]]
@@ -278,23 +277,20 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
     return None
 
 
-def _computable(described: bool) -> contextlib.AbstractContextManager:
+def _computable() -> contextlib.AbstractContextManager:
     """Where what a described machine cannot compute is a complaint."""
-    if not described:
-        return contextlib.nullcontext()
-    from vibrocap.case.mechanism import placed
+    from vibrocap.case.mechanism import KIND, placed
 
-    return placed("mechanism")
+    return placed(KIND)
 
 
 def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The part with its good values, so that checks between fields continue; complaints about the others."""
     key = kind_key(section)
-    names = [info.name for info in parameter_table(cls)]
-    values = {name: value for name, value in given.items() if name != key}
-    for name in [name for name in values if name not in names]:
-        del values[name]
-        owner = next((other for other, kin in kinds_of(section).items() if _has(kin, name)), None)
+    names = _parameter_names(cls)
+    values = {name: value for name, value in given.items() if name in names}
+    for name in [name for name in given if name not in (key, *names)]:
+        owner = next((other for other, kin in kinds_of(section).items() if name in _parameter_names(kin)), None)
         hint = f"it belongs to {key} = {owner!r}; here " if owner else ""
         kind = f" for {key} = {cls.name!r}" if key else ""
         complaints.add(f"{section}.{name}", f"no such key{kind}; {hint}{suggestion(name, names)}")
@@ -319,8 +315,8 @@ def _scales(section: str, cls: Any, given: Mapping[str, Any], complaints: Compla
         return None
 
 
-def _has(cls: Any, name: str) -> bool:
-    return any(info.name == name for info in parameter_table(cls))
+def _parameter_names(cls: Any) -> list[str]:
+    return [info.name for info in parameter_table(cls)]
 
 
 def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:
@@ -337,11 +333,16 @@ def _check_run(given: Mapping[str, Any], complaints: Complaints) -> None:
     for name, value in given.items():
         if name not in RUN_DEFAULTS:
             complaints.add(f"run.{name}", f"no such key; {suggestion(name, RUN_DEFAULTS)}")
-        else:
-            try:
-                check_run(**(RUN_DEFAULTS | {name: value}))
-            except ArgumentError as error:
-                complaints.append(error.complaint.about(f"run.{name}"))
+            continue
+        try:
+            check_run(**(RUN_DEFAULTS | {name: value}))
+        except ArgumentError as error:
+            complaints.append(error.complaint.about(f"run.{name}"))
+
+
+def _fields(complaints: Iterable[str]) -> set[str]:
+    """What they are about."""
+    return {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
 
 
 def _one_of(names: Iterable[str]) -> str:

@@ -49,9 +49,8 @@ def drive_columns(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
         except ValueError:
             if not rows and not any(map(_is_number, words)):  # names of the columns
                 continue
-            raise ArgumentError(
-                "file", f"line {number} of {str(path)!r} should be a time and a value, got {line.strip()!r:.60}"
-            ) from None
+            place = f"line {number} of {str(path)!r}"
+            raise ArgumentError("file", f"{place} should be a time and a value, got {line.strip()!r:.60}") from None
         rows.append((time, value))
     if not rows:
         raise ArgumentError("file", f"{str(path)!r} holds no numbers")

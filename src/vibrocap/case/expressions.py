@@ -109,12 +109,10 @@ class Expression:
 
     @property
     def names_in(self) -> set[str]:
-        """The names that stand in it."""
         return {node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name)}
 
     @property
     def is_name(self) -> bool:
-        """Whether it is one name."""
         return isinstance(self.tree, ast.Name)
 
     # --- units -------------------------------------------------------------------------------------------------------
@@ -139,10 +137,8 @@ class Expression:
                 return FREE if own is FREE else own**n  # type: ignore[operator]
             case ast.BinOp(left=left, op=op, right=right):
                 a, b = (self._measured(operand, known, bare) for operand in (left, right))
-                if isinstance(op, ast.Mult):
-                    return FREE if a is FREE and b is FREE else (a or NUMBER) * (b or NUMBER)
-                if isinstance(op, ast.Div):
-                    return FREE if a is FREE and b is FREE else (a or NUMBER) / (b or NUMBER)
+                if isinstance(op, (ast.Mult, ast.Div)):
+                    return FREE if a is FREE and b is FREE else OPERATORS[type(op)][1](a or NUMBER, b or NUMBER)
                 if a is not FREE and b is not FREE and a != b:
                     words = OPERATORS[type(op)][0]
                     terms = [f"{ast.unparse(side)!r} ({in_words(own)})" for side, own in ((left, a), (right, b))]

@@ -117,14 +117,12 @@ class Reading:
         for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
             for name, row in tables.get(table, {}).items():
                 read(name, row)
-        if (
-            several := sum(quantity.count or 1 for quantity in self.space.values() if isinstance(quantity, Coordinate))
-        ) > MOST:
+        coordinates = [quantity for quantity in self.space.values() if isinstance(quantity, Coordinate)]
+        if (several := sum(coordinate.count or 1 for coordinate in coordinates)) > MOST:
             self.complaints.add(f"{KIND}.coordinates", f"should be at most {MOST}, got {several}")
         self.planned = () if self.complaints else self._in_order(self._plan())
 
     def kind(self) -> type[Mechanism]:
-        """The class."""
         name = self.tables.get("name", KIND)
         gravity = self.tables.get("gravity", 1.0 if self.scaled else STANDARD_GRAVITY_M_PER_S2)
         self.space |= {
@@ -232,8 +230,7 @@ class Reading:
         dimension, texts = self._dimension(where, row, ("m", "rad")), self._texts(where, name, row)
         several, rate = row.get("repeat"), row.get("rate")
         repeats: Any = row.get("repeats")
-        if several is not None and not is_whole(several, 1, MOST):
-            self.complaints.add(f"{where}.repeat", f"should be a whole number from 1 to {MOST}, got {shown(several)}")
+        if several is not None and not self._repeats(where, several):
             several = None
         if repeats is not None:
             try:
@@ -250,6 +247,12 @@ class Reading:
                 self.sizes[f"{name}_1"] = self.sizes[name]
             self.space[name] = Coordinate(*texts, row["unit"], rate, repeats, several)
 
+    def _repeats(self, where: str, several: Any) -> bool:
+        """Whether something may be repeated so often."""
+        if not (right := is_whole(several, 1, MOST)):
+            self.complaints.add(f"{where}.repeat", f"should be a whole number from 1 to {MOST}, got {shown(several)}")
+        return right
+
     def _signal(self, name: str, row: Mapping[str, Any]) -> None:
         where, count = f"{KIND}.signals.{name}", len(self.complaints)
         dimension, texts = self._dimension(where, row), self._texts(where, name, row)
@@ -264,9 +267,7 @@ class Reading:
         planned: list[tuple[str, str, dict[str, Any]]] = []
         for part, number, row in rows:
             where, several = f"{KIND}.{part}[{number}]", row.get("repeat", 1)
-            if not is_whole(several, 1, MOST):
-                what = f"should be a whole number from 1 to {MOST}, got {shown(several)}"
-                self.complaints.add(f"{where}.repeat", what)
+            if not self._repeats(where, several):
                 continue
             plain = {key: value for key, value in row.items() if key != "repeat"}
             for i in range(1, several + 1):
@@ -355,9 +356,7 @@ class Reading:
 
     def _check_size(self, where: str, text: Any, own: Dimension | None, wanted: tuple[Dimension, ...]) -> None:
         if own is not None and wanted and own not in wanted:
-            units = listed(
-                [unit_name(dimension) if dimension != NUMBER else "rad or 1" for dimension in wanted], " or "
-            )
+            units = listed((unit_name(size) if size != NUMBER else "rad or 1" for size in wanted), " or ")
             cure = f": multiply it by a parameter in {units}" if own == NUMBER else ""
             self.complaints.add(where, f"{shown(text)} is {in_words(own)}, should be in {units}{cure}")
 

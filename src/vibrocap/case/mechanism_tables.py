@@ -31,31 +31,28 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
     for key, what in description_tables.items():
         if (wanted := _head_wanted(key, what)) is not None:
             complaints.add(f"{KIND}.{key}", f"should be {wanted}, got {shown(what)}")
-    for table in (table for table in TABLES if table in given):
-        rows = given[table]
-        if not isinstance(rows, Mapping) or not all(isinstance(row, Mapping) for row in rows.values()):
-            complaints.add(f"{KIND}.{table}", f"should be tables, [{KIND}.{table}] with lines NAME = {{ ... }}")
-            continue
-        if len(rows) > 4 * MOST:
-            complaints.add(f"{KIND}.{table}", f"should have at most {4 * MOST} rows, got {len(rows)}")
-            continue
-        for name, row in rows.items():
-            _check_values(f"{KIND}.{table}.{name}", row, TABLES[table], complaints)
-        description_tables[table] = {name: dict(row) for name, row in rows.items()}
-    for part in (part for part in PARTS if part in given):
-        rows = given[part]
-        if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
-            complaints.add(f"{KIND}.{part}", f"should be tables, each begun by [[{KIND}.{part}]]")
-            continue
-        if len(rows) > 4 * MOST:
-            complaints.add(f"{KIND}.{part}", f"should be at most {4 * MOST}, got {len(rows)}")
-            continue
-        for number, row in enumerate(rows, 1):
-            where = f"{KIND}.{part}[{number}]"
-            _check_values(where, row, (*PARTS[part][1], "repeat"), complaints)
-            for key in (key for key in PARTS[part][2] if key not in row):
-                complaints.add(f"{where}.{key}", "is missing")
-        description_tables[part] = [dict(row) for row in rows]
+    for key in (key for key in (*TABLES, *PARTS) if key in given):
+        rows: Any = given[key]
+        named = key in TABLES
+        of_kind = isinstance(rows, Mapping if named else list)
+        several = list((rows.values() if named else rows) if of_kind else ())
+        form = f"[{KIND}.{key}] with lines NAME = {{ ... }}" if named else f"each begun by [[{KIND}.{key}]]"
+        if not of_kind or not all(isinstance(row, Mapping) for row in several):
+            complaints.add(f"{KIND}.{key}", f"should be tables, {form}")
+        elif len(several) > 4 * MOST:
+            most = f"have at most {4 * MOST} rows" if named else f"be at most {4 * MOST}"
+            complaints.add(f"{KIND}.{key}", f"should {most}, got {len(several)}")
+        elif named:
+            for name, row in rows.items():
+                _check_values(f"{KIND}.{key}.{name}", row, TABLES[key], complaints)
+            description_tables[key] = {name: dict(row) for name, row in rows.items()}
+        else:
+            for number, row in enumerate(rows, 1):
+                where = f"{KIND}.{key}[{number}]"
+                _check_values(where, row, (*PARTS[key][1], "repeat"), complaints)
+                for lacking in (lacking for lacking in PARTS[key][2] if lacking not in row):
+                    complaints.add(f"{where}.{lacking}", "is missing")
+            description_tables[key] = [dict(row) for row in rows]
     return description_tables
 
 

@@ -39,15 +39,8 @@ from vibrocap.physics.parameters import parameter_table
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 OPTIONAL: dict[str, Any] = {"environment": Environment, "actuator": Actuator}  # sections that may be left out, no kinds
 CHOICES_LEFT_OUT = {"controller": ("kind", controllers)}  # the same of sections that may be left out
-SECTIONS = (
-    *CHOICES,
-    *OPTIONAL,
-    *CHOICES_LEFT_OUT,
-    "mechanism",
-    "scales",
-    "initial",
-    "run",
-)  # and [friction_2], ... for the laws of further contacts
+# and [friction_2], ... for the laws of further contacts
+SECTIONS = (*CHOICES, *OPTIONAL, *CHOICES_LEFT_OUT, "mechanism", "scales", "initial", "run")
 
 SI, DIMENSIONLESS = "SI", "dimensionless"
 WORDS = (SI, DIMENSIONLESS)
@@ -148,19 +141,13 @@ class Form:
 
     @property
     def si(self) -> bool:
-        """Whether the values are in SI."""
         return self.said == SI or (not self.said and bool(self.keys))
-
-    @property
-    def scale_fields(self) -> list[str]:
-        """The keys that say what the units of the machine are."""
-        return _scale_fields(self.classes)
 
     def keys_of(self, name: str, parameters: Iterable[str]) -> dict[str, str]:
         """Under which keys parameters of a part stand in the case; in SI with the unit of results."""
         known = parameter_keys(self.classes[name], effort_of(name, self.classes))
-        keys = {parameter: one_way(known, parameter) for parameter in parameters}
-        return {name: name if key is None or not self.si else key.key for name, key in keys.items()}
+        keys = {own: one_way(known, own) for own in parameters}
+        return {own: own if key is None or not self.si else key.key for own, key in keys.items()}
 
     def check(self, sections: Sections, complaints: Complaints) -> bool:
         """Complaints about what does not go together; whether there are any."""
@@ -169,15 +156,16 @@ class Form:
             for key in self.keys:
                 complaints.add(key, 'has a unit in a case that says units = "dimensionless"')
         if self.si and sections["scales"]:
-            where = "[machine] says what its units are"
-            complaints.add("scales", f"belongs to a case without units; in SI {where}: {', '.join(self.scale_fields)}")
+            where = f"in SI [machine] says what its units are: {', '.join(scale_fields(self.classes))}"
+            complaints.add("scales", f"belongs to a case without units; {where}")
         return len(complaints) > before
 
     def scales_of(self, sections: Sections) -> tuple[str, dict[str, Any]]:
         """(section, values) of the scales."""
         if not self.si:
             return "scales", dict(sections["scales"])
-        return "machine", {name: x for name, x in sections["machine"].items() if name in self.scale_fields}
+        fields = scale_fields(self.classes)
+        return "machine", {name: x for name, x in sections["machine"].items() if name in fields}
 
 
 def form_of(sections: Sections, classes: Mapping[str, Any], said: Any) -> Form:
@@ -186,7 +174,7 @@ def form_of(sections: Sections, classes: Mapping[str, Any], said: Any) -> Form:
     keys: dict[str, Any] = {name: parameter_keys(cls, effort_of(name, classes)) for name, cls in classes.items()}
     keys["initial"] = state_keys(state_units(classes))
     for name, known in keys.items():
-        own = form.scale_fields if name == "machine" else ()
+        own = scale_fields(classes) if name == "machine" else ()
         form.keys += [f"{name}.{key}" for key in sections[name] if key in own or (key in known and known[key].has_unit)]
     return form
 
@@ -198,7 +186,7 @@ def without_units(
     units = units_of(form.classes, scales)
     plain, given = {}, {}
     for name in sorted((*form.classes, "initial"), key=lambda section: section not in ("machine", "environment")):
-        aside = {kind_key(name), *(form.scale_fields if name == "machine" else ())}
+        aside = {kind_key(name), *(scale_fields(form.classes) if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
         bare, asked = form.said == SI, {}
         if _pattern(name) == "friction":
@@ -214,22 +202,18 @@ def without_units(
             states = part_without_units(form.classes[name], values, units.of_part(name), bare=bare)
         complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in states.complaints]  # type: ignore[attr-defined]
         plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | states.values
-        keys = {own: asked.get(key, key) for own, key in states.keys.items()}
-        given |= {
-            f"{name}.{own}": (f"{name}.{key}", sections[name].get(key, values.get(key))) for own, key in keys.items()
-        }
+        for own, key in states.keys.items():
+            key = asked.get(key, key)
+            given[f"{name}.{own}"] = (f"{name}.{key}", sections[name].get(key, values.get(key)))
     return plain, given
 
 
 def _constant_load(classes: Mapping[str, Any], plain: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
     """Load in N on a contact, counted from 1; None where it follows the motion, or a part refuses its values."""
     try:
-        made = {
-            name: classes[name](**{key: value for key, value in plain[name].items() if key != kind_key(name)})
-            for name in ("machine", "environment")
-            if name in plain
-        }
-        return constant_load(made, contact, scales)
+        there = [name for name in ("machine", "environment") if name in plain]
+        values = {name: {key: x for key, x in plain[name].items() if key != kind_key(name)} for name in there}
+        return constant_load({name: classes[name](**values[name]) for name in there}, contact, scales)
     except (ValueError, TypeError, IndexError):  # the values are complained of elsewhere
         return None
 
@@ -320,7 +304,7 @@ def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classe
         elif defaults[old] == 0.0:
             values[first.key] = 0.0
     if section == "machine":  # what its units are
-        values |= {name: given[name] for name in _scale_fields(after) if name in given}
+        values |= {name: given[name] for name in scale_fields(after) if name in given}
     return values
 
 
@@ -339,7 +323,8 @@ def _said(given: Mapping[str, Any], section: str, classes: Classes) -> dict[str,
     return stated
 
 
-def _scale_fields(classes: Classes) -> list[str]:
+def scale_fields(classes: Classes) -> list[str]:
+    """The keys that say what the units of the machine are."""
     return [info.name for info in parameter_table(classes["machine"].si_scales)]
 
 
@@ -361,14 +346,12 @@ def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes:
     if not isinstance(given, dict):  # is complained of
         return
     given[key] = value
-    if not set(CHOICES) <= set(classes) or not (is_part(section) or section == "initial"):
+    if not set(CHOICES) <= set(classes) or not (section in classes or section == "initial"):
         return
     if section == "initial":
         keys = state_keys(state_units(classes))
-    elif section in classes:
-        keys = parameter_keys(classes[section], effort_of(section, classes))
     else:
-        return
+        keys = parameter_keys(classes[section], effort_of(section, classes))
     for other, stated in keys.items():
         if key in keys and stated.name == keys[key].name and other != key and f"{section}.{other}" not in changes:
             given.pop(other, None)

@@ -37,8 +37,7 @@ def as_text(system: System, kept: Scales | None, initial: Section, run: Section,
             head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
         sections["initial"] = dict(initial)
     sections["run"] = dict(run)
-    texts = {name: "".join(f"{k} = {toml_value(x)}\n" for k, x in rows.items()) for name, rows in sections.items()}
-    blocks = [f"[{name}]\n{text}" for name, text in texts.items()]
+    blocks = [_rows(f"[{name}]", rows) for name, rows in sections.items()]
     if (description := getattr(system.machine, "description", None)) is not None:
         blocks.append(description_text(description))
     return head + "\n".join(blocks)
@@ -57,7 +56,7 @@ def description_text(description: Section) -> str:
 
 
 def _rows(head: str, rows: Section) -> str:
-    return head + "\n" + "".join(f"{key} = {toml_value(x)}\n" for key, x in rows.items())
+    return f"{head}\n" + "".join(f"{key} = {toml_value(x)}\n" for key, x in rows.items())
 
 
 def _chosen(section: str, part: Any) -> dict[str, Any]:

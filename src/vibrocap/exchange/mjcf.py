@@ -54,9 +54,10 @@ def mujoco_model(case: Case, step: float | None = None, tight: bool = True) -> M
     """
     if step is not None and not is_positive(step):
         raise ArgumentError("step", f"should be a positive time, got {shown(step)}")
-    system, start = case.system, _start(case)
+    system = case.system
+    start = tuple(initial_state(system, case.initial).values())[: len(system.placed.states)]
     mechanism = _mechanism(system, start)
-    unit = _Units(system)
+    unit = Units(system)
     step = unit("s") * shortest_time(system, start) / STEPS if step is None else step
     soft = {"solref": f"{2.0 * step!r} 1", "solimp": f"{IMPEDANCE} {IMPEDANCE} 0.001"} if tight else {}
     pressed = system.machine.follows_load
@@ -65,7 +66,9 @@ def mujoco_model(case: Case, step: float | None = None, tight: bool = True) -> M
     normal, along = system.placed.gravity or (0.0, 0.0)
     pull = f"{_number(-along * unit('m/s^2'))} 0 {_number(-normal * unit('m/s^2'))}"
     ET.SubElement(root, "option", timestep=_number(step), gravity=pull)
-    levels = [sliding_level(law, natural_speed(system), load) for law, load in _loaded(system)]
+    # where the load follows the motion it is 1, and levels are coefficients
+    loaded = list(zip(system.laws, system.law_loads, strict=True))
+    levels = [sliding_level(law, natural_speed(system), load) for law, load in loaded]
     world = ET.SubElement(root, "worldbody")
     _bodies(world, system, mechanism, unit, soft, None if pressed else levels)
     if pressed:
@@ -108,7 +111,6 @@ def shortest_time(system: System, start: tuple) -> float:
 
 
 def natural_speed(system: System) -> float:
-    """Natural size of the contact velocity."""
     machine = system.machine
     return machine.scales(system.drive.period)[machine.states.index(machine.contact_states[0])]
 
@@ -122,14 +124,13 @@ def sliding_level(law: Law, speed: float, load: float) -> float:
 
 
 def directed_level(law: Law, velocity: float, load: float) -> float:
-    """Level of friction, >= 0, at a velocity."""
     side = 1.0 if velocity >= 0.0 else -1.0
     if law.internal:
         return law.steady_force(abs(velocity), load)
     return side * law.force(velocity, (), side, load)[0]
 
 
-class _Units:
+class Units:
     """What one unit of the equations is in those of the file."""
 
     def __init__(self, system: System):
@@ -147,15 +148,6 @@ class _Units:
 
 def _number(value: float) -> str:
     return repr(float(value) + 0.0)
-
-
-def _start(case: Case) -> tuple:
-    return tuple(initial_state(case.system, case.initial).values())[: len(case.system.placed.states)]
-
-
-def _loaded(system: System) -> list[tuple[Law, float]]:
-    """Law and load of each contact; where the load follows the motion it is 1, and levels are coefficients."""
-    return list(zip(system.laws, system.law_loads, strict=True))
 
 
 def _mechanism(system: System, start: tuple) -> Mechanism:
@@ -179,7 +171,7 @@ def _mechanism(system: System, start: tuple) -> Mechanism:
 
 
 def _bodies(
-    world: ET.Element, system: System, mechanism: Mechanism, unit: _Units, soft: dict, levels: list[float] | None
+    world: ET.Element, system: System, mechanism: Mechanism, unit: Units, soft: dict, levels: list[float] | None
 ) -> None:
     """Bodies with their joints; levels: of the friction at each contact, None where contacts are MuJoCo's own."""
     drawn = {shape.name: shape for shape in system.placed.scene(0.0, (0.0,) * len(system.placed.states))}
@@ -203,7 +195,7 @@ def _bodies(
         _looks(element, shape, arm, length, touches=body.contact is not None and levels is None)
 
 
-def _joint(element: ET.Element, body: Body, unit: _Units, soft: dict, level: float | None) -> None:
+def _joint(element: ET.Element, body: Body, unit: Units, soft: dict, level: float | None) -> None:
     turns = body.joint == "hinge"
     per, damper = ("N m/rad", "N m s/rad") if turns else ("N/m", "N s/m")
     # a hinge turns about -y, so that its angle from upright is positive backwards
@@ -231,14 +223,14 @@ def _looks(element: ET.Element, shape: Any, arm: float, length: float, touches: 
         ET.SubElement(element, "geom", {**rod, "name": f"{shape.name} rod", "contype": "0", "conaffinity": "0"})
 
 
-def _ground(world: ET.Element, soft: dict, level: float, unit: _Units) -> None:
+def _ground(world: ET.Element, soft: dict, level: float, unit: Units) -> None:
     """The plane that a body touches; friction is its own (priority), of one coefficient."""
     size = _number(unit("m"))
     given = {"name": "ground", "type": "plane", "size": f"{size} {size} {size}", "condim": "3", "priority": "1"}
     world.insert(0, ET.Element("geom", {**given, "friction": f"{_number(level)} 0 0", **soft}))
 
 
-def _links(root: ET.Element, mechanism: Mechanism, unit: _Units) -> None:
+def _links(root: ET.Element, mechanism: Mechanism, unit: Units) -> None:
     """Links are tendons whose length is the difference of two places."""
     if mechanism.links:
         tendons = ET.SubElement(root, "tendon")
@@ -262,7 +254,7 @@ def _actuators(root: ET.Element, mechanism: Mechanism) -> None:
             ET.SubElement(motors, "motor", name=f"drive of {name}", tendon=name, gear=_number(link.actuation))
 
 
-def _start_frame(root: ET.Element, mechanism: Mechanism, unit: _Units, pressed: bool) -> None:
+def _start_frame(root: ET.Element, mechanism: Mechanism, unit: Units, pressed: bool) -> None:
     """The keyframe "start": places and rates, in the order of the joints."""
     places, rates = [], []
     for body in mechanism.bodies:
@@ -274,11 +266,11 @@ def _start_frame(root: ET.Element, mechanism: Mechanism, unit: _Units, pressed: 
     ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="start", qpos=" ".join(places), qvel=" ".join(rates))
 
 
-def _lost(system: System, levels: list[float], unit: _Units, step: float) -> tuple[str, ...]:
+def _lost(system: System, levels: list[float], unit: Units, step: float) -> tuple[str, ...]:
     """What the model does not say of the system, in sentences."""
     lost = []
-    for number, ((law, load), level) in enumerate(zip(_loaded(system), levels, strict=True), start=1):
-        lost += _lost_of_law(system, numbered("friction", number), law, load, level, unit)
+    for number, known in enumerate(zip(system.laws, system.law_loads, levels, strict=True), start=1):
+        lost += _lost_of_law(system, numbered("friction", number), *known, unit)
     if system.machine.follows_load:
         lost.append(
             "machine.normal_load: the load is that of a soft contact, into which the body sinks and on which it bounces"
@@ -291,7 +283,7 @@ def _lost(system: System, levels: list[float], unit: _Units, step: float) -> tup
     return tuple(lost)
 
 
-def _lost_of_law(system: System, path: str, law: Law, load: float, level: float, unit: _Units) -> list[str]:
+def _lost_of_law(system: System, path: str, law: Law, load: float, level: float, unit: Units) -> list[str]:
     """What one level of friction does not say of a law."""
     speed = natural_speed(system)
     force = 1.0 if system.machine.follows_load else unit("N")

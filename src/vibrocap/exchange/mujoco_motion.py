@@ -7,7 +7,7 @@ from typing import Any
 
 from vibrocap.arguments import require
 from vibrocap.case.case import Case
-from vibrocap.exchange.mjcf import MujocoModel, directed_level, mujoco_model
+from vibrocap.exchange.mjcf import MujocoModel, Units, directed_level, mujoco_model
 from vibrocap.measures.recorded.travel import drift
 from vibrocap.motion.trajectory import Trajectory
 
@@ -50,7 +50,7 @@ def judgement(case: Case, model: MujocoModel | None = None) -> Judgement:
     place = exact.state[str(case.system.machine.place or case.system.cyclic)]
     travel = drift(exact) if case.system.cyclic is not None and len(exact.sections) > 1 else None
     as_written, rewritten = (mujoco_ending(case, model, exact.end, rewritten=contact) for contact in (False, True))
-    steps = math.ceil(exact.end * _time_unit(case) / model.step)
+    steps = math.ceil(exact.end * Units(case.system)("s") / model.step)
     return Judgement(exact, Ending(place, travel), as_written, rewritten, steps)
 
 
@@ -61,7 +61,8 @@ def mujoco_ending(case: Case, model: MujocoModel, end: float, rewritten: bool) -
     """
     mujoco: Any = importlib.import_module("mujoco")
     system = case.system
-    time, length = _time_unit(case), (1.0 if system.units is None else system.si.factor_of("m"))
+    unit = Units(system)
+    time, length = unit("s"), unit("m")
     effort = 1.0 if system.units is None else system.si.factor("drive")
     runner = mujoco.MjModel.from_xml_string(model.text)
     state = mujoco.MjData(runner)
@@ -92,10 +93,7 @@ class _Friction:
     """The level of friction at each contact of a running model."""
 
     def __init__(self, case: Case, model: MujocoModel, runner: Any):
-        system = case.system
-        speed = force = 1.0
-        if system.units is not None:
-            speed, force = system.si.factor_of("m/s"), system.si.factor_of("N")
+        system, unit = case.system, Units(case.system)
         mechanism = system.placed.mechanism(0.0, (0.0,) * len(system.placed.states))
         self.of = []  # (law, load, where its velocity stands, where its level)
         self.first = next(body.name for body in mechanism.bodies if body.contact == 0)
@@ -106,13 +104,9 @@ class _Friction:
                 where = runner.geom("ground").id if model.pressed else place
                 law, load = system.laws[body.contact], system.law_loads[body.contact]
                 self.of.append((law, load, place, where))
-        self.speed, self.force = speed, 1.0 if model.pressed else force
+        self.speed, self.force = unit("m/s"), 1.0 if model.pressed else unit("N")
 
     def rewrite(self, state: Any) -> None:
         """Set each level to that of the present velocity."""
         for law, load, place, where in self.of:
             self.levels[where] = self.force * directed_level(law, float(state.qvel[place]) / self.speed, load)
-
-
-def _time_unit(case: Case) -> float:
-    return 1.0 if case.system.units is None else case.system.units.time_s

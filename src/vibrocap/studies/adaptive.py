@@ -151,10 +151,9 @@ def adaptive_map(
     variables["computed"] = computed
     meanings = {name: column.attributes for name, column in measured.items()} | MEANINGS
     for path, points in zip(axes, levels[0], strict=True):
-        sizes = int(np.diff(points).max()), float(np.diff(axes[path][points]).max())
-        meanings[path] = (coordinate_attributes(path, system) if system is not None else {}) | dict(
-            zip(("coarse_steps", "coarse_spacing"), sizes, strict=True)
-        )
+        spacing = float(np.diff(axes[path][points]).max())
+        sizes = {"coarse_steps": int(np.diff(points).max()), "coarse_spacing": spacing}
+        meanings[path] = (coordinate_attributes(path, system) if system is not None else {}) | sizes
     return xarray.Dataset(
         {name: (tuple(axes), values, meanings.get(name, {})) for name, values in variables.items()},
         coords={path: (path, values, meanings[path]) for path, values in axes.items()},
@@ -210,9 +209,8 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
     for name, values in results.items():
         if values.shape != (runs,):
-            raise ArgumentError(
-                "evaluate", f"{name} should hold one value per run, shape ({runs},), got {values.shape}"
-            )
+            wanted = f"{name} should hold one value per run, shape ({runs},)"
+            raise ArgumentError("evaluate", f"{wanted}, got {values.shape}")
     if "travel" in by and "travel" not in results and "mean_velocity" in results:
         trust = Trust(results.get("status", np.full(runs, FINISHED)), None, dead_band)
         direction = trust.direction(results["mean_velocity"])

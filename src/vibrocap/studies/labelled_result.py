@@ -28,9 +28,7 @@ def labelled_result(result: Any) -> "xarray.Dataset":
     data, coordinates = labelled_arrays(result)
     plain = computed(result)
     known = {name: var for name, var in vars(plain).items() if isinstance(var, (int, float, str, type(None)))}
-    attributes = {
-        name: str(value) if value is None or isinstance(value, bool) else value for name, value in known.items()
-    }
+    attributes = {name: str(x) if x is None or isinstance(x, bool) else x for name, x in known.items()}
     attributes |= dict(zip(("begins", "ends"), (end.value for end in getattr(plain, "ends", ())), strict=False))
     case = case_text(Case(plain.system, dict(getattr(plain, "initial", {}))))
     source = {"source": f"vibrocap {code_version()['version']}", "case": case}

@@ -37,11 +37,7 @@ if TYPE_CHECKING:
     import xarray
 
 STORED = 0.2  # bytes on a disk over bytes in memory, at least, of results that are not all the same
-SECONDS = {
-    "set-valued": 2e-6,
-    "kinked": 4e-6,
-    "smooth": 3e-6,
-}  # per run and period on one core, roughly, by kind of law
+SECONDS = {"set-valued": 2e-6, "kinked": 4e-6, "smooth": 3e-6}  # per run and period on one core, by kind of law
 
 Report = Callable[[float], None] | None
 
@@ -123,8 +119,7 @@ def sweep(
     )
     execution.require_packages()
     settings: dict[str, Any] = {"window": window, "settle": settle, "extrapolate": extrapolate, "periods": periods}
-    settings["tolerance"] = tolerance
-    settings |= {"max_events_per_period": max_events_per_period, "max_steps": max_steps}
+    settings |= {"tolerance": tolerance, "max_events_per_period": max_events_per_period, "max_steps": max_steps}
     study = planned_study(
         system,
         over,
@@ -183,13 +178,18 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
 
 def _check_room(study: Study, out: Path | None, yes: bool) -> None:
     """CaseError where the results fit neither into memory nor, as far as can be told before, onto the disk."""
-    needed = float(study.plan.count) * sum(variable.bytes_per_run for variable in variables(study))
+    needed = _bytes(study)
     if out is None and needed > (free := available_memory()):
         size = f"{in_words(needed)} of memory, {in_words(free)} are free"
         raise CaseError([f"{study.plan.count:,} runs need {size}; give a folder for the results, out"], "the study")
     if out is not None and not yes and STORED * needed > (free := free_disk(out)):
         size = f"{study.plan.count:,} runs take roughly {in_words(STORED * needed)}, {in_words(free)} are free there"
         raise CaseError([f"{size}; give another folder, or say --yes (yes=True) to try"], str(out))
+
+
+def _bytes(study: Study) -> float:
+    """Of the results in memory."""
+    return float(study.plan.count) * sum(variable.bytes_per_run for variable in variables(study))
 
 
 def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
@@ -207,11 +207,9 @@ def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
     """How many runs, how many bytes before compression, and roughly how long."""
-    from vibrocap.numerics.api import available_threads
-
     runs = study.plan.count
-    gigabytes = runs * sum(variable.bytes_per_run for variable in variables(study)) / 1e9
-    cores = threads or available_threads()
+    gigabytes = _bytes(study) / 1e9
+    cores = threads or numerics.available_threads()
     seconds = runs * study.case.periods * max(SECONDS[law.kind] for law in study.case.system.laws) / cores
     return f"{runs:,} runs, {gigabytes:.3g} GB of results, roughly {_duration(seconds)} on {cores} threads"
 

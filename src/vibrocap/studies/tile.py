@@ -99,14 +99,12 @@ def measured_runs(
         settings = {"measures": measures, "initial": initial, **study.settings}
         results = ensemble(system, over, threads=threads, progress=report, **settings)
         begun += len(members)
-        for each in specifications:
-            if each.measured and each.name not in lacking:
-                columns[each.name][members] = results[each.name]
-        for specification in specifications:
-            if not specification.measured:
-                own = specification.name not in over
-                value = _own_value(system, initial, specification.name) if own else as_stored(over[specification.name])
-                columns[specification.name][members] = value
+        for name, measured in ((specification.name, specification.measured) for specification in specifications):
+            if not measured:
+                own = name not in over
+                columns[name][members] = _own_value(system, initial, name) if own else as_stored(over[name])
+            elif name not in lacking:
+                columns[name][members] = results[name]
     return columns
 
 

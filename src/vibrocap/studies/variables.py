@@ -139,9 +139,7 @@ def study_attributes(study: Study) -> dict[str, Any]:
     """What the whole dataset says of itself; what is not set is left out."""
     attributes = {"title": TITLE, "source": f"vibrocap {study.code['version']}", "identity": study.identity}
     settings = {name: value for name, value in study.settings.items() if value is not None}
-    attributes |= {
-        name: int(value) if isinstance(value, bool) else value for name, value in settings.items()
-    }  # as NetCDF
+    attributes |= {name: int(x) if isinstance(x, bool) else x for name, x in settings.items()}  # as NetCDF
     return attributes | {"case": case_text(study.case)}
 
 

@@ -36,9 +36,8 @@ def plan_complaints(system: System, plan: Runs) -> list[str]:
 
 def check_runs(system: System, values: Mapping[str, np.ndarray]) -> None:
     """CaseError for the first run whose values are refused; values: arrays [runs] by path."""
-    columns = [array.tolist() for path, array in values.items() if not path.startswith(INITIAL)]
     names = [path for path in values if not path.startswith(INITIAL)]
-    for row in dict.fromkeys(zip(*columns, strict=True)):
+    for row in dict.fromkeys(zip(*(values[path].tolist() for path in names), strict=True)):
         given = {path: value for path, value in zip(names, row, strict=True) if value is not None and value == value}
         if complaints := refusal(system, given):
             raise CaseError(complaints, "the run with " + ", ".join(f"{path} = {x}" for path, x in given.items()))
@@ -83,12 +82,9 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[C
 def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
     """Values to try: all combinations that matter where they are few, else the corners and what lies along them."""
     if isinstance(plan, Drawn):
-        ends = [
-            (plan_range.low, plan_range.high) for plan_range in plan.ranges if not plan_range.path.startswith(INITIAL)
-        ]
-        names = [plan_range.path for plan_range in plan.ranges if not plan_range.path.startswith(INITIAL)]
-        for corner in itertools.islice(itertools.product(*ends), LIMIT):
-            yield dict(zip(names, corner, strict=True))
+        ranges = [span for span in plan.ranges if not span.path.startswith(INITIAL)]
+        ends = [Column(span.path, (span.low, span.high)) for span in ranges]
+        yield from itertools.islice(_crossed(ends), LIMIT)
         return
     assert isinstance(plan, Grid)
     first = {axis.path: axis.values[0] for axis in plan.axes if not axis.path.startswith(INITIAL)}

@@ -30,9 +30,8 @@ def source_fingerprint(package: Path | None = None) -> str:
 
 def deciding_sources(package: Path) -> set[Path]:
     """The sources of a package that can change a digit of a run: where runs come from, and all that they import."""
-    waiting = [package / name for name in RUNS] + [
-        path for folder in FOLDERS for path in (package / folder).rglob("*.py")
-    ]
+    waiting = [package / name for name in RUNS]
+    waiting += [path for folder in FOLDERS for path in (package / folder).rglob("*.py")]
     paths: set[Path] = set()
     while waiting:
         path = waiting.pop()

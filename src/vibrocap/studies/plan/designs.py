@@ -108,9 +108,8 @@ def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
     if len(pair) != 2 or not all(map(is_number, pair)):
         return nothing, [Complaint(path, f"a design needs a range, (low, high) or LOW:HIGH, got {shown(given)}")]
     low, high = float(pair[0]), float(pair[1])
-    return Range(path, low, high), [
-        Complaint(path, end_complaint) for end_complaint in end_complaints(low, high, False, (low, high))
-    ]
+    complaints = end_complaints(low, high, False, (low, high))
+    return Range(path, low, high), [Complaint(path, complaint) for complaint in complaints]
 
 
 def _shares(design: Design, dimensions: int, start: int, stop: int) -> np.ndarray:

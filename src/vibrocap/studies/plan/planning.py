@@ -15,20 +15,14 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.names import number_in, split_path
 from vibrocap.physics.system import System
+from vibrocap.studies.plan import variation
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.cases import CaseList, case_list
 from vibrocap.studies.plan.checks import kind_choices, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, range_from
 from vibrocap.studies.plan.runs import Column, Runs
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import (
-    kinds_chosen,
-    path_complaints,
-    plainly,
-    values_chosen,
-    varied,
-    with_varied_parts,
-)
+from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, plainly, with_varied_parts
 
 
 def planned_study(
@@ -130,8 +124,8 @@ def _lacking(measures: Sequence[str | Measure], system: System, plan: Runs) -> l
     """Complaints about measures that no kind of parts of a study has; where another kind has one, it is NaN."""
     reasons = []
     for case in _first_runs(plan):
-        variations = varied(system, case)
-        reasons.append(unavailable(resolved(measures, variations)[1], variations))
+        varied = variation.varied(system, case)
+        reasons.append(unavailable(resolved(measures, varied)[1], varied))
     names = [measure if isinstance(measure, str) else measure.name for measure in measures]
     return [Complaint("measures", reasons[0][name]) for name in names if all(name in reason for reason in reasons)]
 
@@ -178,7 +172,7 @@ def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Col
     values = list(column.values)
     for number, value in enumerate(values):
         if value is None:
-            known = values_chosen(system, kinds_chosen(system, plan.case(number)))
+            known = variation.values_chosen(system, kinds_chosen(system, plan.case(number)))
             own = known.get(part, {}).get(name)
             values[number] = own if isinstance(own, str) else None
     return Column(column.path, tuple(values))

@@ -137,13 +137,8 @@ class Study:
     @property
     def settings(self) -> dict[str, Any]:
         """How the runs are made, as `ensemble` takes it."""
-        return {
-            **self.case.run,
-            "window": self.window,
-            "settle": self.settle,
-            **self._extrapolates,
-            "device": self.device,
-        }
+        how = {"window": self.window, "settle": self.settle, **self._extrapolates, "device": self.device}
+        return self.case.run | how
 
     @property
     def _extrapolates(self) -> dict[str, bool]:
@@ -183,14 +178,9 @@ class Study:
             raise CaseError(complaints, "the study")
         plan = PLANS[record["plan"]["kind"]].from_record(record["plan"])
         case = case_from_text(record["case"], "the case of the study")
-        how = (
-            record["window"],
-            record["settle"],
-            dict(record["code"]),
-            record["device"],
-            record.get("extrapolate", False),
-        )
-        return cls(case, plan, tuple(known), *how)
+        how = {name: record[name] for name in ("window", "settle", "device")}
+        how |= {"code": dict(record["code"]), "extrapolate": record.get("extrapolate", False)}
+        return cls(case, plan, tuple(known), **how)
 
     @functools.cached_property
     def identity(self) -> str:

@@ -72,10 +72,8 @@ def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
         if (place := file_of(part)) is not None:
             sources.append((str(place[0]), place[1]))
         elif part.__module__ == "__main__" or "<locals>" in part.__qualname__:
-            complaints.append(
-                f"{part.__qualname__} stands in {part.__module__}, where workers cannot find it; put it in a file of "
-                "its own, and name that by --parts or load_parts"
-            )
+            where = f"{part.__qualname__} stands in {part.__module__}, where workers cannot find it"
+            complaints.append(f"{where}; put it in a file of its own, and name that by --parts or load_parts")
         else:
             sources.append((part.__module__, part.__qualname__))
     if complaints:

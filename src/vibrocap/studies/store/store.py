@@ -100,9 +100,7 @@ class Store:
         with kept(self.path):
             there = {name: names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
         pending = self.pending()
-        lost = [
-            index for index in self.indices if any(f"c.{tile_name(index)}" not in names for names in there.values())
-        ]
+        lost = [index for index in self.indices if any(f"c.{tile_name(index)}" not in kept for kept in there.values())]
         if gone := dict.fromkeys([*pending, *lost]):
             few = ", ".join(tile_name(index) for index in list(gone)[:5]) + (" ..." if len(gone) > 5 else "")
             raise StoreError(
