@@ -32,9 +32,9 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
         if (wanted := _head_wanted(key, what)) is not None:
             complaints.add(f"{KIND}.{key}", f"should be {wanted}, got {shown(what)}")
     for key in (key for key in (*TABLES, *PARTS) if key in given):
-        rows: Any = given[key]
-        named = key in TABLES
-        of_kind = isinstance(rows, Mapping if named else list)
+        rows, named = given[key], key in TABLES
+        kind: Any = Mapping if named else list
+        of_kind = isinstance(rows, kind)
         several = list((rows.values() if named else rows) if of_kind else ())
         form = f"[{KIND}.{key}] with lines NAME = {{ ... }}" if named else f"each begun by [[{KIND}.{key}]]"
         if not of_kind or not all(isinstance(row, Mapping) for row in several):

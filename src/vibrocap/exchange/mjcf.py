@@ -101,11 +101,9 @@ def shortest_time(system: System, start: tuple) -> float:
     scales, still = machine.scales(system.drive.period), (0.0,) * len(machine.contact_states)
     columns = []
     for i, scale in enumerate(scales):
-        ahead, behind = (
-            machine.rates(0.0, tuple(v + s * 1e-5 * scale * (j == i) for j, v in enumerate(start)), 0.0, still)
-            for s in (1.0, -1.0)
-        )
-        columns.append((np.array(ahead) - np.array(behind)) / (2e-5 * scale))
+        pushes = (tuple(v + s * 1e-5 * scale * (j == i) for j, v in enumerate(start)) for s in (1.0, -1.0))
+        ahead, behind = (np.array(machine.rates(0.0, pushed, 0.0, still)) for pushed in pushes)
+        columns.append((ahead - behind) / (2e-5 * scale))
     fastest = np.abs(np.linalg.eigvals(np.array(columns).T)).max() if states else 0.0
     return 1.0 / max(float(fastest), 2.0 * math.pi / system.drive.period)
 
@@ -189,9 +187,8 @@ def _bodies(
         _joint(element, body, unit, soft, None if levels is None or body.contact is None else levels[body.contact])
         mass, arm = body.mass * unit("kg"), length if turns else 0.0
         point = _number(max(POINT * mass * length * length if turns else mass * length * length, SMALLEST_INERTIA))
-        ET.SubElement(
-            element, "inertial", pos=f"0 0 {_number(arm)}", mass=_number(mass), diaginertia=" ".join([point] * 3)
-        )
+        inertial = {"pos": f"0 0 {_number(arm)}", "mass": _number(mass), "diaginertia": " ".join([point] * 3)}
+        ET.SubElement(element, "inertial", inertial)
         _looks(element, shape, arm, length, touches=body.contact is not None and levels is None)
 
 
@@ -272,9 +269,8 @@ def _lost(system: System, levels: list[float], unit: Units, step: float) -> tupl
     for number, known in enumerate(zip(system.laws, system.law_loads, levels, strict=True), start=1):
         lost += _lost_of_law(system, numbered("friction", number), *known, unit)
     if system.machine.follows_load:
-        lost.append(
-            "machine.normal_load: the load is that of a soft contact, into which the body sinks and on which it bounces"
-        )
+        soft = "the load is that of a soft contact, into which the body sinks and on which it bounces"
+        lost.append(f"machine.normal_load: {soft}")
     second = "" if system.units is None else " s"
     lost += [
         f"rest: friction is soft; a contact at rest creeps, and events wait for the end of a step ({step:.4g}{second})",

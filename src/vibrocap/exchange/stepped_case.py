@@ -130,10 +130,8 @@ class SteppedCase:
         for _ in INPUT_NAMES[1:]:
             unit = inputs[-1].unit if self.system.units is None else over_seconds(inputs[-1].unit)
             inputs.append(Port("", unit, inputs[-1].scale / self.time.scale))
-        named = zip(inputs, INPUT_NAMES, strict=True)
-        return tuple(
-            dataclasses.replace(port, name="drive" if name == "value" else f"drive_{name}") for port, name in named
-        )
+        names = ("drive", *(f"drive_{name}" for name in INPUT_NAMES[1:]))
+        return tuple(dataclasses.replace(port, name=name) for port, name in zip(inputs, names, strict=True))
 
     @functools.cached_property
     def scales(self) -> PortScales:

@@ -143,9 +143,7 @@ def stepper(
 def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[dict[str, Any] | None], dict[str, Any]]:
     """What is given by name without its arrays, and the arrays."""
     arrays = {name: value for column in given for name, value in (column or {}).items() if np.ndim(value)}
-    rest = [
-        None if column is None else {name: column[name] for name in column if name not in arrays} for column in given
-    ]
+    rest = [column and {name: column[name] for name in column if name not in arrays} for column in given]
     return rest, arrays
 
 

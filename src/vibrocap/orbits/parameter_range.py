@@ -44,9 +44,8 @@ def _check_samples(system: System, over: str, low: float, high: float) -> None:
         drive = changed if part == "drive" else system.drive
         time = getattr(changed if part == "controller" else system.controller, "sample_time", None)
         if (drive.period, time) != (system.drive.period, system.parameter("controller.sample_time")):
-            raise ArgumentError(
-                "over", f"{over} decides how many samples a period has; compare them one by one, by a sweep"
-            )
+            why = f"{over} decides how many samples a period has; compare them one by one, by a sweep"
+            raise ArgumentError("over", why)
 
 
 def system_at(system: System, over: str, value: float) -> System:

@@ -97,15 +97,11 @@ def labelled(study: Study, results: Mapping[str, np.ndarray]) -> "xarray.Dataset
     import xarray
 
     dims = study.plan.dims
-    coordinates: dict[str, Any] = {
-        path: (path, values, coordinate_attributes(path, study.case.system))
-        for path, values in axis_values(study).items()
-    }
     data: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
+    for path, values in axis_values(study).items():
+        coordinates[path] = path, values, coordinate_attributes(path, study.case.system)
     for variable in variables(study):
-        (data if variable.measured else coordinates)[variable.name] = (
-            dims,
-            variable.shown(results[variable.name]),
-            variable.attributes,
-        )
+        entry = dims, variable.shown(results[variable.name]), variable.attributes
+        (data if variable.measured else coordinates)[variable.name] = entry
     return xarray.Dataset(data, coordinates, study_attributes(study))

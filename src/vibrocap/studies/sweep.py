@@ -106,30 +106,14 @@ def sweep(
     Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
     where xarray (for `out` zarr) is not installed.
     """
-    execution = Execution(
-        out=None if out is None else Path(out),
-        resume=resume,
-        mixed=mixed,
-        max_runs=max_runs,
-        yes=yes,
-        tile_runs=tile_runs,
-        threads=threads,
-        device=device,
-        workers=workers,
-    )
+    where: dict[str, Any] = {"out": None if out is None else Path(out), "resume": resume, "mixed": mixed}
+    how = {"tile_runs": tile_runs, "threads": threads, "device": device, "workers": workers}
+    execution = Execution(**where, **how, max_runs=max_runs, yes=yes)
     execution.require_packages()
     settings: dict[str, Any] = {"window": window, "settle": settle, "extrapolate": extrapolate, "periods": periods}
     settings |= {"tolerance": tolerance, "max_events_per_period": max_events_per_period, "max_steps": max_steps}
-    study = planned_study(
-        system,
-        over,
-        measures=measures,
-        cases=cases,
-        design=design,
-        initial=initial,
-        settings=settings,
-        also=execution.complaints(),
-    )
+    runs: dict[str, Any] = {"measures": measures, "cases": cases, "design": design, "initial": initial}
+    study = planned_study(system, over, **runs, settings=settings, also=execution.complaints())
     return carried_out(study, execution, progress).dataset()
 
 

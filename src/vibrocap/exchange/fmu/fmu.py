@@ -55,17 +55,8 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
     changing = len(begun) + len(stepped.observables) + len(stepped.inputs) + 1
     scales = of.scales(stepped, changing)
     counted = list(dict.fromkeys(stepped.counted))  # several of a machine may have one name
-    variables = (
-        of.time(stepped),
-        *parameters,
-        *scales,
-        *states,
-        *inputs,
-        *of.observables(stepped),
-        *sides,
-        *of.counts(counted, len(sides)),
-        of.STATUS,
-    )
+    before = of.time(stepped), *parameters, *scales, *states, *inputs
+    variables = (*before, *of.observables(stepped), *sides, *of.counts(counted, len(sides)), of.STATUS)
     values = [*begun, *[0.0] * (changing - len(begun)), *(scale.port.value for scale in scales)]
     constants = {
         "PARAMETER": 0,

@@ -18,7 +18,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # of all files in the zip
 def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
     """The FMU with machine code for these platforms. Raises BuildError where a compiler fails."""
     folder = own_files("vibrocap.exchange.fmu") / "c"
-    own = (f"fmi{fmi[0]}.h", f"fmi{fmi[0]}.c", "instance.h", "stepping.h")
+    own = (f"fmi{fmi[0]}.h", f"fmi{fmi[0]}.c", "instance.h", "stepping.h", "shared.h")
     sources = {**package.sources, **{name: (folder / name).read_text(encoding="utf-8") for name in own}}
     token = _token(package, sources)
     sources["variables.h"] = package.header.replace("@TOKEN@", token)

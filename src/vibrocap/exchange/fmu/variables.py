@@ -96,10 +96,8 @@ def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
 
 
 def states(stepped: SteppedCase) -> list[Variable]:
-    return [
-        Variable(state, f"state: {_words(state.name)}", f"STATE + {i}", starts=True)
-        for i, state in enumerate(stepped.states)
-    ]
+    named = [(f"state: {_words(state.name)}", f"STATE + {i}") for i, state in enumerate(stepped.states)]
+    return [Variable(state, *words, starts=True) for state, words in zip(stepped.states, named, strict=True)]
 
 
 def inputs(stepped: SteppedCase) -> list[Variable]:
@@ -111,10 +109,8 @@ def inputs(stepped: SteppedCase) -> list[Variable]:
     if stepped.system.machine.imposes_motion:
         meanings += ["slope of the drive from then on", "its curvature"]
     given = {"causality": "input", "variability": "discrete", "starts": True}
-    return [
-        Variable(port, meaning, f"HELD + {i}", **given)
-        for i, (port, meaning) in enumerate(zip(stepped.inputs, meanings, strict=False))
-    ]
+    ports = zip(stepped.inputs, meanings, strict=False)
+    return [Variable(port, meaning, f"HELD + {i}", **given) for i, (port, meaning) in enumerate(ports)]
 
 
 def observables(stepped: SteppedCase) -> list[Variable]:

@@ -227,10 +227,8 @@ def _in_order(
     twin = [None if other is None else place[other] for other in (twins[k] for k in order)]
     shares = [counts[k] / max(len(label), 1) for k in order]
     errors = [math.sqrt(share * (1.0 - share) / max(len(label), 1)) for share in shares]
-    ordered = tuple(
-        Attractor(motions[k], counts[k], share, error, other)
-        for k, share, error, other in zip(order, shares, errors, twin, strict=True)
-    )
+    known = zip(order, shares, errors, twin, strict=True)
+    ordered = tuple(Attractor(motions[k], counts[k], share, error, other) for k, share, error, other in known)
     moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
     return ordered, np.where(label >= 0, moved[np.maximum(label, -1)], label)
 

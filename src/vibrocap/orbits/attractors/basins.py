@@ -30,11 +30,8 @@ MOST_STARTS = 10_000_000
 PLANE = ("path_x", "path_y")
 CODES = {"not_certified": NOT_CERTIFIED, "not_told_apart": NOT_TOLD, "failed": FAILED, "not_settled": NOT_SETTLED}
 TRAVELS = {"back": BACK, "no_travel": NO_TRAVEL, "forward": FORWARD}
-DIRECTIONS = {"forward": FORWARD, "no travel": NO_TRAVEL, "back": BACK} | {
-    "not settled": NOT_SETTLED,
-    "failed": FAILED,
-    "not certified": NOT_CERTIFIED,
-}
+DIRECTIONS = {"forward": FORWARD, "no travel": NO_TRAVEL, "back": BACK}
+DIRECTIONS |= {"not settled": NOT_SETTLED, "failed": FAILED, "not certified": NOT_CERTIFIED}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -134,9 +131,8 @@ def basins(
     axes, given = _checked_plane(system, plane)
     counts = _checked_resolution(resolution)
     if not is_driven(system) and (PHASE in axes or phase):
-        raise ArgumentError(
-            "phase", "nothing drives the system in time, so that there is none; plane should name two states"
-        )
+        why = "nothing drives the system in time, so that there is none; plane should name two states"
+        raise ArgumentError("phase", why)
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
         raise ArgumentError("phase", f"should be a finite share of the drive's period, got {phase!r}")
     check_whole("settle_periods", settle_periods, 10, 10**7)
@@ -159,7 +155,7 @@ def basins(
     drift = _drifts(distinct, label, runs)
     shape = (counts[0], counts[1])
     errors = [math.sqrt(border_cells(label.reshape(shape) == k) / 12.0) / label.size for k in range(len(distinct))]
-    distinct = tuple(dataclasses.replace(each, error=error) for each, error in zip(distinct, errors, strict=True))
+    distinct = tuple(dataclasses.replace(known, error=error) for known, error in zip(distinct, errors, strict=True))
     return Basins(
         system=system,
         axes=axes,
@@ -221,9 +217,8 @@ def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tu
     if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
         plane = dict.fromkeys(plane)
     if not isinstance(plane, Mapping) or len(plane) != 2:
-        raise ArgumentError(
-            "plane", f'should name two states, or one and "phase", with (low, high) each, got {plane!r}'
-        )
+        why = f'should name two states, or one and "phase", with (low, high) each, got {plane!r}'
+        raise ArgumentError("plane", why)
     for name in plane:
         if name != PHASE:
             check_state("plane", system, name)

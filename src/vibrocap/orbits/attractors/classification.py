@@ -84,13 +84,11 @@ def _values(series: Any) -> np.ndarray:
     except (TypeError, ValueError):
         raise ArgumentError("series", f"should be numbers, one per period, or a motion, got {series!r}") from None
     if phi.ndim != 1 or len(phi) < FEWEST:
-        raise ArgumentError(
-            "series", f"should be at least {FEWEST} numbers in a row, got an array of shape {phi.shape}"
-        )
+        why = f"should be at least {FEWEST} numbers in a row, got an array of shape {phi.shape}"
+        raise ArgumentError("series", why)
     if not np.all(np.isfinite(phi)):
-        raise ArgumentError(
-            "series", f"should be finite, got {phi[~np.isfinite(phi)][0]} at {np.argmin(np.isfinite(phi))}"
-        )
+        why = f"should be finite, got {phi[~np.isfinite(phi)][0]} at {np.argmin(np.isfinite(phi))}"
+        raise ArgumentError("series", why)
     return phi
 
 

@@ -124,9 +124,8 @@ def gradients(
         if name not in known:
             raise ArgumentError("measures", f"there is no gradient of {name!r}; {suggestion(name, known)}")
     if orbit.failed or not orbit.response_period:
-        raise ArgumentError(
-            "orbit", f"should be closed: this one is {orbit.status.value}, so nothing is a measure of it"
-        )
+        why = f"should be closed: this one is {orbit.status.value}, so nothing is a measure of it"
+        raise ArgumentError("orbit", why)
     every = over is None
     paths = _numbers(system) if over is None else [over] if isinstance(over, str) else over
     asked = list(dict.fromkeys(quantity(path, system).plain for path in paths))
@@ -191,8 +190,9 @@ class _Ends:
         motion = orbit.motion()
         ends = [0.0, *stretches.ends] if len(stretches.ends) > 1 else []
         corners = np.add.outer(self.period * np.arange(orbit.response_period), ends).ravel()
+        near = ON_CORNER * self.period
         self.kinks = dict.fromkeys(
-            event.kind for event in motion.events if np.any(np.abs(corners - event.time) <= ON_CORNER * self.period)
+            event.kind for event in motion.events if np.any(np.abs(corners - event.time) <= near)
         )
         for turn in range(orbit.response_period):
             for k in range(len(stretches.ends)):
@@ -250,9 +250,8 @@ class _Stretches:
         corners, count = map_.equations.corners, len(places)
         for path in np.flatnonzero(_opening(map_, row, places)):
             name = map_.equations.parameter_paths[places[path]]
-            raise ArgumentError(
-                "over", f"{name} gives a length to a segment of the drive that has none: to one side only"
-            )
+            why = f"{name} gives a length to a segment of the drive that has none: to one side only"
+            raise ArgumentError("over", why)
         unit = np.zeros((count, len(row)))
         unit[np.arange(count), places] = 1.0
         if corners is None:
@@ -266,9 +265,8 @@ class _Stretches:
             table = corners.tables(row[None])[0]
             size, parts = corners.row_size, corners.count(row)
             begins = np.arange(parts) * (self.period / parts)
-            slopes = np.array(
-                [_by(number, row, places, begins) for number in corners.numbers]
-            )  # [numbers, asked, parts]
+            # [numbers, asked, parts]
+            slopes = np.array([_by(number, row, places, begins) for number in corners.numbers])
             slopes = slopes.reshape(-1, size, count, parts).transpose(3, 0, 1, 2)
             shares, moved = table[:, 0], np.cumsum(slopes[:, :, 0], axis=1)
             moved[:, -1] = 0.0
@@ -369,10 +367,8 @@ def _slope(system: System, measure: str, plain: str, value: float, slope: float)
         size = system.si.factor_of(unit)
     at = float(system.parameter(plain))
     elasticity = slope * at / value if value and at else float("nan")
-    over = (
-        "" if place.unit == "1" else f"/({place.unit})" if " " in place.unit or "/" in place.unit else f"/{place.unit}"
-    )
+    below = f"({place.unit})" if " " in place.unit or "/" in place.unit else place.unit
+    over = "" if place.unit == "1" else f"/{below}"
     whole = f"({unit})" if over and "/" in unit else unit
-    return Slope(
-        measure, place.path, value * size, float(slope * size / place.scale), f"{whole}{over}", float(elasticity)
-    )
+    scaled = value * size, float(slope * size / place.scale)
+    return Slope(measure, place.path, *scaled, f"{whole}{over}", float(elasticity))

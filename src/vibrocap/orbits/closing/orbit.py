@@ -220,9 +220,8 @@ def shoot(
     """
     unknown = [name for name in start if name not in system.state_names]
     if unknown:
-        raise ArgumentError(
-            "start", f"should name states of the system ({', '.join(system.state_names)}), got {unknown[0]!r}"
-        )
+        why = f"should name states of the system ({', '.join(system.state_names)}), got {unknown[0]!r}"
+        raise ArgumentError("start", why)
     _check_response(system, response_period, half)
     map_ = StroboscopicMap(system, tolerance) if map_ is None else map_.of(system)
     return Orbit.of(closed(map_, state_vector(system, start), response_period, half), map_)
@@ -235,9 +234,8 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     which measures along v alone, tells on which way a state lies.
     """
     if not orbit.closes or not orbit.unstable:
-        raise ArgumentError(
-            "orbit", "should be a closed one with a multiplier outside the unit circle: this one is kept"
-        )
+        why = "should be a closed one with a multiplier outside the unit circle: this one is kept"
+        raise ArgumentError("orbit", why)
     map_ = driven_map(orbit.system, orbit.tolerance)
     state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states
     push, right, most = _push(map_, orbit, np.abs)
@@ -275,6 +273,5 @@ def _check_response(system: System, response_period: int, half: bool) -> None:
     if half and not system.mirrored:
         raise ArgumentError("half", "should be False: the system has no half-period symmetry (drive, machine or law)")
     if half and response_period % 2 == 0:
-        raise ArgumentError(
-            "response_period", f"should be odd with half=True, got {response_period}: no other is symmetric"
-        )
+        why = f"should be odd with half=True, got {response_period}: no other is symmetric"
+        raise ArgumentError("response_period", why)

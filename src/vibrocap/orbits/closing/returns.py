@@ -76,9 +76,8 @@ def checked_section(system: System, given: Any) -> Section | None:
         try:
             given = Section(observable=observable.strip(), value=float(value), direction=WAYS[way.strip() or "up"])
         except (ValueError, KeyError):
-            raise ArgumentError(
-                "section", f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {given!r}"
-            ) from None
+            why = f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {given!r}"
+            raise ArgumentError("section", why) from None
     if isinstance(given, str):
         names = {numbered(kind, k): (kind, k) for kind in KINDS for k in range(1, contacts + 1)}
         if given not in names:

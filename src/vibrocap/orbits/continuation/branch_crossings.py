@@ -67,11 +67,8 @@ def branch_crossings(
     size = float(np.max(np.abs(known), initial=1.0))
     differences = known - value
     told = [i for i in range(len(known)) if abs(differences[i]) > NOTHING * size]
-    return tuple(
-        _located(closure, points[i], points[j], i, measure, value, size)
-        for i, j in itertools.pairwise(told)
-        if j - i <= 2 and differences[i] * differences[j] < 0.0
-    )
+    pairs = [(i, j) for i, j in itertools.pairwise(told) if j - i <= 2 and differences[i] * differences[j] < 0.0]
+    return tuple(_located(closure, points[i], points[j], i, measure, value, size) for i, j in pairs)
 
 
 def orbit_near(closure: ClosingMap, state: np.ndarray, value: float, period: float) -> Orbit:
@@ -99,9 +96,8 @@ def steady_value(orbit: Orbit, measure: str | OfOrbit) -> float:
 def _of_cycle(orbit: Orbit, measure: str) -> float:
     """A measure of a cycle: over one period of a constant drive, whose length is free to be that of the cycle."""
     if orbit.system.drive.name != "constant":
-        raise ArgumentError(
-            "drive", f"should be constant for measures of a cycle by its period, got {orbit.system.drive.name}"
-        )
+        why = f"should be constant for measures of a cycle by its period, got {orbit.system.drive.name}"
+        raise ArgumentError("drive", why)
     system = orbit.system.with_parameters({"drive.duration": orbit.period})
     motion = simulate(system, periods=1, initial=orbit.state, tolerance=max(orbit.tolerance, 1e-13))
     return float(measured(motion, [measure], window=1)[measure])

@@ -263,9 +263,8 @@ def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
     motion = simulate(system, periods=periods, initial=start, tolerance=closure.tolerance)
     times = np.linspace(0.0, motion.end, SAMPLES)
     names = [numbered("contact_velocity", i + 1) for i in range(motion.piece_sides.shape[1])]
-    speeds, name = min(
-        ((np.abs(motion.at(times, name)), name) for name in names), key=lambda each: np.min(each[0]) / np.max(each[0])
-    )
+    slides = [(np.abs(motion.at(times, name)), name) for name in names]
+    speeds, name = min(slides, key=lambda slide: np.min(slide[0]) / np.max(slide[0]))
     k = int(np.argmin(speeds))
 
     def speed(time: float) -> float:

@@ -116,9 +116,8 @@ def equilibrium_branch(
     mode = Sliding(problem, state.sides, state.switched, (low, high))
     begun = started(mode, mode.point(state.y, value))
     if begun is None:
-        raise ArgumentError(
-            "system", f"should slide steadily at {over} = {value:g}, but Newton's method leaves the state"
-        )
+        why = f"should slide steadily at {over} = {value:g}, but Newton's method leaves the state"
+        raise ArgumentError("system", why)
     onward, back = followed(mode, begun, 1.0, points, LONGEST), None
     if onward.end is not BranchEnd.CLOSED:
         back = followed(mode, begun, -1.0, points, LONGEST)

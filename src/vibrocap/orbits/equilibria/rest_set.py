@@ -113,10 +113,8 @@ class RestSets:
         from scipy.optimize import minimize  # only here: it takes long to load
 
         scales = self.problem.scales
-        rate_size = np.linalg.norm(
-            self.problem.jacobian(state.y[:, None], state.sides[:, None], state.switched[:, None])[:, :, 0] * scales,
-            axis=1,
-        )
+        lane = state.y[:, None], state.sides[:, None], state.switched[:, None]
+        rate_size = np.linalg.norm(self.problem.jacobian(*lane)[:, :, 0] * scales, axis=1)
         rate_size = np.where(rate_size > 0.0, rate_size, 1.0)
         still = [v for v, rest in zip(self.problem.velocities, state.rests, strict=True) if rest]
 

@@ -281,15 +281,11 @@ class ClosingMap(Residual):
 
     def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response, of all contacts; none of smooth laws, whose side is not seen."""
-        gathered, laws = self._gathered(ended[runs]), self.system.laws
-        words = [gathered.mode_sequences(k) for k in range(len(laws))]
-        return [
-            joined(
-                "" if law.kind == "smooth" else closed_sequence(str(word), self.half)
-                for law, word in zip(laws, run, strict=True)
-            )
-            for run in zip(*words, strict=True)
-        ]
+        gathered, words = self._gathered(ended[runs]), []
+        for k, law in enumerate(self.system.laws):
+            seen, smooth = gathered.mode_sequences(k), law.kind == "smooth"
+            words.append(["" if smooth else closed_sequence(str(word), self.half) for word in seen])
+        return [joined(run) for run in zip(*words, strict=True)]
 
 
 def nudged_slope(

@@ -62,16 +62,8 @@ def settling_runs(
     progress: called now and then, from any thread, with the share begun
     """
     count = len(states)
-    budget = Budget(
-        periods,
-        ROUGH,
-        MOST_EVENTS,
-        MOST_STEPS,
-        window=1,
-        threshold=SETTLED,
-        evidence=1,
-        returns=not map_.equations.timed,
-    )
+    how = {"window": 1, "threshold": SETTLED, "evidence": 1, "returns": not map_.equations.timed}
+    budget = Budget(periods, ROUGH, MOST_EVENTS, MOST_STEPS, **how)
     parts = []
     chunk = device("cpu").chunk
     for base in range(0, count, chunk):

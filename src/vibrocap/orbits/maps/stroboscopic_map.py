@@ -307,11 +307,10 @@ def is_driven(system: System) -> bool:
 def driven_map(system: System, tolerance: float) -> StroboscopicMap:
     """The stroboscopic map of a driven system; ValueError for one that nothing drives in time."""
     if not is_driven(system):
-        raise ArgumentError(
-            "system",
-            f"nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic "
-            "map to look at; orbit(system, initial=...) finds its cycles",
+        why = (
+            f"nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic map to look at"
         )
+        raise ArgumentError("system", f"{why}; orbit(system, initial=...) finds its cycles")
     return StroboscopicMap(system, tolerance)
 
 
@@ -331,10 +330,8 @@ def at_next_section(
     ends, ended = states.copy(), np.full(len(states), codes.DONE)
     if not len(waiting):
         return ends, ended
-    budget = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS)
-    run = map_.run(
-        budget, states[waiting], parameters[waiting], start=share[waiting] * map_.periods(parameters[waiting])
-    )
+    budget, rows = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS), parameters[waiting]
+    run = map_.run(budget, states[waiting], rows, start=share[waiting] * map_.periods(rows))
     ends[waiting], ended[waiting] = run.state, run.status
     return ends, ended
 

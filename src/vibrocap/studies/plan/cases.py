@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, shown, suggestion
+from vibrocap.arguments import Complaints, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.physics.names import split_path
@@ -47,11 +47,9 @@ def case_list(cases: Iterable[Any]) -> tuple[CaseList, list[str]]:
             continue
         row = {path: value.item() if isinstance(value, np.generic) else value for path, value in case.items()}
         rows.append(row)
-        complaints += [
-            Complaint(f"cases[{number}]", f"{path}: {complaint}")
-            for path, value in row.items()
-            if (complaint := _complaint(path, value))
-        ]
+        for path, value in row.items():
+            if complaint := _complaint(path, value):
+                complaints.add(f"cases[{number}]", f"{path}: {complaint}")
     if not rows and not complaints:
         complaints.add("cases", "there are none")
     if complaints:

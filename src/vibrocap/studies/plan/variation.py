@@ -88,10 +88,8 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
         varied(system, values)
     except CaseError as error:
         said = [complaint for complaint in error.complaints if isinstance(complaint, Complaint)]
-        return tuple(
-            Complaint(complaint.field, f"{complaint.text}; {CURE.format(split_path(complaint.field)[0])}")
-            for complaint in said
-        )
+        cures = [CURE.format(split_path(complaint.field)[0]) for complaint in said]
+        return tuple(Complaint(old.field, f"{old.text}; {cure}") for old, cure in zip(said, cures, strict=True))
     except (ValueError, TypeError):
         pass
     else:

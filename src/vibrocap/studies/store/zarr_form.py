@@ -138,11 +138,8 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
             if name is None:
                 kinds, wrong = dict.fromkeys(attributes, PLAIN), _differences(GROUP, entries)
             else:
-                kinds, wrong, types[name] = (
-                    ATTRIBUTES,
-                    _array_complaints(name, entries, arrays[name]),
-                    entries["data_type"],
-                )
+                kinds, wrong = ATTRIBUTES, _array_complaints(name, entries, arrays[name])
+                types[name] = entries["data_type"]
             wrong += [f"attributes.{key}: vibrocap writes no such thing" for key in _strange(attributes, kinds)]
             wrong = wrong or ([] if name is None else units.complaints(name, attributes))
             complaints += [f"{RESULTS}/{place}: {complaint}" for complaint in wrong]
@@ -199,13 +196,9 @@ def _array_complaints(name: str, entries: Mapping[str, Any], expected: ExpectedA
 
 def _differences(wanted: Mapping[str, Any], entries: Mapping[str, Any]) -> list[str]:
     """Which entries of JSON are not as wanted, to the type."""
-    texts = {key: json.dumps(value, sort_keys=True) for key, value in wanted.items()}
-    wrong = [
-        key
-        for key in dict.fromkeys((*wanted, *entries))
-        if json.dumps(entries.get(key), sort_keys=True) != texts.get(key)
-    ]
-    return [f"{key} should {f'be {texts[key]}' if key in texts else 'not be there'}" for key in wrong]
+    right, texts = ({key: json.dumps(x, sort_keys=True) for key, x in own.items()} for own in (wanted, entries))
+    wrong = [key for key in dict.fromkeys((*right, *texts)) if right.get(key) != texts.get(key)]
+    return [f"{key} should {f'be {right[key]}' if key in right else 'not be there'}" for key in wrong]
 
 
 def _strange(attributes: Mapping[str, Any], kinds: Mapping[str, Any]) -> list[str]:

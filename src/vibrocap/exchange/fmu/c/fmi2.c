@@ -9,16 +9,14 @@ static void tell(instance *c, int status, const char *text) {
   ((logger)c->log)(c->environment, c->name, (fmi2Status)status, category, "%s", text);
 }
 
-#define STATUS(status) ((fmi2Status)(status))
+#define VERSION "2.0"
+#define PREFIX "fmi2"
+#define OF(name) fmi2##name
+#define STATE(before, behind) FMI(before##FMUstate##behind)
+#define DESERIALIZE FMI(DeSerializeFMUstate)
+#include "shared.h"
 
 EXPORT const char *FMI(GetTypesPlatform)(void) { return "default"; }
-
-EXPORT const char *FMI(GetVersion)(void) { return "2.0"; }
-
-EXPORT fmi2Status FMI(SetDebugLogging)(fmi2Component i, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-  UNUSED(i), UNUSED(on), UNUSED(n), UNUSED(categories);
-  return fmi2OK;
-}
 
 EXPORT fmi2Component FMI(Instantiate)(
     fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *functions,
@@ -28,44 +26,25 @@ EXPORT fmi2Component FMI(Instantiate)(
               functions ? (void (*)(void))functions->logger : NULL, type == fmi2CoSimulation);
 }
 
-EXPORT void FMI(FreeInstance)(fmi2Component i) { free(i); }
-
 EXPORT fmi2Status FMI(SetupExperiment)(
     fmi2Component i, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
     fmi2Real stop) {
   instance *c = i;
   UNUSED(stop_defined), UNUSED(stop);
   if (in_phase(c, INSTANTIATED, "fmi2SetupExperiment")) return fmi2Error;
-  if (tolerance_defined && !take_tolerance(&c->now, tolerance))
-    return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
-  if (!take_time(&c->now, start)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
-  return fmi2OK;
+  return STATUS(set_up(c, tolerance_defined, tolerance, start));
 }
 
 EXPORT fmi2Status FMI(EnterInitializationMode)(fmi2Component i) {
   instance *c = i;
   if (in_phase(c, INSTANTIATED, "fmi2EnterInitializationMode")) return fmi2Error;
-  c->now.phase = INITIALIZING;
-  c->now.stale = 1;
-  return fmi2OK;
+  return STATUS(enter(c, INITIALIZING));
 }
 
 EXPORT fmi2Status FMI(ExitInitializationMode)(fmi2Component i) {
   instance *c = i;
   if (in_phase(c, INITIALIZING, "fmi2ExitInitializationMode") || begin(c)) return fmi2Error;
-  c->now.phase = STEPPING;
-  c->now.stale = 1;
-  return fmi2OK;
-}
-
-EXPORT fmi2Status FMI(Terminate)(fmi2Component i) {
-  ((instance *)i)->now.phase = TERMINATED;
-  return fmi2OK;
-}
-
-EXPORT fmi2Status FMI(Reset)(fmi2Component i) {
-  to_start(&((instance *)i)->now);
-  return fmi2OK;
+  return STATUS(enter(c, STEPPING));
 }
 
 /* Values. */
@@ -110,33 +89,6 @@ NONE_OF(SetBoolean, const fmi2Boolean)
 NONE_OF(SetInteger, const fmi2Integer)
 NONE_OF(SetString, const fmi2String)
 
-/* The state. */
-
-EXPORT fmi2Status FMI(GetFMUstate)(fmi2Component i, fmi2FMUstate *state) { return STATUS(copy_state(i, state)); }
-
-EXPORT fmi2Status FMI(SetFMUstate)(fmi2Component i, fmi2FMUstate state) { return STATUS(restore_state(i, state)); }
-
-EXPORT fmi2Status FMI(FreeFMUstate)(fmi2Component i, fmi2FMUstate *state) {
-  UNUSED(i);
-  free(*state);
-  *state = NULL;
-  return fmi2OK;
-}
-
-EXPORT fmi2Status FMI(SerializedFMUstateSize)(fmi2Component i, fmi2FMUstate state, size_t *size) {
-  UNUSED(i), UNUSED(state);
-  *size = SERIALIZED;
-  return fmi2OK;
-}
-
-EXPORT fmi2Status FMI(SerializeFMUstate)(fmi2Component i, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-  return STATUS(serialize(i, state, bytes, size));
-}
-
-EXPORT fmi2Status FMI(DeSerializeFMUstate)(fmi2Component i, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-  return STATUS(deserialize(i, bytes, size, state));
-}
-
 /* Steps. */
 
 EXPORT fmi2Status FMI(DoStep)(fmi2Component i, fmi2Real time, fmi2Real length, fmi2Boolean no_state_before) {
@@ -176,11 +128,6 @@ NO_STATUS(GetIntegerStatus, fmi2Integer)
 NO_STATUS(GetStringStatus, fmi2String)
 
 /* What this FMU does not offer. */
-#define ABSENT(Name, ...)                                                                                             \
-  EXPORT fmi2Status FMI(Name)(fmi2Component i, __VA_ARGS__) {                                                         \
-    instance *c = i;                                                                                                  \
-    return STATUS(WRONG("fmi2" #Name " is not offered by this FMU"));                                                 \
-  }
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif

@@ -4,14 +4,6 @@
 
 #include <stddef.h>
 
-#if defined(_WIN32)
-#define EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define EXPORT __attribute__((visibility("default")))
-#else
-#define EXPORT
-#endif
-
 /* Linked statically, all names begin with the prefix. */
 #ifdef FMI2_FUNCTION_PREFIX
 #define FMI_JOIN(prefix, name) prefix##fmi2##name

@@ -9,18 +9,15 @@ static void tell(instance *c, int status, const char *text) {
       c->environment, (fmi3Status)status, status == ERROR ? "logStatusError" : "logStatusWarning", line);
 }
 
-#define STATUS(status) ((fmi3Status)(status))
+#define VERSION "3.0"
+#define PREFIX "fmi3"
+#define OF(name) fmi3##name
+#define STATE(before, behind) FMI(before##FMUState##behind)
+#define DESERIALIZE FMI(DeserializeFMUState)
+#include "shared.h"
+
 #define SIZED(n, count) \
   if (n != count) return STATUS(WRONG("%zu value references for %zu values", n, count))
-
-EXPORT const char *FMI(GetVersion)(void) { return "3.0"; }
-
-EXPORT fmi3Status FMI(SetDebugLogging)(fmi3Instance i, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-  UNUSED(i), UNUSED(on), UNUSED(n), UNUSED(categories);
-  return fmi3OK;
-}
-
-EXPORT void FMI(FreeInstance)(fmi3Instance i) { free(i); }
 
 EXPORT fmi3Status FMI(EnterInitializationMode)(
     fmi3Instance i, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start, fmi3Boolean stop_defined,
@@ -28,22 +25,7 @@ EXPORT fmi3Status FMI(EnterInitializationMode)(
   instance *c = i;
   UNUSED(stop_defined), UNUSED(stop);
   if (in_phase(c, INSTANTIATED, "fmi3EnterInitializationMode")) return fmi3Error;
-  if (tolerance_defined && !take_tolerance(&c->now, tolerance))
-    return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
-  if (!take_time(&c->now, start)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
-  c->now.phase = INITIALIZING;
-  c->now.stale = 1;
-  return fmi3OK;
-}
-
-EXPORT fmi3Status FMI(Terminate)(fmi3Instance i) {
-  ((instance *)i)->now.phase = TERMINATED;
-  return fmi3OK;
-}
-
-EXPORT fmi3Status FMI(Reset)(fmi3Instance i) {
-  to_start(&((instance *)i)->now);
-  return fmi3OK;
+  return STATUS(set_up(c, tolerance_defined, tolerance, start) || enter(c, INITIALIZING) ? ERROR : DONE);
 }
 
 /* Values. */
@@ -102,41 +84,12 @@ NO_GET(Boolean)
 NO_SET(Float32) NO_SET(Int8) NO_SET(UInt8) NO_SET(Int16) NO_SET(UInt16) NO_SET(Int32) NO_SET(UInt32) NO_SET(Int64)
 NO_SET(UInt64) NO_SET(Boolean) NO_SET(String)
 
-/* The state. */
-
-EXPORT fmi3Status FMI(GetFMUState)(fmi3Instance i, fmi3FMUState *state) { return STATUS(copy_state(i, state)); }
-
-EXPORT fmi3Status FMI(SetFMUState)(fmi3Instance i, fmi3FMUState state) { return STATUS(restore_state(i, state)); }
-
-EXPORT fmi3Status FMI(FreeFMUState)(fmi3Instance i, fmi3FMUState *state) {
-  UNUSED(i);
-  free(*state);
-  *state = NULL;
-  return fmi3OK;
-}
-
-EXPORT fmi3Status FMI(SerializedFMUStateSize)(fmi3Instance i, fmi3FMUState state, size_t *size) {
-  UNUSED(i), UNUSED(state);
-  *size = SERIALIZED;
-  return fmi3OK;
-}
-
-EXPORT fmi3Status FMI(SerializeFMUState)(fmi3Instance i, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-  return STATUS(serialize(i, state, bytes, size));
-}
-
-EXPORT fmi3Status FMI(DeserializeFMUState)(fmi3Instance i, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-  return STATUS(deserialize(i, bytes, size, state));
-}
-
 /* Steps. */
 
 EXPORT fmi3Status FMI(ExitInitializationMode)(fmi3Instance i) {
   instance *c = i;
   if (in_phase(c, INITIALIZING, "fmi3ExitInitializationMode") || begin(c)) return fmi3Error;
-  c->now.phase = c->event_mode ? EVENTS : STEPPING;
-  c->now.stale = 1;
-  return fmi3OK;
+  return STATUS(enter(c, c->event_mode ? EVENTS : STEPPING));
 }
 
 EXPORT fmi3Status FMI(EnterEventMode)(fmi3Instance i) {
@@ -180,11 +133,6 @@ EXPORT fmi3Status FMI(DoStep)(
 }
 
 /* What this FMU does not offer. */
-#define ABSENT(Name, ...)                                                                                             \
-  EXPORT fmi3Status FMI(Name)(fmi3Instance i, __VA_ARGS__) {                                                          \
-    instance *c = i;                                                                                                  \
-    return STATUS(WRONG("fmi3" #Name " is not offered by this FMU"));                                                         \
-  }
 #define REFERENCES const fmi3ValueReference *r, size_t n
 
 #if defined(__GNUC__)
@@ -221,11 +169,8 @@ ABSENT(GetEventIndicators, fmi3Float64 indicators[], size_t n)
 ABSENT(GetNumberOfEventIndicators, size_t *n)
 ABSENT(GetNumberOfContinuousStates, size_t *n)
 
-#define ABSENT_ALONE(Name)                                                                                            \
-  EXPORT fmi3Status FMI(Name)(fmi3Instance i) {                                                                       \
-    instance *c = i;                                                                                                  \
-    return STATUS(WRONG("fmi3" #Name " is not offered by this FMU"));                                                         \
-  }
+#define ABSENT_ALONE(Name) \
+  EXPORT fmi3Status FMI(Name)(fmi3Instance c) { return STATUS(WRONG("fmi3" #Name " is not offered by this FMU")); }
 ABSENT_ALONE(EnterConfigurationMode)
 ABSENT_ALONE(ExitConfigurationMode)
 ABSENT_ALONE(EvaluateDiscreteStates)

@@ -6,14 +6,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
-#define EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define EXPORT __attribute__((visibility("default")))
-#else
-#define EXPORT
-#endif
-
 /* Linked statically, all names begin with the prefix. */
 #ifdef FMI3_FUNCTION_PREFIX
 #define FMI_JOIN(prefix, name) prefix##fmi3##name

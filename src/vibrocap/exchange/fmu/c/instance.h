@@ -11,6 +11,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#if defined(_WIN32)
+#define EXPORT __declspec(dllexport)
+#elif defined(__GNUC__)
+#define EXPORT __attribute__((visibility("default")))
+#else
+#define EXPORT
+#endif
+
 enum { INSTANTIATED, INITIALIZING, EVENTS, STEPPING, TERMINATED };
 
 /* Everything that a copy of the state holds. */
