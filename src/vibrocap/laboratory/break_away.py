@@ -86,12 +86,10 @@ def break_away(
     """
     check_numbers(mass=mass, load=load)
     sizes = contact_sizes(law, load)
-    chosen = sizes.stiffness * sizes.speed * np.array(RATES) if rates is None else checked_list("rates", rates)
-    pulled = [_pulled(law, float(rate), mass, load, sizes, tolerance) for rate in chosen]
-    columns = np.array([row for row, _ in pulled]).T
-    force, applied, velocity, displacement, peaked = columns
-    pulls = tuple(pull for _, pull in pulled)
-    return BreakAway(chosen, force, applied, velocity, displacement, peaked > 0.0, pulls, mass)
+    rate = sizes.stiffness * sizes.speed * np.array(RATES) if rates is None else checked_list("rates", rates)
+    rows, pulls = zip(*(_pulled(law, float(q), mass, load, sizes, tolerance) for q in rate), strict=True)
+    *columns, peaked = np.array(rows).T
+    return BreakAway(rate, *columns, peaked > 0.0, pulls, mass)
 
 
 def _pulled(law: Law, rate: float, mass: float, load: float, sizes: ContactSizes, tolerance: float):

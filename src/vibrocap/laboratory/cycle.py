@@ -41,12 +41,10 @@ class Cycle:
 
     @property
     def period(self) -> float:
-        """Duration."""
         return float(self.time[-1])
 
     @property
     def fastest(self) -> float:
-        """Largest speed."""
         return float(np.max(np.abs(self.velocity)))
 
 
@@ -168,15 +166,9 @@ def _newton_step(recorded, levels, durations, state, size, miss) -> np.ndarray:
 def _cycle(turned: list[_Stretch], closure: float) -> Cycle:
     energy = sum(stretch.energy for stretch in turned)
     magnitude = sum(stretch.magnitude for stretch in turned)
-    return Cycle(
-        time=np.concatenate([stretch.time for stretch in turned]),
-        velocity=np.concatenate([np.full(len(stretch.time), stretch.velocity) for stretch in turned]),
-        force=np.concatenate([stretch.force for stretch in turned]),
-        internal=np.concatenate([stretch.internal for stretch in turned]),
-        energy=energy,
-        share=energy / magnitude if magnitude > 0.0 else 0.0,
-        closure=closure,
-    )
+    rows = [(part.time, np.full(len(part.time), part.velocity), part.force, part.internal) for part in turned]
+    columns = map(np.concatenate, zip(*rows, strict=True))
+    return Cycle(*columns, energy, energy / magnitude if magnitude > 0.0 else 0.0, closure)
 
 
 LEVELS = 4  # of a cycle: there, any, back, any
@@ -219,12 +211,8 @@ def _candidate(recorded, unknown, slowest, fastest, sizes) -> tuple[np.ndarray, 
     place = unknown[:LEVELS].copy()
     place[2] = -np.copysign(place[2], place[0])
     levels = np.copysign(slowest * (fastest / slowest) ** np.abs(place), place)
-    states, side = len(recorded.rates), np.copysign(1.0, place)
-    rest = np.zeros((states, LEVELS))
-    rate = recorded.values(recorded.rates, levels, rest, side)
-    slope = recorded.values(recorded.rate_slopes, levels, rest, side).reshape(states, states + 1, LEVELS)[:, 1:]
-    quickness = np.max(np.abs(slope), axis=(0, 1)) + np.max(np.abs(rate) / sizes[:, None], axis=0)
-    durations = 10.0 ** np.insert(unknown[LEVELS:], 2, DURATIONS[0]) / np.maximum(quickness, 1e-300)
+    quickness = recorded.quickness(levels, np.zeros((len(recorded.rates), LEVELS)), np.copysign(1.0, place), sizes)
+    durations = 10.0 ** np.insert(unknown[LEVELS:], 2, DURATIONS[0]) / quickness
     others = [0, 1, 3]
     durations[2] = max(durations[2], -(levels[others] @ durations[others]) / levels[2])
     return levels, durations

@@ -16,21 +16,21 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 
 
-def check_numbers(**given: Any) -> None:
+def check_numbers(**numbers: Any) -> None:
     """ValueError for what is not a positive number, by name."""
-    for name, value in given.items():
+    for name, value in numbers.items():
         if not is_positive(value):
             raise ArgumentError(name, f"should be a positive number, got {value!r}")
 
 
-def checked_list(name: str, given: Any) -> np.ndarray:
+def checked_list(name: str, values: Any) -> np.ndarray:
     """Positive numbers [n]; ValueError for anything else."""
     try:
-        numbers = np.asarray(given, dtype=float)
+        numbers = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise ArgumentError(name, f"should be a list of positive numbers, got {given!r}") from None
+        numbers = np.zeros(0)
     if numbers.ndim != 1 or not len(numbers) or not np.all((numbers > 0.0) & np.isfinite(numbers)):
-        raise ArgumentError(name, f"should be a list of positive numbers, got {given!r}")
+        raise ArgumentError(name, f"should be a list of positive numbers, got {values!r}")
     return numbers
 
 
@@ -227,17 +227,12 @@ def driven_force(
     of the other laws at v = 0 is on the side of the last motion, or of the first where there was none yet.
     Raises ValueError for what is not such an input. A run that cannot be completed says so in `status`.
     """
-    given = imposed_motion(law, time, velocity, load, tolerance)
+    motion = imposed_motion(law, time, velocity, load, tolerance)
     start = start_states(law, internal, 1)
     equations = driven_equations(law, ())
     parameters = np.array([_values(law, equations)])
-    if not law.internal:
-        force = _steady(equations, parameters, given)[0]
-        ok = bool(np.isfinite(force).all())
-        return Driven(force, np.empty((len(force), 0)), Status.FINISHED if ok else Status.NOT_FINITE)
-    runs = driven_runs(equations, parameters, start, given, tolerance, threads=1, keep_internal=True)
-    assert runs.internal is not None
-    return Driven(runs.force[0], runs.internal[0], STATUSES[int(runs.status[0])])
+    force, states, (status,) = _responses(law, equations, parameters, start, motion, tolerance, 1, keep_internal=True)
+    return Driven(force[0], states[0], status)
 
 
 def driven_forces(
@@ -262,7 +257,7 @@ def driven_forces(
     of `names`.
     """
     check_whole("threads", 1 if threads is None else threads, 1)
-    given = imposed_motion(law, time, velocity, load, tolerance)
+    motion = imposed_motion(law, time, velocity, load, tolerance)
     names = tuple(names)
     table = parameter_sets(law, values, names)
     start = start_states(law, internal, len(table))
@@ -270,23 +265,31 @@ def driven_forces(
     parameters = np.tile(_values(law, equations), (len(table), 1))
     for j, name in enumerate(names):
         parameters[:, equations.parameter_names.index(name)] = table[:, j]
-    if not law.internal:
-        force = _steady(equations, parameters, given)
-        status = tuple(Status.FINISHED if np.isfinite(row).all() else Status.NOT_FINITE for row in force)
-    else:
-        runs = driven_runs(equations, parameters, start, given, tolerance, threads)
-        force, status = runs.force, tuple(STATUSES[int(code)] for code in runs.status)
+    force, _, status = _responses(law, equations, parameters, start, motion, tolerance, threads)
     force[[not ended.ok for ended in status]] = np.nan
     return DrivenSet(force, status)
+
+
+def _responses(
+    law: Law, equations: DrivenEquations, parameters: np.ndarray, start: np.ndarray, motion: np.ndarray, *run: Any,
+    keep_internal: bool = False,
+) -> tuple[np.ndarray, Any, tuple[Status, ...]]:  # fmt: skip
+    """(force [m, n], internal states [m, n, k] if they are kept, how each run ended) at parameters [m, p]."""
+    if law.internal:
+        runs = driven_runs(equations, parameters, start, motion, *run, keep_internal=keep_internal)
+        return runs.force, runs.internal, tuple(STATUSES[int(code)] for code in runs.status)
+    force = _steady(equations, parameters, motion)
+    status = tuple(Status.FINISHED if np.isfinite(row).all() else Status.NOT_FINITE for row in force)
+    return force, np.empty((*force.shape, 0)), status
 
 
 def _values(law: Law, equations: DrivenEquations) -> list[float]:
     return [float(getattr(law, name)) for name in equations.parameter_names]
 
 
-def _steady(equations: DrivenEquations, parameters: np.ndarray, given: np.ndarray) -> np.ndarray:
+def _steady(equations: DrivenEquations, parameters: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Force [m, n] of a law without internal states."""
-    _, velocity, load = given
+    _, velocity, load = motion
     moving = velocity != 0.0
     last = np.maximum.accumulate(np.where(moving, np.arange(len(velocity)), -1))  # sample of the last motion
     side = np.sign(velocity[np.maximum(last, np.argmax(moving))]) if moving.any() else np.ones(len(velocity))

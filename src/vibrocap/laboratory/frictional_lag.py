@@ -77,8 +77,8 @@ def frictional_lag(
 
 def _loop(law: Law, mean: float, amplitude: float, omega: float, load: float, displacement: float) -> np.ndarray:
     """Friction [n] over the last of some cycles, the first of which brings the internal states to a steady motion."""
-    way = 2.0 * math.pi / omega * mean
-    cycles = CYCLES + math.ceil(RELAXATIONS * displacement / way)
+    travel = 2.0 * math.pi / omega * mean
+    cycles = CYCLES + math.ceil(RELAXATIONS * displacement / travel)
     phase = 2.0 * math.pi * np.arange(cycles * SAMPLES + 1) / SAMPLES
     forces = driven_force(law, phase / omega, mean - amplitude * np.cos(phase), load=load, tolerance=TOLERANCE)
     check_motion(forces.status, law)

@@ -10,6 +10,7 @@ cycle is a sum of such pairs (necessary and sufficient; for LuGre the theorem of
 delta2 >= delta1 (eta_s - eta_c)/eta_c is necessary too, comes out). With more it is only one way of creating energy.
 """
 
+import bisect
 import dataclasses
 import inspect
 import math
@@ -40,7 +41,6 @@ class Chatter:
 
     @property
     def fastest(self) -> float:
-        """Largest speed."""
         return float(np.max(np.abs(self.levels)))
 
 
@@ -142,14 +142,12 @@ def least_speed(found: Powers, sizes: np.ndarray, worst: Chatter) -> float:
     if len(found.rates) > 1:  # one state tells enough, and a programme takes its time
         here = np.flatnonzero(np.all(found.states == worst.state[:, None], axis=0))[:1]
         found = Powers(found.velocities, found.states[:, here], found.power[:, here], found.rates[:, :, here])
-    low, high = -1, int(np.searchsorted(speeds, worst.fastest))
-    while high - low > 1:
-        middle = (low + high) // 2
-        if worst_chatter(found.within(0.0, speeds[middle]), sizes) is None:
-            low = middle
-        else:
-            high = middle
-    return float(speeds[high])
+
+    def creates(k: int) -> bool:
+        return worst_chatter(found.within(0.0, speeds[k]), sizes) is not None
+
+    slower = range(int(np.searchsorted(speeds, worst.fastest)))
+    return float(speeds[bisect.bisect_left(slower, True, key=creates)])
 
 
 Verdict = Literal["passive, proven", "creates energy: cycle found", "no cycle found, not proven"]
@@ -252,11 +250,8 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
             slow = min(10.0 * scale, top) if fastest is None else top
             cycle = _measured(closed_cycle(recorded, *searched_cycle(recorded, bottom, slow, sizes), sizes))
             needed = None
-    verdict: Verdict = "no cycle found, not proven"
-    if proven:
-        verdict = "passive, proven"
-    elif cycle is not None:
-        verdict = "creates energy: cycle found"
+    verdict: Verdict = "creates energy: cycle found" if cycle is not None else "no cycle found, not proven"
+    verdict = "passive, proven" if proven else verdict
     return Passivity(
         law=law,
         load=float(load),

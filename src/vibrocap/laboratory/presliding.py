@@ -102,22 +102,15 @@ def presliding_loop(
     velocity = shape * amplitude * (2.0 * math.tan(math.pi / (2.0 * loading))) / step
     time = step * np.arange(count + 1)
     displacement = np.append(0.0, np.cumsum(0.5 * step * (velocity[1:] + velocity[:-1])))
-    forces = driven_force(law, time, velocity, load=load, tolerance=LOOP_TOLERANCE)
-    check_motion(forces.status, law)
-    last = count - SAMPLES
-    peak = float(np.max(np.abs(forces.force[last:])))
-    return PreslidingLoop(
-        amplitude=float(amplitude),
-        time=time,
-        displacement=displacement,
-        velocity=velocity,
-        force=forces.force,
-        last=last,
-        area=_integral(forces.force[last:] * amplitude * shape[last:], math.pi / loading),
-        peak_force=peak,
-        deflection=float(np.max(np.abs(forces.internal[last:, 0]))) if law.internal else None,
-        closure=abs(float(forces.force[-1] - forces.force[last])) / peak if peak else 0.0,
-    )
+    driven = driven_force(law, time, velocity, load=load, tolerance=LOOP_TOLERANCE)
+    check_motion(driven.status, law)
+    force, last = driven.force, count - SAMPLES
+    area = _integral(force[last:] * amplitude * shape[last:], math.pi / loading)
+    peak = float(np.max(np.abs(force[last:])))
+    deflection = float(np.max(np.abs(driven.internal[last:, 0]))) if law.internal else None
+    closure = abs(float(force[-1] - force[last])) / peak if peak else 0.0
+    columns = time, displacement, velocity, force
+    return PreslidingLoop(float(amplitude), *columns, last, area, peak, deflection, closure)
 
 
 def _integral(values: np.ndarray, step: float) -> float:
@@ -172,12 +165,5 @@ def creep(
         check_motion(status, law)
     drift = float(place[-1] - place[half])
     per_cycle = drift / max(cycles - half, 1)
-    return Creep(
-        bias=float(bias),
-        amplitude=float(amplitude),
-        displacement=place,
-        drift=drift,
-        drift_per_cycle=per_cycle,
-        creeps=abs(per_cycle) > NO_DRIFT * sizes.displacement,
-        status=status,
-    )
+    creeps = abs(per_cycle) > NO_DRIFT * sizes.displacement
+    return Creep(float(bias), float(amplitude), place, drift, per_cycle, creeps, status)

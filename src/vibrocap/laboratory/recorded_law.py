@@ -53,6 +53,17 @@ class RecordedLaw:
         """dz'/dv, then dz'/dz, for each internal state in turn: a matrix [states, 1 + states] row by row."""
         return tuple(derivative(rate, i) for rate in self.rates for i in range(1 + len(self.rates)))
 
+    def jacobian(self, velocity: Any, internal: np.ndarray, side: Any) -> np.ndarray:
+        """dz'/d(v, z) [states, 1 + states, n] at internal states [states, n]."""
+        states, count = internal.shape
+        return self.values(self.rate_slopes, velocity, internal, side).reshape(states, 1 + states, count)
+
+    def quickness(self, velocity: Any, internal: np.ndarray, side: Any, sizes: np.ndarray) -> np.ndarray:
+        """How fast internal states [states, n] change [n], over themselves and over their natural sizes [states]."""
+        slope, rate = self.jacobian(velocity, internal, side)[:, 1:], self.values(self.rates, velocity, internal, side)
+        relaxing = np.max(np.abs(slope), axis=(0, 1), initial=0.0)
+        return np.maximum(relaxing + np.max(np.abs(rate) / sizes[:, None], axis=0), 1e-300)
+
     @functools.cached_property
     def storing(self) -> Expression:
         """Rate of the stored energy, the sum of dS/dz z'."""
@@ -108,6 +119,7 @@ def recorded_law(law: Law, load: float = 1.0) -> RecordedLaw:
     def recorded(values: Sequence[Any]) -> tuple[Expression, ...]:
         return tuple(graph.expression(value) for value in values)
 
+    after = [law.after_switch(which, velocity, internal, side, float(load)) for which in range(len(switches))]
     return RecordedLaw(
         law=law,
         load=float(load),
@@ -116,9 +128,7 @@ def recorded_law(law: Law, load: float = 1.0) -> RecordedLaw:
         rates=recorded(rates),
         stored=graph.expression(law.stored_energy(internal)),
         switches=recorded(switches),
-        after_switch=tuple(
-            recorded(law.after_switch(which, velocity, internal, side, float(load))) for which in range(len(switches))
-        ),
+        after_switch=tuple(map(recorded, after)),
         after_reversal=recorded(law.after_reversal(internal, side, float(load))),
     )
 
@@ -143,10 +153,7 @@ def visited_states(recorded: RecordedLaw, speeds: np.ndarray) -> tuple[np.ndarra
         velocity = turn * draw.choice(speeds, MOTIONS)
         state, side = recorded.turned(state, side, turn), turn
         state = recorded.settled_pieces(velocity, state, side)
-        slope = recorded.values(recorded.rate_slopes, velocity, state, side).reshape(states, states + 1, -1)[:, 1:]
-        rate = recorded.values(recorded.rates, velocity, state, side)
-        quickness = np.max(np.abs(slope), axis=(0, 1), initial=0.0) + np.max(np.abs(rate) / size[:, None], axis=0)
-        duration = 10.0 ** draw.uniform(-2.0, 1.5, MOTIONS) / np.maximum(quickness, 1e-300)
+        duration = 10.0 ** draw.uniform(-2.0, 1.5, MOTIONS) / recorded.quickness(velocity, state, side, size)
         for share in np.diff(np.geomspace(1e-3, 1.0, STEPS + 1), prepend=0.0):
             state = implicit_euler(recorded, velocity, state, side, share * duration)
             state = recorded.settled_pieces(velocity, state, side)
@@ -162,9 +169,8 @@ def implicit_euler(recorded: RecordedLaw, velocity, state, side, step) -> np.nda
 
     Where that is not finite the state stays.
     """
-    states, count = state.shape
-    rate = recorded.values(recorded.rates, velocity, state, side)
-    slopes = recorded.values(recorded.rate_slopes, velocity, state, side).reshape(states, states + 1, count)[:, 1:]
+    states, rate = len(state), recorded.values(recorded.rates, velocity, state, side)
+    slopes = recorded.jacobian(velocity, state, side)[:, 1:]
     matrix = np.eye(states)[:, :, None] - step * slopes
     good = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(rate), axis=0)
     if states == 1:

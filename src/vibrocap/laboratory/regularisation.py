@@ -68,7 +68,6 @@ class Regularisation(Dimensional):
 
     @property
     def widths(self) -> Speeds:
-        """Widths [n], from wide to narrow."""
         return np.array([run.width for run in self.runs])
 
     @property
@@ -89,7 +88,6 @@ class Regularisation(Dimensional):
 
     @property
     def steps(self) -> Numbers:
-        """Steps of the integrator [n]."""
         return np.array([run.steps for run in self.runs])
 
     @property
@@ -150,11 +148,9 @@ def regularisation_error(
     Raises ValueError, naming the argument, before any work; RuntimeError where the exact motion cannot be completed.
     """
     meter = _Meter(system, measure, shape, periods, window, settle, initial, tolerance)
-    if widths is None:
-        chosen = 0.1 * meter.speed * np.logspace(0, -DECADES, 1 + DECADES * PER_DECADE)
-    else:
-        chosen = np.unique(checked_list("widths", widths))[::-1]
-    return meter.regularisation([meter.run(float(width)) for width in chosen])
+    usual = 0.1 * meter.speed * np.logspace(0, -DECADES, 1 + DECADES * PER_DECADE)
+    own = usual if widths is None else np.unique(checked_list("widths", widths))[::-1]
+    return meter.regularisation([meter.run(float(width)) for width in own])
 
 
 def width_for(
@@ -227,12 +223,10 @@ class _Meter:
         if shape not in ("tanh", "arctan"):
             raise ArgumentError("shape", f"should be 'tanh' or 'arctan', got {shape!r}")
         self.kinds = [smoothed(type(law)) for law in system.laws]  # refuses laws that are not set-valued
-        self.system, self.shape = system, shape
+        self.system, self.shape, self._measure, self._tolerance = system, shape, measure, tolerance
         self.name = measure.name if isinstance(measure, Measure) else measure
-        self._measure = measure
         self._options = {"window": int(periods) if window is None else window, "settle": settle}
         self._run = {"periods": periods, "initial": initial}
-        self._tolerance = tolerance
         motion = simulate(system, tolerance=tolerance, **self._run)
         if not motion.status.ok:
             raise RuntimeError(f"the exact motion could not be completed ({motion.status.value}): {motion.status.text}")

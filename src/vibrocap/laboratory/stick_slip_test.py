@@ -32,9 +32,8 @@ POINTS = 6  # per piece of the motion
 class StickSlipCycle:
     """A block pulled through a spring, in the units of the law; numbers are of the last whole cycle, NaN without one.
 
-    regime: "stick-slip", "oscillation" (it swings but never sticks), "steady" (it slides at the
-        pulling speed, or swings ever less about it) or
-        "undecided" (the test was too short)
+    regime: "stick-slip", "oscillation" (it swings but never sticks), "steady" (it slides at the pulling speed, or
+        swings ever less about it) or "undecided" (the test was too short)
     period: between two largest pulls; stick_time, slip_time: the parts of it
     amplitude: half the difference of largest and least stretch of the spring
     largest_pull, least_pull: of the spring; static_force: largest friction; kinetic_force: its mean while slipping
@@ -138,23 +137,16 @@ def _cycle(motion: Trajectory, stiffness: float, speed: float, still: float, arr
     stuck = sum(b - a for a, b in _rests(motion, start, end, still))
     inside = (arrays["time"] >= start) & (arrays["time"] <= end)
     ends = -stiffness * motion.states(turns[(turns >= start) & (turns <= end)])[0]
-    friction = arrays["friction"][inside]
-    slipping = end - start - stuck
-    numbers = {
-        "period": end - start,
-        "stick_time": stuck,
-        "slip_time": slipping,
-        "amplitude": 0.5 * float(np.ptp(ends)) / stiffness,
-        "largest_pull": float(ends.max()),
-        "least_pull": float(ends.min()),
-        "static_force": float(np.max(friction)),
-        "kinetic_force": _slip_impulse(motion, start, end, still) / slipping if slipping > 0.0 else math.nan,
-    }
-    swing = numbers["largest_pull"] - numbers["least_pull"]
-    steady = swing <= QUIET * numbers["largest_pull"]
+    period, slipping, largest, least = end - start, end - start - stuck, float(ends.max()), float(ends.min())
+    kinetic = _slip_impulse(motion, start, end, still) / slipping if slipping > 0.0 else math.nan
+    forces = largest, least, float(np.max(arrays["friction"][inside])), kinetic
+    times = period, stuck, slipping, 0.5 * float(np.ptp(ends)) / stiffness
+    numbers = dict(zip(NUMBERS, (*times, *forces), strict=True))
+    swing = largest - least
+    steady = swing <= QUIET * largest
     before = float(tops[-2] - tops[-3]) if len(tops) > 2 else math.inf
     growth = -stiffness * float(np.diff(motion.states(tops[-2:])[0])[0])
-    settled = abs(before - numbers["period"]) <= REPEATS * numbers["period"] and abs(growth) <= REPEATS * swing
+    settled = abs(before - period) <= REPEATS * period and abs(growth) <= REPEATS * swing
     regime = "stick-slip" if stuck > 0.0 else "steady" if steady or growth < -REPEATS * swing else "oscillation"
     return {"regime": regime, "settled": settled or steady, **numbers}
 

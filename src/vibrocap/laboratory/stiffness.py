@@ -77,14 +77,9 @@ class StiffnessReport:
                     f"(over {self.relaxation_distance[i]:.3g}); explicit steps there up to {self.explicit_step[i]:.3g}."
                 )
         if self.contact_stiffness > 0.0:
-            words.append(
-                f"Presliding stiffness {self.contact_stiffness:.4g}, damping {self.contact_damping:.4g}"
-                + (
-                    f": {self.natural_frequency:.4g} rad per unit of time, damping ratio {self.damping_ratio:.3g}."
-                    if self.mass is not None
-                    else "."
-                )
-            )
+            own = f": {self.natural_frequency:.4g} rad per unit of time, damping ratio {self.damping_ratio:.3g}"
+            contact = f"Presliding stiffness {self.contact_stiffness:.4g}, damping {self.contact_damping:.4g}"
+            words.append(f"{contact}{'' if self.mass is None else own}.")
         if self.mass is not None and self.growth_rate > 0.0:
             words.append(
                 f"Its falling branch lets disturbances of steady sliding grow at up to {self.growth_rate:.3g}, at "
@@ -186,11 +181,10 @@ def _steady_states(recorded: RecordedLaw, speeds: np.ndarray) -> np.ndarray:
 
 def _jacobians(recorded: RecordedLaw, speeds: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(dR/d(v, z) [n, 1 + k], dz'/d(v, z) [n, k, 1 + k]) with the k continuous internal states."""
-    kept, count = recorded.continuous, len(recorded.rates)
+    kept = recorded.continuous
     columns = np.append(0, 1 + kept)
     force = recorded.values(recorded.force_slopes, speeds, states, 1.0)[columns]
-    rate = recorded.values(recorded.rate_slopes, speeds, states, 1.0).reshape(count, 1 + count, len(speeds))
-    return force.T, np.moveaxis(rate[np.ix_(kept, columns)], 2, 0)
+    return force.T, np.moveaxis(recorded.jacobian(speeds, states, 1.0)[np.ix_(kept, columns)], 2, 0)
 
 
 def _eigenvalues(matrices: np.ndarray) -> np.ndarray:
@@ -222,7 +216,7 @@ def _presliding(recorded: RecordedLaw) -> tuple[float, float]:
     force, rate = _jacobians(recorded, slow, state)
     stiffness = float(force[0, 1:] @ rate[0, :, 0])
     damping = float(force[0, 0])
-    return (stiffness if math.isfinite(stiffness) else 0.0, damping if math.isfinite(damping) else 0.0)
+    return stiffness if math.isfinite(stiffness) else 0.0, damping if math.isfinite(damping) else 0.0
 
 
 def _method(law: Law, fastest: float, speed: float, stiffness: float, damping: float, mass, duration) -> str:

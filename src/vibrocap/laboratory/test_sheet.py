@@ -44,7 +44,6 @@ class TestSheet:
 
     @property
     def law_name(self) -> str:
-        """Of the law."""
         return self.law.name
 
     @property

@@ -45,47 +45,42 @@ def complaints(columns: Mapping[str, Any], place: Callable[[int], str] = "index 
     columns: the columns of the record by field, 1-D arrays of floats; None where it has none
     place: how a message names a sample, from its index; a line of a file for instance
     """
-    given = {field: values for field, values in columns.items() if values is not None}
-    texts = [
-        f"{field}: should be one column of numbers, got {_shape(values)}"
-        for field, values in given.items()
-        if values.ndim != 1
-    ]
-    if not any(field in given for field in MOTIONS):
+    there = {field: values for field, values in columns.items() if values is not None}
+    texts = []
+    for field, values in there.items():
+        if values.ndim != 1:
+            shape = f"an array of shape {values.shape}" if values.ndim else "a single number"
+            texts.append(f"{field}: should be one column of numbers, got {shape}")
+    if not any(field in there for field in MOTIONS):
         texts.append("velocity, displacement: neither is given; at least one should be, a friction law is driven by it")
     if texts:
         return texts
-    samples = {field: len(values) for field, values in given.items()}
+    samples = {field: len(values) for field, values in there.items()}
     if len(set(samples.values())) > 1:
         lengths = ", ".join(f"{field} {count:,}" for field, count in samples.items())
         return [f"{', '.join(samples)}: should have one value for each time, got {lengths}"]
     if samples["time"] < FEWEST_SAMPLES:
         count = samples["time"]
         return [f"time: should have at least {FEWEST_SAMPLES} samples, got {count} sample{'s' * (count != 1)}"]
-    for field, values in given.items():
+    for field, values in there.items():
         texts += _not_finite(field, values, place)
     if texts:
         return texts
-    texts += _not_increasing(given["time"], place)
-    for field, values in given.items():
+    texts += _not_increasing(there["time"], place)
+    for field, values in there.items():
         if field in ("force", *MOTIONS, "acceleration") and np.ptp(values) <= ROUNDING * np.max(np.abs(values)):
             texts.append(
                 f"{field}: is {values[0]:g} at all {len(values):,} samples; a constant {field} determines nothing, "
                 "give one that varies"
             )
-    if "normal_force" in given and np.any(given["normal_force"] < 0.0):
-        worst = int(np.argmin(given["normal_force"]))
-        texts.append(
-            f"normal_force: should be at least 0 (pressing counts positive), got {given['normal_force'][worst]:g} "
-            f"at {place(worst)}"
-        )
-    elif "normal_force" in given and not np.any(given["normal_force"]):
+    load = there.get("normal_force")
+    if load is not None and np.any(load < 0.0):
+        worst = int(np.argmin(load))
+        least = f"{load[worst]:g} at {place(worst)}"
+        texts.append(f"normal_force: should be at least 0 (pressing counts positive), got {least}")
+    elif load is not None and not np.any(load):
         texts.append("normal_force: should be greater than 0 somewhere, got 0 at all samples; leave it out if unknown")
     return texts
-
-
-def _shape(values: np.ndarray) -> str:
-    return "a single number" if values.ndim == 0 else f"an array of shape {values.shape}"
 
 
 def _not_finite(field: str, values: np.ndarray, place: Callable[[int], str]) -> list[str]:

@@ -53,7 +53,7 @@ class DataSet:
 
 @dataclasses.dataclass(frozen=True)
 class Fetched:
-    """What a fetch brought: the folder, its records, and how many files were checked in which way."""
+    """What a fetch brought: the folder, its records, and how many files were checked in which way (see `_fetch`)."""
 
     folder: Path
     records: list[Record]
@@ -78,60 +78,34 @@ def _paper_files() -> tuple[Original, ...]:
 
 _BASALT = "velstep4_BRAVA_expb819_basalt_Giacomel_et_al_2021.txt"
 
-DATA_SETS = {
-    each.name: each
-    for each in (
-        DataSet(
-            name="rotary-damper",
-            title="a rotary friction damper of 20 kN, 13 harmonic and 6 earthquake records",
-            authors="Coble 2024",
-            licence="CC BY-SA 4.0",
-            page="https://github.com/ARTS-Laboratory/"
-            "Paper-Physics-Informed-Machine-Learning-for-Dry-Friction-and-Backlash",
-            originals=_damper_files(),
-            read=published.rotary_damper,
-        ),
-        DataSet(
-            name="paper-stick-slip",
-            title="paper on paper, pulled through springs of three stiffnesses at three speeds",
-            authors="Colas, Pustelnik, Oliver, Abry, Geminard and Vidal 2019, Phys. Rev. E",
-            licence="CeCILL-B (cite)",
-            page="https://github.com/npusteln/stickslip",
-            originals=_paper_files(),
-            read=published.paper_stick_slip,
-        ),
-        DataSet(
-            name="basalt-velocity-step",
-            title="basalt at 20 MPa, sliding speed stepped from 3 to 10 um/s",
-            authors="Giacomel, Faulkner, Lambert and Allen 2024, Geosphere, doi 10.1130/GES02739.1",
-            licence="MIT",
-            page="https://github.com/pgiacomel/steadystate",
-            originals=(
-                Original(
-                    f"{GITHUB}/pgiacomel/steadystate/1015c78e9143eebb8db43d2612d616553a3819e9/{_BASALT}",
-                    _BASALT,
-                    sha256="0ed7d29f21a37335d8191dcb365320d449bf7e52b6557690de34165fb889c959",
-                ),
-            ),
-            read=published.basalt_velocity_step,
-        ),
-        DataSet(
-            name="emps",
-            title="an electro-mechanical positioning system, a carriage on a screw with dry friction",
-            authors="Janot, Gautier and Brunot 2019, Workshop on Nonlinear System Identification Benchmarks",
-            licence="as on its page (cite)",
-            page="https://www.nonlinearbenchmark.org",
-            originals=(
-                Original(  # the address that the benchmark's own loader, nonlinear_benchmarks, uses
-                    "https://drive.google.com/uc?export=download&id=1zwoXYa9-3f8NQ0ohzmjpF7UxbNgRTHkS",
-                    "EMPS.zip",
-                    members=("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"),
-                ),
-            ),
-            read=published.emps,
-        ),
-    )
-}
+_BASALT_FILE = Original(
+    f"{GITHUB}/pgiacomel/steadystate/1015c78e9143eebb8db43d2612d616553a3819e9/{_BASALT}",
+    _BASALT,
+    sha256="0ed7d29f21a37335d8191dcb365320d449bf7e52b6557690de34165fb889c959",
+)
+_EMPS_FILE = Original(  # the address that the benchmark's own loader, nonlinear_benchmarks, uses
+    "https://drive.google.com/uc?export=download&id=1zwoXYa9-3f8NQ0ohzmjpF7UxbNgRTHkS",
+    "EMPS.zip",
+    members=("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"),
+)
+
+# fmt: off
+DATA_SETS = {data_set.name: data_set for data_set in (  # name, title, authors, licence, page, originals, read
+    DataSet("rotary-damper", "a rotary friction damper of 20 kN, 13 harmonic and 6 earthquake records",
+            "Coble 2024", "CC BY-SA 4.0",
+            "https://github.com/ARTS-Laboratory/Paper-Physics-Informed-Machine-Learning-for-Dry-Friction-and-Backlash",
+            _damper_files(), published.rotary_damper),
+    DataSet("paper-stick-slip", "paper on paper, pulled through springs of three stiffnesses at three speeds",
+            "Colas, Pustelnik, Oliver, Abry, Geminard and Vidal 2019, Phys. Rev. E", "CeCILL-B (cite)",
+            "https://github.com/npusteln/stickslip", _paper_files(), published.paper_stick_slip),
+    DataSet("basalt-velocity-step", "basalt at 20 MPa, sliding speed stepped from 3 to 10 um/s",
+            "Giacomel, Faulkner, Lambert and Allen 2024, Geosphere, doi 10.1130/GES02739.1", "MIT",
+            "https://github.com/pgiacomel/steadystate", (_BASALT_FILE,), published.basalt_velocity_step),
+    DataSet("emps", "an electro-mechanical positioning system, a carriage on a screw with dry friction",
+            "Janot, Gautier and Brunot 2019, Workshop on Nonlinear System Identification Benchmarks",
+            "as on its page (cite)", "https://www.nonlinearbenchmark.org", (_EMPS_FILE,), published.emps),
+)}
+# fmt: on
 
 
 def fetch(data_set: DataSet, root: str | Path | None = None, report: Callable[[float], None] | None = None) -> Fetched:
@@ -146,19 +120,19 @@ def fetch(data_set: DataSet, root: str | Path | None = None, report: Callable[[f
     try:
         made_folder(folder)
         sums = _sums(folder)
-        counts = {"known": 0, "recorded": 0, "first": 0}
-        for done, original in enumerate(data_set.originals):
-            counts[_fetch(original, folder, sums)] += 1
+        checks = []
+        for done, original in enumerate(data_set.originals, start=1):
+            checks.append(_fetch(original, folder, sums))
             _unpack(original, folder)
             if report is not None:
-                report((done + 1) / len(data_set.originals))
+                report(done / len(data_set.originals))
     except OSError as error:
         raise FetchError(_no_file(error, data_set, folder)) from error
     try:
         records = data_set.read(folder)
     except (ValueError, OSError) as error:
         raise FetchError(f"What came from {data_set.page} cannot be read as records: {error}") from error
-    return Fetched(folder, records, **counts)
+    return Fetched(folder, records, *map(checks.count, ("known", "recorded", "first")))
 
 
 def _fetch(original: Original, folder: Path, sums: dict[str, str]) -> str:

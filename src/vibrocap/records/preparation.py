@@ -1,6 +1,6 @@
 """A record made ready for a fit: its motion completed and filtered without delay, inertia taken off its force."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -49,27 +49,28 @@ def prepared(
     period of the cut-off from either end, filtered values rest on the record continued as its own mirror image.
     Returns a new Record whose notes say what was done. Raises ValueError naming the setting.
     """
+    from scipy.interpolate import CubicSpline
+
     _check(record, cutoff, mass, offset)
-    fields: dict[str, Any] = {}
-    said = list(record.notes)
+    notes = list(record.notes)
     velocity, displacement, acceleration = record.velocity, record.displacement, record.acceleration
     smooth = _Filter(record.time, cutoff) if cutoff is not None else None
     if smooth is not None:
-        said.append(f"motion: filtered below {cutoff:g} Hz, forward and backward (Butterworth, order {ORDER})")
+        notes.append(f"motion: filtered below {cutoff:g} Hz, forward and backward (Butterworth, order {ORDER})")
     if displacement is None:
         assert velocity is not None
         displacement = integral(record.time, velocity)
-        said.append("displacement: integral of the velocity")
+        notes.append("displacement: integral of the velocity")
     if velocity is None:
-        velocity = smooth(displacement, 1) if smooth else _slope(record.time, displacement)
-        said.append("velocity: derivative of the displacement")
+        velocity = smooth(displacement, 1) if smooth else CubicSpline(record.time, displacement)(record.time, nu=1)
+        notes.append("velocity: derivative of the displacement")
         if smooth and acceleration is None:
             acceleration = smooth(displacement, 2)
-            said.append("acceleration: second derivative of the displacement")
+            notes.append("acceleration: second derivative of the displacement")
     elif smooth:
         if acceleration is None:
             acceleration = smooth(velocity, 1)
-            said.append("acceleration: derivative of the velocity")
+            notes.append("acceleration: derivative of the velocity")
         velocity = smooth(velocity, 0)
     if smooth:
         displacement = smooth(displacement, 0)
@@ -78,17 +79,17 @@ def prepared(
     force = record.force
     if smooth and filter_force:
         force = smooth(force, 0)
-        said.append("force: filtered like the motion")
+        notes.append("force: filtered like the motion")
     if offset is not None:
         taken = float(np.mean(force)) if offset == "mean" else float(offset)
         force = force - taken
-        said.append(f"force: less an offset of {taken:.6g} N")
+        notes.append(f"force: less an offset of {taken:.6g} N")
     if mass is not None:
         assert acceleration is not None
         force = force - mass * acceleration
-        said.append(f"force: less the inertia of {mass:g} kg")
-    fields.update(force=force, velocity=velocity, displacement=displacement, acceleration=acceleration)
-    return record.replaced(**fields, notes=tuple(said))
+        notes.append(f"force: less the inertia of {mass:g} kg")
+    motion = {"velocity": velocity, "displacement": displacement, "acceleration": acceleration}
+    return record.replaced(force=force, **motion, notes=tuple(notes))
 
 
 class _Filter:
@@ -98,18 +99,14 @@ class _Filter:
         from scipy.signal import butter
 
         span = time[-1] - time[0]
-        count = len(time)
-        steps = np.diff(time)
+        count, steps = len(time), np.diff(time)
         if np.max(steps) - np.min(steps) > 0.01 * np.mean(steps):
             # An even grid with the shorter intervals of the record, and at least 8 samples in a period of the cut-off.
             step = min(float(np.quantile(steps, 0.1)), 1.0 / (8.0 * cutoff))
             count = int(np.ceil(span / step)) + 1
             if count > MOST_SAMPLES:
-                raise ArgumentError(
-                    "time",
-                    f"has gaps of up to {np.max(steps):.4g} s between samples {step:.4g} s apart; should be "
-                    "split at the gaps into records (`between`)",
-                )
+                gaps = f"has gaps of up to {np.max(steps):.4g} s between samples {step:.4g} s apart"
+                raise ArgumentError("time", f"{gaps}; should be split at the gaps into records (`between`)")
         self.time = time
         self.even = np.linspace(time[0], time[-1], count)
         self.step = span / (count - 1)
@@ -132,13 +129,6 @@ class _Filter:
         return result + slope if derivative == 1 else result
 
 
-def _slope(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Derivative of the cubic spline through the samples."""
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(time, values)(time, nu=1)
-
-
 def _check(record: Record, cutoff: float | None, mass: float | None, offset: float | str | None) -> None:
     wrong = []
     for field, value in (("cutoff", cutoff), ("mass", mass)):
@@ -149,8 +139,7 @@ def _check(record: Record, cutoff: float | None, mass: float | None, offset: flo
     elif offset is not None and not isinstance(offset, str) and not np.isfinite(offset):
         wrong.append(f"offset: should be a finite number of newtons, got {offset!r}")
     if not wrong and cutoff is not None:
-        highest = HIGHEST * record.sampling_rate
-        lowest = FEWEST_PERIODS / record.duration
+        lowest, highest = FEWEST_PERIODS / record.duration, HIGHEST * record.sampling_rate
         if not lowest <= cutoff < highest:
             wrong.append(
                 f"cutoff: should be at least {lowest:.4g} Hz (a period in the record) and below {highest:.4g} Hz "
@@ -162,6 +151,4 @@ def _check(record: Record, cutoff: float | None, mass: float | None, offset: flo
             "derivative would be noise; give the cut-off in Hz"
         )
     if wrong:
-        raise ArgumentError(
-            f"record {record.name!r}", "cannot be prepared:\n" + "\n".join(f"  {complaint}" for complaint in wrong)
-        )
+        raise ArgumentError(f"record {record.name!r}", "\n  ".join(["cannot be prepared:", *wrong]))

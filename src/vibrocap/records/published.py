@@ -124,10 +124,8 @@ def paper_stick_slip(folder: str | Path | None = None) -> list[Record]:
 
 
 def _paper_record(stiffness: int, micrometres_per_s: int, pull: np.ndarray) -> Record:
-    weight = PAPER_MASS * PAPER_GRAVITY
-    speed = micrometres_per_s / 1e6
-    time = np.arange(len(pull)) / PAPER_RATE
-    force = weight * np.asarray(pull, dtype=np.float64)
+    weight, speed = PAPER_MASS * PAPER_GRAVITY, micrometres_per_s / 1e6
+    time, force = np.arange(len(pull)) / PAPER_RATE, weight * np.asarray(pull, dtype=np.float64)
     conditions = {"stiffness_N_per_m": stiffness, "pulling_speed_m_per_s": speed}
     return Record(
         name=f"k{stiffness}_v{micrometres_per_s}",
@@ -155,9 +153,7 @@ def basalt_velocity_step(folder: str | Path | None = None) -> list[Record]:
     record = read_records(files[0])[0]
     stress = np.loadtxt(files[0], skiprows=1)[:, 3]
     assert record.displacement is not None
-    begun = {
-        name: column - column[0] for name, column in (("time", record.time), ("displacement", record.displacement))
-    }
+    begun = {"time": record.time - record.time[0], "displacement": record.displacement - record.displacement[0]}
     conditions = {"normal_stress_Pa": 1e6 * stress.mean()}
     return [record.replaced(source=BASALT, **begun, name="basalt_3_to_10", conditions=conditions)]
 

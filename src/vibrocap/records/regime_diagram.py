@@ -44,30 +44,24 @@ class RegimeDiagram:
 
 def regime_diagram(found: Sequence[StickSlip]) -> RegimeDiagram:
     """The regimes of many records over stiffness and pulling speed, which each of them has to know. ValueError else."""
-    found = list(found)
-    if not found:
+    records = list(found)
+    if not records:
         raise ArgumentError("found", "should be at least one StickSlip, got none")
-    for at, each in enumerate(found):
-        if each.stiffness is None or each.pulling_speed is None:
+    for at, record in enumerate(records):
+        if record.stiffness is None or record.pulling_speed is None:
             what = "stiffness and pulling_speed are needed for its place in the diagram; give them to stick_slip"
-            raise ArgumentError(f"found[{at}] ({each.name})", what)
-    borders = [
-        each.release.mean * each.stiffness / (2.0 * HALF_STICK_X * each.mass**0.5)
-        for each in found
-        if each.regime.name == STICK_SLIP and each.release and each.mass and each.stiffness
-    ]
+            raise ArgumentError(f"found[{at}] ({record.name})", what)
+    borders, rows = [], []
+    for record in records:
+        kind = record.regime
+        if kind.name == STICK_SLIP and record.release and record.mass and record.stiffness:
+            borders.append(record.release.mean * record.stiffness / (2.0 * HALF_STICK_X * record.mass**0.5))
+        period, slip = (spread.mean if spread else None for spread in (record.period, record.slip))
+        rows.append((record.stiffness, record.pulling_speed, period, kind.period_ratio, kind.stick_fraction, slip))
+    names = ("stiffness", "pulling_speed", "period", "period_ratio", "stick_fraction", "slip")
     return RegimeDiagram(
-        names=tuple(each.name for each in found),
-        stiffness=np.array([each.stiffness for each in found], dtype=float),
-        pulling_speed=np.array([each.pulling_speed for each in found], dtype=float),
-        regimes=tuple(each.regime.name for each in found),
-        period=_column(each.period.mean if each.period else None for each in found),
-        period_ratio=_column(each.regime.period_ratio for each in found),
-        stick_fraction=_column(each.regime.stick_fraction for each in found),
-        slip=_column(each.slip.mean if each.slip else None for each in found),
+        names=tuple(record.name for record in records),
+        regimes=tuple(record.regime.name for record in records),
         border=float(np.median(borders)) if borders else float("nan"),
+        **dict(zip(names, np.array(rows, dtype=float).T, strict=True)),
     )
-
-
-def _column(values: Any) -> np.ndarray:
-    return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -11,7 +11,7 @@ from vibrocap.quantities.declared import Measured, RecordedForce
 from vibrocap.records.record import Record
 from vibrocap.records.slips.periods import Drift, Recurrence, period_drift, recurrence, stretch_periods
 from vibrocap.records.slips.phases import Phase, falls, phases, stick_bend, with_minor
-from vibrocap.records.slips.pull import Pull, pull
+from vibrocap.records.slips.pull import Pull, pull, settings_of
 from vibrocap.records.slips.regimes import AGREE, INERTIAL, STEADY, STICK_SLIP, Regime, regime
 
 LOADING = (0.3, 3.0)  # stick phases that rise at another multiple of k V are taken for a slip in the units
@@ -111,12 +111,10 @@ class StickSlip:
 
     @property
     def main_slips(self) -> tuple[Phase, ...]:
-        """The slips without the minor ones."""
         return tuple(phase for phase in self.slips if not phase.minor)
 
     @property
     def sticks(self) -> tuple[Phase, ...]:
-        """The stick phases."""
         return tuple(phase for phase in self.phases if phase.kind == "stick")
 
 
@@ -227,11 +225,7 @@ def stick_slip_of(record: Record, **changes: Any) -> StickSlip:
     conditions: stiffness_N_per_m, mass_kg, pulling_speed_m_per_s;  changes: arguments of `stick_slip` that take their
     place. A normal force that varies counts with its mean.
     """
-    known = {"stiffness": "stiffness_N_per_m", "mass": "mass_kg", "pulling_speed": "pulling_speed_m_per_s"}
-    settings: dict[str, Any] = {field: record.conditions.get(name) for field, name in known.items()}
-    if record.normal_force is not None:
-        settings["normal_force"] = float(np.mean(record.normal_force))
-    return stick_slip(record.time, record.force, **{"name": record.name, **settings, **changes})
+    return stick_slip(record.time, record.force, **{"name": record.name, **settings_of(record), **changes})
 
 
 def slider_velocity(

@@ -13,7 +13,6 @@ import numpy as np
 
 from vibrocap.arguments import Complaints, check_whole, shown
 from vibrocap.case.case import Case, CaseError
-from vibrocap.case.sections import is_kind
 from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
 from vibrocap.design.calibration.table import MeasuredTable, read_table
 from vibrocap.design.calibration.table_model import TableModel, improbable, searched
@@ -62,8 +61,19 @@ class CalibratedParameter(Dimensional):
         return f"{self.value:.6g}{within}, {self.verdict.value}"
 
 
+class Calibrated(Result):
+    """A result with parameters of a case."""
+
+    parameters: tuple[CalibratedParameter, ...]
+    rows = "parameters"
+
+    def __getitem__(self, path: str) -> CalibratedParameter:
+        """A parameter by its path."""
+        return next(parameter for parameter in self.parameters if parameter.path == path)
+
+
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Result):
+class Calibration(Calibrated):
     """Parameters of a case from a measured table.
 
     system: with the parameters found; parameters: with their 95 % intervals and verdicts; correlation: [p, p] of them
@@ -91,7 +101,6 @@ class Calibration(Result):
     not_trusted: dict[str, tuple[int, ...]]
     initial: ByName
 
-    rows = "parameters"
     in_record = "parameters correlation directions misfit rms held_out_misfit doubt rows_not_trusted"
 
     @property
@@ -122,10 +131,6 @@ class Calibration(Result):
         if self.doubt:
             facts["doubt"] = str(self.doubt)
         return facts
-
-    def __getitem__(self, path: str) -> CalibratedParameter:
-        """A parameter by its path."""
-        return next(parameter for parameter in self.parameters if parameter.path == path)
 
     def case(self, periods: float = 40) -> Case:
         """A case with the parameters found."""
@@ -174,10 +179,8 @@ def calibrate(
         complaints.add("system", "should have a drive that changes in time")
     measured = read_table(table, system, complaints)
     space = design_space(system, over, complaints)
-    for path in space.paths:
-        if is_kind(path) or path not in [space.paths[i] for i in space.continuous]:
-            complaints.add(path, "should be a number with its bounds, such as 0.1:0.5")
-        elif measured is not None and {*path.replace(" ", "").split(",")} & {*measured.conditions}:
+    for path in space.require_numbers(complaints):
+        if measured is not None and {*path.replace(" ", "").split(",")} & {*measured.conditions}:
             complaints.add(path, "is a column of the table; leave it out of `over`, or the column out of the table")
     with complaints.collected():
         check_whole("starts", starts, 1, 2**16)
@@ -186,9 +189,8 @@ def calibrate(
     held = sorted({int(k) for k in held_out})
     if measured is not None:
         if any(not 0 <= k < measured.rows for k in held):
-            complaints.add(
-                "held_out", f"should be numbers of rows from 0 to {measured.rows - 1}, got {shown(held_out)}"
-            )
+            last = measured.rows - 1
+            complaints.add("held_out", f"should be numbers of rows from 0 to {last}, got {shown(held_out)}")
         fitted = (measured.rows - len(held)) * len(measured.measures)
         if fitted <= len(space.paths):
             need = f"more than {len(space.paths)} measured values for so many parameters, got {fitted}"
@@ -282,15 +284,15 @@ def _parameter(
     return CalibratedParameter(path, value, low, high, error, verdict)
 
 
-def _end(model: TableModel, shares: np.ndarray, way: np.ndarray, k: int) -> tuple[np.ndarray, bool]:
+def _end(model: TableModel, shares: np.ndarray, change: np.ndarray, k: int) -> tuple[np.ndarray, bool]:
     """(shares at an end of the interval of parameter k, whether a part refuses what lies beyond).
 
-    way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated,
-    or stay, where a part refuses that they do.
+    change: to the point of the joint region where the parameter is extreme; the others go with it as they are
+    correlated, or stay, where a part refuses that they do.
     """
 
     def point(part: float) -> np.ndarray:
-        return np.clip(shares + part * way, 0.0, 1.0)
+        return np.clip(shares + part * change, 0.0, 1.0)
 
     def refused(part: float) -> bool:
         alone = shares.copy()

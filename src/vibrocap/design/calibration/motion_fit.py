@@ -13,8 +13,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
-from vibrocap.case.sections import is_kind
-from vibrocap.design.calibration.calibration import CalibratedParameter
+from vibrocap.design.calibration.calibration import Calibrated, CalibratedParameter
 from vibrocap.design.calibration.motion_source import MotionSource, Unseen
 from vibrocap.design.calibration.record_model import (
     RecordModel,
@@ -26,7 +25,7 @@ from vibrocap.design.calibration.record_model import (
     with_priors,
 )
 from vibrocap.design.search.variables import design_space
-from vibrocap.identification.inference.identifiability import WIDE, Verdict
+from vibrocap.identification.inference.identifiability import Verdict, verdict_within
 from vibrocap.identification.inference.residuals import FAR
 from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time, inverse
 from vibrocap.identification.problem.priors import MOST, SAYS_MORE, checked_priors
@@ -36,7 +35,6 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers, WithUnit
 from vibrocap.records.record import Record
-from vibrocap.results import Result
 from vibrocap.studies.plan.variation import refusal
 
 HALVINGS = 6  # to where the squares object to a value of a parameter
@@ -48,7 +46,7 @@ CONSTANT = 1.0  # relative error from which on a prediction is no better than a 
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class MotionFit(Result):
+class MotionFit(Calibrated):
     """Parameters of a case from motions under measured forces, and the motions that it predicts.
 
     system: with the parameters found, and the drive of the case; predict: the quantity compared, in `unit`
@@ -123,10 +121,6 @@ class MotionFit(Result):
             facts["search"] = "not settled: give more starts or narrower bounds"
         return facts
 
-    def __getitem__(self, path: str) -> CalibratedParameter:
-        """A parameter by its path."""
-        return next(parameter for parameter in self.parameters if parameter.path == path)
-
     def case(self, periods: float = 40) -> Case:
         """The case with the parameters found, and its own drive."""
         return Case(self.system, periods=periods)
@@ -186,10 +180,7 @@ def fit_motion(
     every = {course.name: course for course in courses(case.system, records, predict, known)}
     fitted = [course for name, course in every.items() if name not in hidden]
     space = design_space(fitted[0].system, over, complaints)
-    numbers = {space.paths[i] for i in space.continuous}
-    for path in space.paths:
-        if is_kind(path) or path not in numbers:
-            complaints.add(path, "should be a number with its bounds, such as 0.1:0.5")
+    space.require_numbers(complaints)
     with complaints.collected():
         known_before = checked_priors(priors, space.paths)
     if complaints:
@@ -260,7 +251,7 @@ def _found(
         unit=system.result_units.unit(model.predict),
         parameters=tuple(parameters),
         correlation=own / np.outer(deviations, deviations),
-        held_out=tuple(each.courses[0].name for each in others),
+        held_out=tuple(other.courses[0].name for other in others),
         **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
         noise_ratio=float(np.linalg.norm(errors)) / max(model.noise, 1e-300),
         growth=growth,
@@ -282,7 +273,7 @@ def _parameter(
 ) -> CalibratedParameter:
     """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
 
-    It is sought along the way on which the others follow the parameter as they are correlated, and on which they stay:
+    It is sought where the others follow the parameter as they are correlated, and where they stay:
     where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
     """
     space, path = model.space, model.space.paths[k]
@@ -299,34 +290,26 @@ def _parameter(
     reached = []
     for sign in (-1.0, 1.0):
         linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
-        refused = refusal(
-            model.system, space.parameters(np.where(alone[: len(space.paths)], linear, point[: len(space.paths)]))
-        )
-        ways = [point[k] + sign * _reach(model, k, point, sign * way, error, limit) for way in (alone, joint)]
-        reached.append(sorted([*ways, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
+        many = len(space.paths)
+        refused = refusal(model.system, space.parameters(np.where(alone[:many], linear, point[:many])))
+        ends = [point[k] + sign * _reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
+        reached.append(sorted([*ends, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
     low, high = reached
     ends = float(variable.at(low)), float(variable.at(high))
-    if not acting[k]:
-        verdict = Verdict.NO_EFFECT
-    elif low <= 0.0 or high >= 1.0:
-        verdict = Verdict.BOUNDED_ABOVE if high < 1.0 else Verdict.BOUNDED_BELOW if low > 0.0 else Verdict.UNDETERMINED
-    elif doubt:
-        verdict = doubt
-    elif spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors):
-        verdict = Verdict.PRIOR
-    else:
-        verdict = Verdict.WIDE if ends[0] > 0.0 and ends[1] > WIDE * ends[0] else Verdict.DETERMINED
+    of_prior = spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors)
+    whole = doubt or (Verdict.PRIOR if of_prior else None)
+    verdict = verdict_within(*ends, low <= 0.0, high >= 1.0, whole) if acting[k] else Verdict.NO_EFFECT
     error *= space.derivative(k, float(point[k]))
     return CalibratedParameter(path, value, *ends, error, verdict)
 
 
-def _reach(model: RecordModel, k: int, point: np.ndarray, way: np.ndarray, begin: float, limit: float) -> float:
-    """How far parameter k may go along a way, in shares of its range, before the squares exceed a limit."""
+def _reach(model: RecordModel, k: int, point: np.ndarray, along: np.ndarray, begin: float, limit: float) -> float:
+    """How far parameter k may go along a direction, in shares of its range, before the squares exceed a limit."""
     counts, (low, high) = model.counts(1.0), model.bounds
-    room = (1.0 - point[k]) if way[k] > 0.0 else point[k]
+    room = (1.0 - point[k]) if along[k] > 0.0 else point[k]
 
     def allowed(change: float) -> bool:
-        return model.squares(np.clip(point + change * way, low, high), counts) <= limit
+        return model.squares(np.clip(point + change * along, low, high), counts) <= limit
 
     inside, step = 0.0, min(max(begin, LEAST), room)
     while allowed(step):
@@ -345,23 +328,21 @@ def _band(slopes: np.ndarray, covariance: np.ndarray, deviation: float) -> np.nd
     return 1.96 * np.sqrt(np.einsum("ni,ij,nj->n", slopes, covariance, slopes) + deviation**2)
 
 
-def _add(found: MotionFit, model: RecordModel, k: int, point: np.ndarray, errors: np.ndarray, band: np.ndarray) -> None:
+def _add(fit: MotionFit, model: RecordModel, k: int, point: np.ndarray, errors: np.ndarray, band: np.ndarray) -> None:
     """A record in the result; errors, band: [its last samples] in sizes, by which it is judged."""
-    course, units = model.courses[k], found.system.result_units
+    course, units = model.courses[k], fit.system.result_units
     name, judged = course.name, slice(len(course.instants) - len(errors), None)
-    trusted = 1.0 if name not in found.not_trusted else math.nan
-    found.time[name] = course.instants[judged] * units.factor("time")
-    found.measured[name] = course.measured[judged]
-    found.predicted[name] = model.predicted(k, point, len(course.instants))[judged]
-    found.band[name] = band * course.size * trusted
-    found.rms[name] = float(np.sqrt(np.mean(errors**2))) * course.size * trusted
-    found.relative[name] = found.rms[name] / float(np.std(course.measured[judged]))
-    found.starts[name] = model.start(k, point)
+    trusted = 1.0 if name not in fit.not_trusted else math.nan
+    fit.time[name] = course.instants[judged] * units.factor("time")
+    fit.measured[name] = course.measured[judged]
+    fit.predicted[name] = model.predicted(k, point, len(course.instants))[judged]
+    fit.band[name] = band * course.size * trusted
+    fit.rms[name] = float(np.sqrt(np.mean(errors**2))) * course.size * trusted
+    fit.relative[name] = fit.rms[name] / float(np.std(course.measured[judged]))
+    fit.starts[name] = model.start(k, point)
 
 
-def _predict(
-    found: MotionFit, model: RecordModel, shares: np.ndarray, covariance: np.ndarray, deviation: float
-) -> None:
+def _predict(fit: MotionFit, model: RecordModel, shares: np.ndarray, covariance: np.ndarray, deviation: float) -> None:
     """A held-out record: its start from its first tenth at the parameters found, and the prediction of the rest.
 
     What is uncertain of the start follows from the noise of that tenth, and with the parameters: ds/dp = -(Js^T Js)^-1
@@ -378,12 +359,12 @@ def _predict(
     follows = -base @ first[:, place].T @ first[:, :many]
     total = slopes[:, :many] + slopes[:, place] @ follows
     own = base * deviation**2 * correlation_time(errors[: begun[0]])
-    if found.problem:
-        found.problem.unseen[model.courses[0].name] = Unseen(model, point, follows, own, begun[0])
+    if fit.problem:
+        fit.problem.unseen[model.courses[0].name] = Unseen(model, point, follows, own, begun[0])
     joint = np.zeros((len(point), len(point)))
     joint[:many, :many] = covariance
     joint[np.ix_(place, place)] = own
     band = _band(np.hstack((total, slopes[:, place])), joint, deviation)
     if why := model.distrust(0, point):
-        found.not_trusted[model.courses[0].name] = why
-    _add(found, model, 0, point, errors[begun[0] :], band[begun[0] :])
+        fit.not_trusted[model.courses[0].name] = why
+    _add(fit, model, 0, point, errors[begun[0] :], band[begun[0] :])

@@ -9,18 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.design.calibration.table_model import soft
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.identification.inference.uncertainty import Uncertainty, uncertainty
-from vibrocap.identification.problem.priors import (
-    WEIGHTINGS,
-    Prior,
-    prior_errors,
-    prior_slopes,
-    pulled,
-    settled,
-    weighted,
-)
+from vibrocap.identification.problem import priors as known_before
+from vibrocap.identification.problem.priors import Prior, prior_errors, prior_slopes
 from vibrocap.identification.search.loss import Loss, finite
 from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
@@ -130,7 +124,7 @@ class RecordModel:
     def values(self, point: np.ndarray) -> np.ndarray:
         """The unknowns at a point."""
         ranges: Any = self.space.variables
-        return np.array([course.at(x) for course, x in zip(ranges, point, strict=False)], dtype=float)
+        return np.array([variable.at(x) for variable, x in zip(ranges, point, strict=False)], dtype=float)
 
     def known(self, point: np.ndarray) -> np.ndarray:
         """Errors of the priors."""
@@ -153,9 +147,8 @@ class RecordModel:
     @property
     def noise(self) -> float:
         """Norm of the errors that the noise of the samples alone makes, as their second differences tell."""
-        return math.sqrt(
-            sum(np.sum(np.diff(course.measured, 2) ** 2) / 6.0 / course.size**2 for course in self.courses)
-        )
+        squares = [np.sum(np.diff(course.measured, 2) ** 2) / 6.0 / course.size**2 for course in self.courses]
+        return math.sqrt(sum(squares))
 
     def growth(self, slopes: np.ndarray) -> float:
         """Largest factor by which a change of the predicted quantity grows from the start of a course."""
@@ -170,11 +163,8 @@ class RecordModel:
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest coordinates."""
-        many, starts = len(self.space.paths), self.coordinates - len(self.space.paths)
-        return (
-            np.concatenate([np.zeros(many), np.full(starts, -WIDEST)]),
-            np.concatenate([np.ones(many), np.full(starts, WIDEST)]),
-        )
+        own = np.arange(self.coordinates) < len(self.space.paths)
+        return np.where(own, 0.0, -WIDEST), np.where(own, 1.0, WIDEST)
 
     def counts(self, share: float) -> tuple[int, ...]:
         """Samples of each course in a share of its time."""
@@ -259,18 +249,14 @@ class RecordModel:
             whole_point[moving] = x
             return whole_point
 
+        def errors(x: np.ndarray) -> np.ndarray:
+            return np.concatenate([self.errors(whole(x), counts), self.known(whole(x))])
+
         def slopes(x: np.ndarray) -> np.ndarray:
             return np.concatenate([self.slopes(whole(x), counts), self.known_slopes(whole(x))])[:, moving]
 
-        end = least_squares(
-            lambda x: np.concatenate([self.errors(whole(x), counts), self.known(whole(x))]),
-            begun[moving],
-            jac=slopes,  # type: ignore[arg-type]
-            bounds=(low[moving], high[moving]),
-            max_nfev=most,
-            xtol=1e-10,
-            ftol=1e-10,
-        )
+        how: dict[str, Any] = {"jac": slopes, "bounds": (low[moving], high[moving]), "xtol": 1e-10, "ftol": 1e-10}
+        end = least_squares(errors, begun[moving], max_nfev=most, **how)
         end.x = whole(end.x)
         return end
 
@@ -299,7 +285,7 @@ def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.
         if share * shortest < FEWEST and share < 1.0:
             continue
         counts = model.counts(share)
-        costs = [float(np.sum(_soft(model.errors(point, counts)))) for point in points]
+        costs = [float(np.sum(soft(model.errors(point, counts)))) for point in points]
         ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
         ends.sort(key=lambda end: end.cost)
         points, settled = np.array([end.x for end in ends]), ends[0].status > 0
@@ -342,13 +328,15 @@ def spread_of(model: RecordModel, point: np.ndarray, errors: np.ndarray, slopes:
 def with_priors(model: RecordModel, point: np.ndarray, priors: Sequence[Prior]) -> np.ndarray:
     """The minimum with priors, from that without; the model is given them, with their weights."""
     counts, names, model.priors = model.counts(1.0), model.space.paths, tuple(priors)
-    for k in range(WEIGHTINGS if priors else 0):
+    for k in range(known_before.WEIGHTINGS if priors else 0):
         before, to_values = model.priors, model.to_values(point)
         spread = spread_of(model, point, model.errors(point, counts), model.slopes(point, counts))
         if k == 0:
-            model.priors = pulled(priors, names, model.values(point), to_values @ spread.covariance @ to_values.T)
-        model.priors = weighted(model.priors, names, spread.unit, spread.inflation)
-        if settled(before, model.priors):
+            model.priors = known_before.pulled(
+                priors, names, model.values(point), to_values @ spread.covariance @ to_values.T
+            )
+        model.priors = known_before.weighted(model.priors, names, spread.unit, spread.inflation)
+        if known_before.settled(before, model.priors):
             break
         point = model.refined(_beyond_kinks(model, point, counts)[1], counts, 60).x
     return point
@@ -357,8 +345,3 @@ def with_priors(model: RecordModel, point: np.ndarray, priors: Sequence[Prior]) 
 def _alike(model: RecordModel, cost: float, counts: Sequence[int]) -> float:
     """By how much squares differ where they are alike: a share of them, or what runs are exact to."""
     return max(AGREE * cost, sum(counts) * model.tolerance**2)
-
-
-def _soft(errors: np.ndarray) -> np.ndarray:
-    """Half a square, and linear far off: a start that soon goes wrong is not worse than one that fails at once."""
-    return np.sqrt(1.0 + errors**2) - 1.0

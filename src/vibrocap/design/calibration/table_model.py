@@ -85,14 +85,10 @@ class TableModel:
             if many == 1:
                 refused = Trust(np.full((1, len(rows)), REFUSED), np.zeros((1, len(rows)), dtype=bool))
                 return np.full((1, len(self.scales), len(rows)), np.nan), refused
-            parts = [self.predicted(point[None], rows) for point in points]
-            trusts = [trust for _, trust in parts]
-            trust = Trust(
-                np.concatenate([one.status for one in trusts]), np.concatenate([one.settled for one in trusts])
-            )
-            return np.concatenate([values for values, _ in parts]), trust
-        status, settled = (runs[name].reshape(many, -1)[:, group] for name in ("status", "settled"))
-        trust = Trust(status, settled)
+            values, trusts = zip(*(self.predicted(point[None], rows) for point in points), strict=True)
+            ends = (np.concatenate([getattr(trust, name) for trust in trusts]) for name in ("status", "settled"))
+            return np.concatenate(values), Trust(*ends)
+        trust = Trust(*(runs[name].reshape(many, -1)[:, group] for name in ("status", "settled")))
         values = [
             np.where(trust.finished, scale * runs[name].reshape(many, -1)[:, group], 0.0 if name in TRAVEL else np.nan)
             for name, scale in zip(self.table.measures, self.scales, strict=True)
@@ -103,15 +99,10 @@ class TableModel:
         """[points, measures * rows] predicted less measured, in standard errors."""
         rows = self.rows if rows is None else rows
         values, _ = self.predicted(points, rows)
-        unknowns = len(self.space.paths)
-        size = points[:, unknowns] if self.corrected else np.zeros(len(points))
-        measured = np.stack(
-            [
-                self._correct(name, np.tile(self.table.targets[name][rows], (len(points), 1)), size)
-                for name in self.table.measures
-            ],
-            axis=1,
-        )
+        many, unknowns = len(points), len(self.space.paths)
+        size = points[:, unknowns] if self.corrected else np.zeros(many)
+        targets = {name: np.tile(self.table.targets[name][rows], (many, 1)) for name in self.table.measures}
+        measured = np.stack([self._correct(name, column, size) for name, column in targets.items()], axis=1)
         residuals = (values - measured) / self.errors[:, rows]
         residuals = np.where(np.isfinite(residuals), residuals, FAILED_ROW)
         if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] != "offset":
@@ -186,7 +177,7 @@ def improbable(model: TableModel, squares: float) -> bool:
 
 
 def soft(residuals: np.ndarray) -> np.ndarray:
-    """Half a square, and linear where far off, so that a few rows do not decide where to begin."""
+    """Half a square, and linear where far off: few rows, or a motion that soon goes wrong, do not decide the start."""
     return np.sqrt(1.0 + residuals**2) - 1.0
 
 
@@ -194,17 +185,9 @@ def refined(model: TableModel, point: np.ndarray, loss: str = "linear", steps: i
     """(sum of squares, point) of the minimum near a point."""
     from scipy.optimize import least_squares
 
-    unknowns = len(model.space.paths)
-    low = np.concatenate([np.zeros(unknowns), np.full(model.coordinates - unknowns, -10.0)])
-    high = np.concatenate([np.ones(unknowns), np.full(model.coordinates - unknowns, 10.0)])
-    minimum = least_squares(
-        lambda x: model.residuals(x[None])[0],
-        np.clip(point, low + 1e-9, high - 1e-9),
-        jac=model.slopes,  # type: ignore[arg-type]
-        bounds=(low, high),
-        loss=loss,
-        max_nfev=steps,
-        xtol=1e-9,
-        ftol=1e-9,
-    )
+    own = np.arange(model.coordinates) < len(model.space.paths)
+    low, high = np.where(own, 0.0, -10.0), np.where(own, 1.0, 10.0)
+    begun, how = np.clip(point, low + 1e-9, high - 1e-9), {"jac": model.slopes, "bounds": (low, high)}
+    until: dict[str, Any] = {"max_nfev": steps, "xtol": 1e-9, "ftol": 1e-9}
+    minimum = least_squares(lambda x: model.residuals(x[None])[0], begun, loss=loss, **how, **until)
     return float(np.sum(model.residuals(minimum.x[None]) ** 2)), minimum.x

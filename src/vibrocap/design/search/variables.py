@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,13 +62,13 @@ class DesignSpace:
         shifted = np.array(shares, dtype=float)
         for i, variable in enumerate(self.variables):
             if isinstance(variable, Column):
-                many = len(variable.values)
-                shifted[:, i] = FAR * np.minimum((shares[:, i] * many).astype(int), many - 1)
+                shifted[:, i] = FAR * _choice(variable, shares[:, i])
         return shifted
 
     def _own(self, shares: np.ndarray) -> dict[str, np.ndarray]:
         """Values [designs] of the variables at shares [designs, variables]; of objects where there are words."""
-        return {variable.path: _values(variable, shares[:, i]) for i, variable in enumerate(self.variables)}
+        columns = zip(self.variables, shares.T, strict=True)
+        return {x.path: x.at(column) if isinstance(x, Range) else x.array[_choice(x, column)] for x, column in columns}
 
     def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
         """Values [designs] of the parameters by path at shares [designs, variables]; of objects where words are."""
@@ -95,15 +95,13 @@ class DesignSpace:
             value = design[variable.path]
             if isinstance(variable, Column):
                 if value not in variable.values:
-                    raise ArgumentError(
-                        variable.path, f"should be one of {', '.join(map(str, variable.values))}, got {shown(value)}"
-                    )
+                    known = ", ".join(map(str, variable.values))
+                    raise ArgumentError(variable.path, f"should be one of {known}, got {shown(value)}")
                 point[i] = (variable.values.index(value) + 0.5) / len(variable.values)
                 continue
             if not (is_number(value) and variable.low <= value <= variable.high):
-                raise ArgumentError(
-                    variable.path, f"should be from {variable.low:g} to {variable.high:g}, got {shown(value)}"
-                )
+                within = f"from {variable.low:g} to {variable.high:g}"
+                raise ArgumentError(variable.path, f"should be {within}, got {shown(value)}")
             ends = np.array([variable.low, value, variable.high])
             low, here, high = np.log(ends) if variable.logarithmic else ends
             point[i] = (here - low) / (high - low)
@@ -115,9 +113,8 @@ class DesignSpace:
         assert isinstance(variable, Range)
         if not variable.logarithmic:
             return variable.high - variable.low
-        return math.log(variable.high / variable.low) * math.exp(
-            math.log(variable.low) + math.log(variable.high / variable.low) * share
-        )
+        ratio = math.log(variable.high / variable.low)
+        return ratio * math.exp(math.log(variable.low) + ratio * share)
 
     def slopes(self, share: np.ndarray) -> dict[str, np.ndarray]:
         """d(value)/d(share) [continuous] of each parameter, by path, at shares [variables] of a design."""
@@ -130,6 +127,14 @@ class DesignSpace:
         values = self.values((share + steps).reshape(-1, len(self.variables)))
         weights = np.array([weight for _, weight in DIFFERENCES]) / APART
         return {path: x.reshape(len(moving), -1) @ weights for path, x in values.items()}
+
+    def require_numbers(self, complaints: Complaints) -> list[str]:
+        """The paths of ranges of numbers; complaints about the others."""
+        numbers = [self.paths[i] for i in self.continuous if not is_kind(self.paths[i])]
+        for path in self.paths:
+            if path not in numbers:
+                complaints.add(path, "should be a number with its bounds, such as 0.1:0.5")
+        return numbers
 
     def record(self) -> dict[str, Any]:
         """The variables by path, in the words in which they can be given again, and what is made of them."""
@@ -145,17 +150,15 @@ def _first(values: Mapping[str, np.ndarray]) -> dict[str, float | str]:
     return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
 
 
-def _words(each: Range | Column) -> Any:
-    if isinstance(each, Column):
-        return list(each.values)
-    return f"{'log:' if each.logarithmic else ''}{each.low!r}:{each.high!r}"
+def _words(variable: Range | Column) -> Any:
+    if isinstance(variable, Column):
+        return list(variable.values)
+    return f"{'log:' if variable.logarithmic else ''}{variable.low!r}:{variable.high!r}"
 
 
-def _values(each: Range | Column, share: np.ndarray) -> np.ndarray:
-    if isinstance(each, Range):
-        return each.at(share)
-    many = len(each.values)
-    return each.array[np.minimum((share * many).astype(int), many - 1)]
+def _choice(variable: Column, share: np.ndarray) -> np.ndarray:
+    """Numbers of the choices at shares."""
+    return np.minimum((share * len(variable.values)).astype(int), len(variable.values) - 1)
 
 
 def design_space(
@@ -187,18 +190,16 @@ def design_space(
         return space
     every = [path for name in over for path in tied.get(name, [name])]
     if len(complaints) == begun:
-        kinds = {
-            variable.path: variable.values[0]
-            for variable in variables
-            if is_kind(variable.path) and isinstance(variable, Column)
-        }
+        choices = [variable for variable in variables if isinstance(variable, Column) and is_kind(variable.path)]
+        kinds = {variable.path: variable.values[0] for variable in choices}
         complaints += path_complaints(every, [kinds_chosen(system, kinds)], system.units)
-        complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(every)]
+        starts = [path for path in every if path.startswith("initial.")]
+        complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in starts]
     if len(complaints) == begun:
         plain = [quantity(path, system).plain for path in every]
-        twice = [path for path, name in zip(every, plain, strict=True) if plain.count(name) > 1]
-        if twice:
-            complaints.add(twice[0], f"is the same quantity as {twice[1]}; give it once")
+        again = [path for path, name in zip(every, plain, strict=True) if plain.count(name) > 1]
+        if again:
+            complaints.add(again[0], f"is the same quantity as {again[1]}; give it once")
         words = [path for paths in tied.values() for path in paths if not is_number(system.parameter(path))]
         complaints += [Complaint(path, "has no number of its own that a factor multiplies") for path in words]
         words = [variable.path for variable in variables if tied and isinstance(variable, Column) and variable.is_text]
@@ -240,16 +241,9 @@ def _function_complaints(system: System, space: DesignSpace) -> list[str]:
 
 def _is_choice(path: str, given: Any) -> bool:
     """Whether choices are given, not the two ends of a range."""
-    if is_kind(path):
-        return True
-    if isinstance(given, str):
-        return ":" not in given
-    pair = isinstance(given, (Sequence, np.ndarray)) and len(given) == 2 and all(map(is_number, given))
-    return isinstance(given, (Sequence, np.ndarray)) and not pair
-
-
-def _starts(over: Iterable[str]) -> list[str]:
-    return [path for path in over if path.startswith("initial.")]
+    if is_kind(path) or isinstance(given, str):
+        return is_kind(path) or ":" not in given
+    return isinstance(given, (Sequence, np.ndarray)) and not (len(given) == 2 and all(map(is_number, given)))
 
 
 def _end_complaints(system: System, space: DesignSpace) -> list[str]:

@@ -86,31 +86,26 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
     """
     numbers: dict[str, np.ndarray] = {}
     tables: list[Table] = []
-    scalars: dict[str, float] = {}
     names: list[str] = []
     for key, value in variables.items():
-        array = value if isinstance(value, Mapping) else np.asarray(value)
-        if isinstance(array, Mapping):
-            fields = {name: np.asarray(column) for name, column in array.items()}
-        elif array.dtype.names:
-            fields = {name: array[name] for name in array.dtype.names}
+        if isinstance(value, Mapping):
+            fields = {name: np.asarray(column) for name, column in value.items()}
         else:
-            fields = {}
+            array = np.asarray(value)
+            fields = {name: array[name] for name in array.dtype.names or ()}
+            if key == NAMES_KEY and array.dtype.kind == "U":
+                names = [str(name).strip() for name in array.ravel()]
+            elif array.dtype.kind in "fiu":
+                numbers[key] = array
         if fields:
             own = {name: field for name, field in fields.items() if field.dtype.kind in "fiu" and field.ndim == 1}
             tables += _tables_by_prefix(own, key, path, _scalars(fields))
-        elif not isinstance(array, Mapping) and key == NAMES_KEY and array.dtype.kind == "U":
-            names = [str(name).strip() for name in array.ravel()]
-        elif not isinstance(array, Mapping) and array.dtype.kind in "fiu":
-            numbers[key] = array
     scalars = _scalars(numbers)
-    for key, array in numbers.items():
-        if array.ndim == 2:
-            tables.append(_table_of_matrix(array, names, key, path))
+    tables += [_table_of_matrix(array, names, key, path) for key, array in numbers.items() if array.ndim == 2]
     tables += _tables_by_prefix({key: array for key, array in numbers.items() if array.ndim == 1}, "", path, {})
     if not tables:
-        held = ", ".join(map(repr, variables)) or "nothing"
-        raise RecordError([f"holds no columns of numbers, only {held}"], str(path))
+        only = ", ".join(map(repr, variables)) or "nothing"
+        raise RecordError([f"holds no columns of numbers, only {only}"], str(path))
     return [dataclasses.replace(table, scalars={**scalars, **table.scalars}) for table in tables]
 
 
@@ -122,10 +117,8 @@ def _table_of_matrix(array: np.ndarray, names: list[str], key: str, path: Path) 
     if array.shape[1] > array.shape[0]:
         array = array.T
     if names and len(names) != array.shape[1]:
-        raise RecordError(
-            [f"{key}: has {array.shape[1]} columns, but {NAMES_KEY!r} names {len(names)}: {', '.join(names)}"],
-            str(path),
-        )
+        other = f"{NAMES_KEY!r} names {len(names)}: {', '.join(names)}"
+        raise RecordError([f"{key}: has {array.shape[1]} columns, but {other}"], str(path))
     columns = dict(zip(names or map(str, range(array.shape[1])), array.T, strict=True))
     return Table(key, str(path), columns, named=bool(names))
 
@@ -149,10 +142,7 @@ def _tables_by_prefix(
 
 def _split(name: str) -> tuple[str, str]:
     """(prefix, quantity) of "run1_force"; ("", name) where the whole name, or no end of it, is a usual one."""
-    if quantity_of(name) is None:
-        words = name.split("_")
-        for at in range(1, len(words)):
-            rest = "_".join(words[at:])
-            if quantity_of(rest) is not None:
-                return "_".join(words[:at]), rest
+    for place in (place for place, mark in enumerate(name) if mark == "_" and quantity_of(name) is None):
+        if quantity_of(name[place + 1 :]) is not None:
+            return name[:place], name[place + 1 :]
     return "", name

@@ -9,21 +9,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import suggestion
-from vibrocap.records.reading.units import (
-    LINEAR,
-    QUANTITIES,
-    ROTARY,
-    TURNING,
-    Unit,
-    base_quantity,
-    column_unit,
-    dimensions_of,
-    fits,
-    si_unit,
-    suffix_unit,
-    unit_complaint,
-    unit_named,
-)
+from vibrocap.records.reading import units as known_units
+from vibrocap.records.reading.units import QUANTITIES, TURNING, Unit, base_quantity, fits, unit_named
 
 # usual names of columns, in small letters and without marks between words, the most telling first
 USUAL: dict[str, tuple[str, ...]] = {
@@ -95,7 +82,7 @@ def heading(text: str) -> list[tuple[str, Unit | None]]:
         return [(_plain(parts[0]), unit_named(parts[1]))]
     readings: list[tuple[str, Unit | None]] = []
     for mark in re.finditer(r"[\s_./,-]+", text.strip()):
-        unit = suffix_unit(text.strip()[mark.end() :])
+        unit = known_units.suffix_unit(text.strip()[mark.end() :])
         if unit is not None and mark.start() > 0:
             readings.append((_plain(text.strip()[: mark.start()]), unit))
     return [*readings, (_plain(text), None)]
@@ -153,12 +140,12 @@ def choices(table: Table, columns: Mapping[str, Any], units: Mapping[str, str], 
     _one_motion(named, guesses)
     calls = {**{quantity: (name, False) for quantity, name in named.items()},
              **{quantity: (name, True) for quantity, (_, name) in guesses.items()}}  # fmt: skip
-    said = {quantity: _said_unit(name, quantity, table, units, wrong) for quantity, (name, _) in calls.items()}
-    turning = any(name in TURNING or (unit is not None and unit.dimension in ROTARY) for name, unit in said.items())
+    written = {quantity: _written_unit(name, quantity, table, units, wrong) for quantity, (name, _) in calls.items()}
+    turning = any(name in TURNING or (unit is not None and unit.turns) for name, unit in written.items())
     by_quantity: dict[str, Choice] = {}
     for quantity, (name, guessed) in calls.items():
-        unit = said[quantity] or _usual_unit(name, quantity, table, turning)
-        by_quantity[base_quantity(quantity)] = Choice(name, unit, guessed, said[quantity] is None)
+        unit = written[quantity] or _usual_unit(name, quantity, table, turning)
+        by_quantity[base_quantity(quantity)] = Choice(name, unit, guessed, written[quantity] is None)
     return by_quantity
 
 
@@ -215,23 +202,21 @@ def missing(wanted: Any, table: Table) -> str:
     return f"{table.source} has no column {wanted!r}; it names none, count them from 0: 0 to {len(names) - 1}"
 
 
-def _said_unit(name: str, quantity: str, table: Table, units: Mapping[str, str], wrong: list[str]) -> Unit | None:
+def _written_unit(name: str, quantity: str, table: Table, units: Mapping[str, str], wrong: list[str]) -> Unit | None:
     """The unit of a column as the user says, else as the file says; None where neither does.
 
     A unit that is said and cannot be read, or is none of this quantity, is complained of: it is never left aside.
     """
-    given = next((unit for called, unit in units.items() if base_quantity(called) == base_quantity(quantity)), None)
-    if given is not None:
-        return column_unit(given)  # checked among the settings
+    own = next((unit for called, unit in units.items() if base_quantity(called) == base_quantity(quantity)), None)
+    if own is not None:
+        return known_units.column_unit(own)  # checked among the settings
     parts = bracketed(name) if table.named else None
     written = table.units.get(name, "").strip() or (parts[1].strip() if parts else "")
     if written:
         unit = unit_named(written)
         if unit is None or not fits(unit, quantity):
-            wrong.append(
-                f"{(unit_complaint(quantity, written) or '').replace('units: ', '', 1)} (column {name!r}); "
-                f"say units={{'{quantity}': ...}}"
-            )
+            complaint = (known_units.unit_complaint(quantity, written) or "").replace("units: ", "", 1)
+            wrong.append(f"{complaint} (column {name!r}); say units={{'{quantity}': ...}}")
         return unit
     for _, unit in heading(name) if table.named else ():
         if unit is not None and fits(unit, quantity):
@@ -246,18 +231,18 @@ def _usual_unit(name: str, quantity: str, table: Table, turning: bool) -> Unit:
     beside = bool(table.units) or any(unit for other in table.columns for _, unit in heading(other))
     if quantity == "force" and (plain in COEFFICIENTS or (plain == "friction" and beside)):
         return Unit("1", "number", 1.0)  # friction without a unit, in a file that gives units, is a coefficient
-    if plain in STRESSES and "stress" in dimensions_of(quantity):
+    if plain in STRESSES and "stress" in known_units.dimensions_of(quantity):
         return Unit("Pa", "stress", 1.0)
-    return si_unit(quantity, turning)
+    return known_units.si_unit(quantity, turning)
 
 
-def turns(chosen: Mapping[str, Choice], wrong: list[str]) -> bool:
-    """Whether the chosen columns are those of a contact that turns; a complaint where they are of both kinds."""
-    dimensions = {quantity: choice.unit.dimension for quantity, choice in chosen.items() if quantity != "normal_force"}
-    turning = [quantity for quantity, dimension in dimensions.items() if dimension in ROTARY]
-    straight = [quantity for quantity, dimension in dimensions.items() if dimension in LINEAR]
+def turns(by_quantity: Mapping[str, Choice], wrong: list[str]) -> bool:
+    """Whether the columns are those of a contact that turns; a complaint where they are of both kinds."""
+    units = {quantity: choice.unit for quantity, choice in by_quantity.items() if quantity != "normal_force"}
+    turning = [quantity for quantity, unit in units.items() if unit.turns]
+    straight = [quantity for quantity, unit in units.items() if unit.dimension in known_units.LINEAR]
     if turning and straight:
-        parts = [f"{q} (column {chosen[q].column!r}) is in {chosen[q].unit.name}" for q in (*straight, *turning)]
+        parts = [f"{q} (column {by_quantity[q].column!r}) is in {units[q].name}" for q in (*straight, *turning)]
         wrong.append(
             f"{', '.join((*straight, *turning))}: {', '.join(parts)}; should be a force over a straight motion, or a "
             "torque over a turning one: say the units, or multiply by the lever arm before"
@@ -269,33 +254,31 @@ def setting_complaints(columns: Mapping[str, Any], units: Mapping[str, str]) -> 
     """What is wrong with the settings themselves, whatever the file."""
     wrong = []
     called = (*QUANTITIES, *TURNING)
-    for field, given, known in (("columns", columns, (*called, RECORD)), ("units", units, called)):
-        for name in given:
+    for field, names, known in (("columns", columns, (*called, RECORD)), ("units", units, called)):
+        for name in names:
             if name not in known:
                 wrong.append(f"{field}: {name!r} is no quantity of a record; {suggestion(name, known)}")
-    complaints = (unit_complaint(quantity, text) for quantity, text in units.items() if quantity in called)
-    return wrong + [complaint for complaint in complaints if complaint]
+    complaints = (known_units.unit_complaint(quantity, text) for quantity, text in units.items() if quantity in called)
+    return [*wrong, *filter(None, complaints)]
 
 
 def values_in_si(
-    table: Table, chosen: Mapping[str, Choice], area: float | None, normal_force: float | None, wrong: list[str]
+    table: Table, by_quantity: Mapping[str, Choice], area: float | None, normal_force: float | None, wrong: list[str]
 ) -> dict[str, Any]:
     """The columns in SI units. A stress is turned to a force by the area; a friction coefficient by the normal force.
 
     A coefficient whose normal force is not known is taken for the force under a load of 1 N.
     """
     values: dict[str, Any] = {} if normal_force is None else {"normal_force": normal_force}
-    coefficient = "force" in chosen and chosen["force"].unit.dimension == "number"
-    for quantity, choice in chosen.items():
+    coefficient = "force" in by_quantity and by_quantity["force"].unit.dimension == "number"
+    for quantity, choice in by_quantity.items():
         scaled = np.asarray(table.columns[choice.column], dtype=np.float64) * choice.unit.factor
         if choice.unit.dimension == "stress":
             if area is None and quantity == "normal_force" and coefficient:
                 continue  # beside a coefficient, a normal stress is not needed
             if area is None:
-                wrong.append(
-                    f"area: is missing; {quantity} (column {choice.column!r}) is a stress, in {choice.unit.name}; "
-                    "give the area of contact in m^2"
-                )
+                stress = f"{quantity} (column {choice.column!r}) is a stress, in {choice.unit.name}"
+                wrong.append(f"area: is missing; {stress}; give the area of contact in m^2")
                 continue
             scaled = scaled * area
         values[quantity] = scaled
@@ -306,9 +289,9 @@ def values_in_si(
     return values
 
 
-def notes(chosen: Mapping[str, Choice], values: Mapping[str, Any]) -> Iterable[str]:
+def notes(by_quantity: Mapping[str, Choice], values: Mapping[str, Any]) -> Iterable[str]:
     """What was understood, a line for each column."""
-    for quantity, choice in chosen.items():
+    for quantity, choice in by_quantity.items():
         how = " (guessed from its name)" if choice.guessed else ""
         if np.ndim(values.get(quantity, 0.0)) == 0:  # it was left aside for a single number
             yield f"{quantity}: column {choice.column!r}{how} is not used"
@@ -316,6 +299,6 @@ def notes(chosen: Mapping[str, Choice], values: Mapping[str, Any]) -> Iterable[s
         unit = "a friction coefficient" if choice.unit.name == "1" else choice.unit.name
         assumed = "; its unit is nowhere said, taken as SI" if choice.unit_guessed else ""
         yield f"{quantity}: column {choice.column!r} in {unit}{how}{assumed}"
-    if "force" in chosen and chosen["force"].unit.dimension == "number":
+    if "force" in by_quantity and by_quantity["force"].unit.dimension == "number":
         load = values["normal_force"]
         yield f"force: the coefficient {'times the normal force' if np.ndim(load) else f'for a load of {load:g} N'}"

@@ -30,20 +30,14 @@ _CONTENT, _REFUSAL = b"C", b"R"
 
 def mat_tables(path: Path) -> list[Table]:
     """The tables of a MATLAB file .mat; see `tables_of`."""
-    return arrays.tables_of(mat_variables(path), path)
-
-
-def mat_variables(path: Path) -> dict[str, Any]:
-    """The variables of a MATLAB file: arrays without axes of length 1, structures as dicts, None for what is neither.
-
-    Versions 4 to 7.2 are read by SciPy, version 7.3 (which is HDF5) by h5py.
-    """
-    return mat_files([path])[0]
+    return arrays.tables_of(mat_files([path])[0], path)
 
 
 def mat_files(paths: Sequence[Path]) -> list[dict[str, Any]]:
-    """The variables of each of several files, which one process reads.
+    """The variables of each of several files, which one process reads: arrays without axes of length 1, structures as
+    dicts, None for what is neither.
 
+    Versions 4 to 7.2 are read by SciPy, version 7.3 (which is HDF5) by h5py.
     Raises RecordError for one that cannot be read, that ends the process, or that it does not get through in time.
     """
     if not paths:

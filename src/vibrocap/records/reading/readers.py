@@ -59,10 +59,9 @@ def read_records(
     Returns the records in the order of the file. Raises RecordError with every complaint, with lines where the file has
     them; FileNotFoundError. Warns with RecordWarning where a unit looks wrong and where samples are missing.
     """
-    for field, given in (("columns", columns), ("units", units)):
-        if given is not None and not isinstance(given, Mapping):
-            wanted = "{'force': 'kN'}" if field == "units" else "{'force': 'F'}"
-            raise RecordError([f"{field}: should be a mapping such as {wanted}, got {given!r}"], SETTINGS)
+    for field, mapping, wanted in (("columns", columns, "{'force': 'F'}"), ("units", units, "{'force': 'kN'}")):
+        if mapping is not None and not isinstance(mapping, Mapping):
+            raise RecordError([f"{field}: should be a mapping such as {wanted}, got {mapping!r}"], SETTINGS)
     columns, units = dict(columns or {}), dict(units or {})
     wrong = setting_complaints(columns, units)
     for field, value in (("dt", dt), ("sampling_rate", sampling_rate), ("normal_force", normal_force), ("area", area)):
@@ -79,7 +78,7 @@ def read_records(
     tables = [table for path in paths for table in tables_in(path, record_column)]
     if name is not None and len(tables) > 1:
         records = ", ".join(table.name for table in tables)
-        raise RecordError([f"name: is for one record, but there are {len(tables)}: {records}"], _said(paths))
+        raise RecordError([f"name: is for one record, but there are {len(tables)}: {records}"], _listed(paths))
     interval = dt if dt is not None else None if sampling_rate is None else 1.0 / sampling_rate
     read = []
     for table, label in zip(tables, [name] if name is not None else _names(tables), strict=True):
@@ -87,11 +86,11 @@ def read_records(
         ends = [f"_part_{at}" for at in range(1, len(pieces) + 1)] if len(pieces) > 1 else [""]
         read += [{"name": f"{label}{end}", **fields} for end, fields in zip(ends, pieces, strict=False)]
     if wrong:
-        raise RecordError(dict.fromkeys(wrong), _said(paths))
+        raise RecordError(dict.fromkeys(wrong), _listed(paths))
     return [Record(**fields) for fields in read]
 
 
-def _said(paths: Sequence[Path]) -> str:
+def _listed(paths: Sequence[Path]) -> str:
     return str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
 
 
@@ -133,9 +132,9 @@ def _pieces(
     """The fields of each record but its name: one, or one for each stretch that is whole; none with complaints."""
     parts: list[str] = []
     chosen = choices(table, columns, units, parts)
-    if interval is not None and "time" in columns:
-        parts.append("dt, sampling_rate: are for files without a column of time; columns names one")
     if interval is not None:
+        if "time" in columns:
+            parts.append("dt, sampling_rate: are for files without a column of time; columns names one")
         chosen.pop("time", None)
     if normal_force is not None:
         chosen.pop("normal_force", None)
@@ -148,7 +147,7 @@ def _pieces(
         wrong += parts
         return []
     values = values_in_si(table, chosen, area, normal_force, parts)
-    said = list(notes(chosen, values))
+    remarks = list(notes(chosen, values))
     if "time" not in chosen:
         step, how = (interval, "as given") if interval is not None else _interval(table)
         if step is None:
@@ -158,7 +157,7 @@ def _pieces(
             )
         else:
             values["time"] = step * np.arange(max(map(len, table.columns.values()), default=0))
-            said.append(f"time: {step:.10g} s between samples, {how}")
+            remarks.append(f"time: {step:.10g} s between samples, {how}")
     if "force" not in chosen:
         parts.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
     if "velocity" not in chosen and "displacement" not in chosen:
@@ -168,7 +167,7 @@ def _pieces(
         arrays = {field: np.asarray(values[field]) for field in COLUMNS if np.ndim(values.get(field, 0.0))}
         pieces, cut = whole_stretches(arrays, table.place)
         if cut:
-            said.append(cut)
+            remarks.append(cut)
             warnings.warn(f"{table.source}: {_of(table)}{cut}", RecordWarning, stacklevel=3)
         if np.ndim(values.get("normal_force", arrays["time"])) == 0:
             arrays["normal_force"] = np.full(arrays["time"].shape, values["normal_force"])
@@ -179,7 +178,7 @@ def _pieces(
         return []
     others = {key: value for key, value in table.scalars.items() if key.lower() not in (*INTERVALS, *RATES)}
     guessed = {quantity: choice.unit.name for quantity, choice in chosen.items() if choice.unit_guessed}
-    settings = {"rotary": rotary, "guessed_units": guessed, "notes": tuple(said)}
+    settings = {"rotary": rotary, "guessed_units": guessed, "notes": tuple(remarks)}
     settings |= {"source": table.source, "conditions": others}
     return [
         {field: value[piece] if np.ndim(value) else value for field, value in values.items()} | settings

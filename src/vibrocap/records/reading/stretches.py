@@ -35,9 +35,8 @@ def whole_stretches(columns: Mapping[str, Any], place: Callable[[int], str]) -> 
     starts = np.flatnonzero(there & ~np.concatenate(([False], joined)))
     stops = np.flatnonzero(there & ~np.concatenate((joined, [False]))) + 1
     stretches = [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= FEWEST_SAMPLES]
-    stretches = [
-        stretch for stretch in stretches if not complaints({name: values[stretch] for name, values in columns.items()})
-    ]
+    pieces = [{name: values[stretch] for name, values in columns.items()} for stretch in stretches]
+    stretches = [stretch for stretch, piece in zip(stretches, pieces, strict=True) if not complaints(piece)]
     if not 0 < len(stretches) <= MOST:
         return everything, ""
     kept = np.zeros(count, bool)

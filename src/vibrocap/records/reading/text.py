@@ -104,20 +104,12 @@ def _tables(
     of_record = _column_of_records(list(cells), record_column, path)
     which = np.array(cells.pop(of_record)) if of_record is not None else np.full(len(order), whole)
     arrays, strange = _numbers(cells, order)
-    tables = []
+    tables, faults = [], {WHOLE: ragged} | strange
     for name in dict.fromkeys(which.tolist()):
-        rows_of = np.flatnonzero(which == name)
-        tables.append(
-            Table(
-                name=str(name).strip(),
-                source=str(path),
-                columns={column: values[rows_of] for column, values in arrays.items()},
-                units=units,
-                place=lambda at, rows_of=rows_of: f"line {order[rows_of[at]]}",
-                named=names is not None,
-                faults={WHOLE: ragged} | strange,
-            )
-        )
+        own = np.flatnonzero(which == name)
+        own_columns = {column: values[own] for column, values in arrays.items()}
+        how = {"units": units, "place": lambda at, own=own: f"line {order[own[at]]}", "named": names is not None}
+        tables.append(Table(str(name).strip(), str(path), own_columns, **how, faults=faults))
     return tables
 
 
@@ -248,11 +240,8 @@ def _are_units(cells: Sequence[str]) -> bool:
 def _of_one_width(body: Sequence[Row], names: list[str] | None) -> tuple[list[Row], list[Wrong]]:
     """The rows with as many cells as the table has columns, and what is wrong with the others."""
     count = len(names) if names else max(set(lengths := [len(cells) for _, cells in body]), key=lengths.count)
-    wrong = [
-        (number, f"line {number}: has {len(cells)} cells; should have {count}")
-        for number, cells in body
-        if len(cells) != count
-    ]
+    ragged = [(number, len(cells)) for number, cells in body if len(cells) != count]
+    wrong = [(number, f"line {number}: has {cells} cells; should have {count}") for number, cells in ragged]
     return [row for row in body if len(row[1]) == count], wrong
 
 
@@ -272,7 +261,7 @@ def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[d
     return columns, wrong
 
 
-def shortened(found: Sequence[str]) -> list[str]:
+def shortened(complaints: Sequence[str]) -> list[str]:
     """So many complaints, and how many more there are."""
-    more = len(found) - MOST_COMPLAINTS
-    return [*found[:MOST_COMPLAINTS], f"and {more:,} more like these"] if more > 0 else list(found)
+    more = len(complaints) - MOST_COMPLAINTS
+    return [*complaints[:MOST_COMPLAINTS], *([f"and {more:,} more like these"] if more > 0 else [])]

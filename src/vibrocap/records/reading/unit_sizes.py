@@ -74,7 +74,7 @@ def _size(node: ast.expr) -> Size:
             power = ast.literal_eval(right)
             if type(power) is int and abs(power) <= LARGEST_POWER:
                 factor, powers = _size(left)
-                return factor**power, {name: each * power for name, each in powers.items()}
+                return factor**power, {name: own * power for name, own in powers.items()}
         case ast.BinOp(left=left, op=ast.Mult() | ast.Div() as op, right=right):
             (factor, powers), (other, others) = _size(left), _size(right)
             sign = 1 if isinstance(op, ast.Mult) else -1
@@ -86,11 +86,11 @@ def _size(node: ast.expr) -> Size:
 def _named(name: str) -> Size:
     """A unit by its name, in the plural or with a prefix, too."""
     candidates = (name, name.removesuffix("s")) if len(name) > 3 else (name,)
-    for each in candidates:
-        if each in _KNOWN:
-            size = UNITS[_KNOWN[each]]
+    for candidate in candidates:
+        if candidate in _KNOWN:
+            size = UNITS[_KNOWN[candidate]]
             if size is None:
-                return Fraction(1), {_KNOWN[each].split()[0]: 1}
+                return Fraction(1), {_KNOWN[candidate].split()[0]: 1}
             factor, powers = _size(ast.parse(size[1], mode="eval").body)
             return Fraction(size[0]) * factor, powers
     for candidate in candidates:

@@ -73,6 +73,11 @@ class Unit:
     dimension: str
     factor: float
 
+    @property
+    def turns(self) -> bool:
+        """Whether it is of a turning motion."""
+        return self.dimension in ROTARY
+
 
 @functools.cache
 def _dimensions() -> dict[tuple, str]:
@@ -121,11 +126,7 @@ def unit_named(text: str) -> Unit | None:
     tried = [_spelt(text), usual[small[0]] if len(small) == 1 else "", text.lower() if len(text) > 3 else ""]
     if small:  # "KN" is kN; "NM" may be nm or N m, and is neither
         tried = [tried[1]] if text != "Nm" and len(small) == 1 else tried[:1] if _spelt(text) != text else []
-    for spelling in tried:
-        unit = _unit(text, spelling) if spelling else None
-        if unit is not None:
-            return unit
-    return None
+    return next(filter(None, (_unit(text, spelling) for spelling in tried if spelling)), None)
 
 
 @functools.cache
@@ -177,8 +178,8 @@ def dimensions_of(quantity: str) -> tuple[str, ...]:
 
 def si_unit(quantity: str, rotary: bool = False) -> Unit:
     """The SI unit of a quantity: N of a force, N m of a torque."""
-    unit = dimensions_of(quantity)
-    dimension = next((each for each in unit if each in ROTARY), unit[0]) if rotary else unit[0]
+    dimensions = dimensions_of(quantity)
+    dimension = next((d for d in dimensions if d in ROTARY), dimensions[0]) if rotary else dimensions[0]
     return Unit(DIMENSIONS[dimension][0], dimension, 1.0)
 
 

@@ -66,12 +66,9 @@ def fitted_corners(
         up = bottom - int(np.sum(inside < inside[-1] + share * fall))
         first = top - int(min(stick, 0.5 * (top - before)))
         last = bottom + int(min(stick, 0.5 * (after - bottom)))
-        starts.append(_stretch(place[first : down + 1], force[first : down + 1], float(place[top]), noise, step))
-        ends.append(
-            _stretch(
-                -place[up : last + 1][::-1], -force[up : last + 1][::-1], -float(place[bottom]), noise, step, sign=-1.0
-            )
-        )
+        start, end = slice(first, down + 1), slice(up, last + 1)
+        starts.append(_stretch(place[start], force[start], float(place[top]), noise, step))
+        ends.append(_stretch(-place[end][::-1], -force[end][::-1], -float(place[bottom]), noise, step, sign=-1.0))
     begin = float(time[0])
     return [_corner(begin, fit) for fit in _best(starts)], [_corner(begin, fit) for fit in _best(ends)]
 
@@ -149,19 +146,13 @@ def _fit(stretch: _Stretch, power: int) -> tuple[float, float, float, float, flo
 
 
 def _at_samples(stretch: _Stretch, nearest: int) -> tuple[float, float, float, float, float]:
-    """What `_fit` returns where no bend tells the corner."""
-    return 0.0, stretch.turning, *_stick_level(stretch, nearest)
-
-
-def _stick_level(stretch: _Stretch, nearest: int) -> tuple[float, float, float]:
-    """(level at the turning point, error of the place, error of the level) from the samples of the stick alone."""
-    force = stretch.force[: nearest + 1]
+    """What `_fit` returns where no bend tells the corner: the level of the stick at the turning point."""
+    force, places = stretch.force[: nearest + 1], stretch.places[: nearest + 1]
     place_error = 0.5 * max(stretch.step, float(stretch.places[-1]) - stretch.turning)
     if len(force) < 2 * LEAST_SAMPLES:
-        return float(force[-1]), place_error, stretch.noise
-    places = stretch.places[: nearest + 1]
-    level = np.polynomial.polynomial.polyfit(places - stretch.turning, force, 1)[0]
-    return float(level), place_error, 2.0 * stretch.noise / len(force) ** 0.5
+        return 0.0, stretch.turning, float(force[-1]), place_error, stretch.noise
+    level = float(np.polynomial.polynomial.polyfit(places - stretch.turning, force, 1)[0])
+    return 0.0, stretch.turning, level, place_error, 2.0 * stretch.noise / len(force) ** 0.5
 
 
 def _vertex(gain: np.ndarray, at: int) -> float:

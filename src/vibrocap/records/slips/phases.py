@@ -41,7 +41,6 @@ class Phase:
 
     @property
     def duration(self) -> float:
-        """end less start [s]."""
         return self.end - self.start
 
     @property
@@ -122,14 +121,14 @@ def falls(force: np.ndarray) -> Falls:
     return Falls(clean, spikes, noise, window, least, tops[lasting], bottoms[lasting])
 
 
-def phases(time: np.ndarray, found: Falls) -> tuple[Phase, ...]:
+def phases(time: np.ndarray, record: Falls) -> tuple[Phase, ...]:
     """Slips, and the stick phases between them, in order of time.
 
     time: evenly spaced [n] s
     What lies before the first and after the last slip is no whole phase and left out; so is a stick phase of no length,
     as in a motion that never sticks.
     """
-    starts, ends = fitted_corners(time, found.force, found.noise, found.tops, found.bottoms)
+    starts, ends = fitted_corners(time, record.force, record.noise, record.tops, record.bottoms)
     result: list[Phase] = []
     for index, (start, end) in enumerate(zip(starts, ends, strict=True)):
         if index and start.time > ends[index - 1].time:
@@ -138,27 +137,27 @@ def phases(time: np.ndarray, found: Falls) -> tuple[Phase, ...]:
     return tuple(result)
 
 
-def with_minor(given: tuple[Phase, ...], share: float) -> tuple[Phase, ...]:
+def with_minor(every: tuple[Phase, ...], share: float) -> tuple[Phase, ...]:
     """The same phases, the slips whose fall is less than a share of the mean fall marked as minor; none for 0."""
-    slips = [phase.fall for phase in given if phase.kind == "slip"]
+    slips = [phase.fall for phase in every if phase.kind == "slip"]
     least = share * float(np.mean(slips)) if slips and share > 0 else -np.inf
-    return tuple(dataclasses.replace(phase, minor=phase.kind == "slip" and phase.fall < least) for phase in given)
+    return tuple(dataclasses.replace(phase, minor=phase.kind == "slip" and phase.fall < least) for phase in every)
 
 
-def stick_bend(time: np.ndarray, found: Falls, given: tuple[Phase, ...]) -> float | None:
+def stick_bend(time: np.ndarray, record: Falls, every: tuple[Phase, ...]) -> float | None:
     """How far from straight the force is while the slider sticks, over the mean fall; None without stick phases.
 
     The median over the stick phases of the standard deviation about a line, the noise taken off. It is a few hundredths
     where a slider sticks, and 0.1 or more in a force that only wanders.
     """
-    slips = [phase.fall for phase in given if phase.kind == "slip"]
+    slips = [phase.fall for phase in every if phase.kind == "slip"]
     bends = []
-    for phase in given:
+    for phase in every:
         first, last = np.searchsorted(time, (phase.start, phase.end))
         if phase.kind == "stick" and last - first > 2 * LEAST_SLIPS:
-            place, force = time[first:last] - phase.start, found.force[first:last]
+            place, force = time[first:last] - phase.start, record.force[first:last]
             rest = force - np.polynomial.Polynomial.fit(place, force, 1)(place)
-            bends.append(max(0.0, float(rest @ rest) / (len(rest) - 2) - found.noise**2) ** 0.5)
+            bends.append(max(0.0, float(rest @ rest) / (len(rest) - 2) - record.noise**2) ** 0.5)
     return float(np.median(bends)) / abs(float(np.mean(slips))) if bends and np.mean(slips) else None
 
 

@@ -106,9 +106,10 @@ def pull(
         normal_force = mass * GRAVITY
         notes.append(f"normal_force: not given; taken as m g = {normal_force:.4g} N")
     mean = abs(float(even_force.mean())) / (1.0 if coefficient else normal_force or math.inf)
-    if mean > 0 and not COEFFICIENTS[0] <= mean <= COEFFICIENTS[1]:
+    low, high = COEFFICIENTS
+    if mean > 0 and not low <= mean <= high:
         notes.append(
-            f"force: implies a friction coefficient of {mean:.3g}, outside {COEFFICIENTS[0]:g} to {COEFFICIENTS[1]:g}; "
+            f"force: implies a friction coefficient of {mean:.3g}, outside {low:g} to {high:g}; "
             "it looks as if its unit, or that of the normal force, were wrong"
         )
     return Pull(even_time, even_force, stiffness, mass, pulling_speed, normal_force, bool(coefficient), tuple(notes))
@@ -136,10 +137,8 @@ def _complaints(time: Any, force: Any) -> list[str]:
     steps = np.diff(columns["time"])
     at, usual = int(np.argmax(steps)), float(np.median(steps))
     if steps[at] > GAP * usual:
-        return [
-            f"time: has a gap of {steps[at]:.4g} s after index {at}, {steps[at] / usual:.3g} sampling intervals; "
-            "give the pieces before and after it one by one"
-        ]
+        gap = f"has a gap of {steps[at]:.4g} s after index {at}, {steps[at] / usual:.3g} sampling intervals"
+        return [f"time: {gap}; give the pieces before and after it one by one"]
     return []
 
 
@@ -200,7 +199,8 @@ def read_pulls(
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file")
     if path.is_dir() or path.name == PUBLISHED:
-        pulled_records = [_of(record) for record in paper_stick_slip(path if path.is_dir() else path.parent)]
+        records = paper_stick_slip(path if path.is_dir() else path.parent)
+        pulled_records = [PulledRecord(r.name, r.time, r.force, settings_of(r), r.notes) for r in records]
     else:
         pulled_records = [pull for table in tables_in(path) for pull in _pulls(table, columns, units, sampling_rate)]
     if record is None:
@@ -212,11 +212,11 @@ def read_pulls(
     return named
 
 
-def _of(record: Record) -> PulledRecord:
-    settings: dict[str, Any] = {field: record.conditions.get(name) for field, name in CONDITIONS.items()}
+def settings_of(record: Record) -> dict[str, float | None]:
+    """What a record says beside its force: arguments of `stick_slip` by name."""
     load = record.normal_force
-    settings["normal_force"] = None if load is None else float(np.mean(load))
-    return PulledRecord(record.name, record.time, record.force, settings, record.notes)
+    known = {field: record.conditions.get(name) for field, name in CONDITIONS.items()}
+    return known | {"normal_force": None if load is None else float(np.mean(load))}
 
 
 def _pulls(

@@ -68,25 +68,27 @@ def regime(
     spectrum tells the period.
     """
     if len(tops) < 3:
-        seen = "no fall of the force stands" if not len(tops) else f"only {len(tops)} falls of the force stand"
-        return Regime(STEADY, f"{seen} above the noise", None, None, inertial_period, None, None, None, None)
+        few = "no fall of the force stands" if not len(tops) else f"only {len(tops)} falls of the force stand"
+        return Regime(STEADY, f"{few} above the noise", None, None, inertial_period, None, None, None, None)
     intervals = np.diff(tops)
     period = float(np.median(intervals))
     irregularity = float(intervals.std() / intervals.mean())
     rises = float((tops[1:] - bottoms[:-1]).sum() / (bottoms[-1] - bottoms[0]))
     resting = sum(phase.duration for phase in phases if phase.kind == "stick")
     sticks = resting / (phases[-1].end - phases[0].start)
-    seen = float(intervals.mean())
-    if recurrence.spectral_period is not None and falls_missed(seen, recurrence, clearness):
+    mean = float(intervals.mean())
+    if recurrence.spectral_period is not None and falls_missed(mean, recurrence, clearness):
         period = recurrence.spectral_period
         ratio = None if inertial_period is None else period / inertial_period
         near = ratio is None or ratio < HALF_STICK_RATIO
-        told = (
-            f"the spectrum has a period of {period:.4g} s, and falls stand above the noise every {seen:.4g} s only"
-            + ("" if ratio is None else f"; it is {ratio:.3g} times 2 pi sqrt(m/k) = {inertial_period:.4g} s")
-        )
         name, how = (INERTIAL, "swings on its spring") if near else (SLOW, "oscillates more slowly than by its inertia")
-        return Regime(name, f"{how}: {told}", period, irregularity, inertial_period, ratio, None, rises, bend, True)
+        reason = (
+            f"{how}: the spectrum has a period of {period:.4g} s, and falls stand above the noise every {mean:.4g} s"
+        )
+        reason += (
+            " only" if ratio is None else f" only; it is {ratio:.3g} times 2 pi sqrt(m/k) = {inertial_period:.4g} s"
+        )
+        return Regime(name, reason, period, irregularity, inertial_period, ratio, None, rises, bend, True)
     ratio = None if inertial_period is None else period / inertial_period
     repeats = recurrence.correlation_period is not None or irregularity <= REGULAR
     far = ratio is None or ratio >= HALF_STICK_RATIO
