@@ -120,21 +120,18 @@ def fit(
             space = dataclasses.replace(space, coordinates=tuple(c for c in space.coordinates if c.name != GAIN))
         return Prediction(choice.template, space, of, own_units, threads, differing=differing)
 
-    def simpler(loss: Loss) -> list[np.ndarray]:
-        draft = functools.partial(predicted, of=thinned)
-        return SimplerFits(draft, scales, bounds or {}, settings.starts, loss, settings.seed).ends(chosen)
-
     if ripples := [name for name in asked["terms"] if name in RIPPLES]:
         without = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
         lengths |= ripple_lengths(ripples, *without, chosen, settings)
     prediction, draft = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
     known = checked_priors(priors, prediction.space.names)
-    prediction, draft = (dataclasses.replace(each, priors=known) for each in (prediction, draft))
+    prediction, draft = (dataclasses.replace(part, priors=known) for part in (prediction, draft))
     options = {"method": "driven by the measured motion", "weights": weights, **asked, "load": load}
     options |= {"by_record": list(by_record), "along": dict(along or {})}
-    options["priors"] = {each.name: (each.mean, each.deviation) for each in known}
+    options["priors"] = {prior.name: (prior.mean, prior.deviation) for prior in known}
     own_bounds = {name: tuple(pair) for name, pair in (bounds or {}).items()}
     options |= {"fixed": dict(fixed or {}), "bounds": own_bounds}
+    simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds or {}, starts, seed)
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
 
@@ -168,12 +165,12 @@ def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:
 
 def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list[Samples], list[Samples]]:
     """Samples to fit and samples held out."""
-    given = list(records) if isinstance(records, (list, tuple)) else [records]
-    if not given:
+    records = list(records) if isinstance(records, (list, tuple)) else [records]
+    if not records:
         raise ArgumentError("records", "there is none")
     if load is not None and not is_positive(load):
         raise ArgumentError("load", f"should be a normal force > 0 in N, got {load!r}")
-    all_samples = [samples(record, load) for record in given]
+    all_samples = [samples(record, load) for record in records]
     names = [sample.name for sample in all_samples]
     if len(set(names)) < len(names):
         raise ArgumentError("records", f"should have different names, got {', '.join(names)}")
@@ -182,12 +179,9 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
         raise ArgumentError("records", f"{', '.join(turning)} turn and the others slide; should be of one contact")
     unseen: list[Samples] = []
     for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
-        if isinstance(item, str):
-            if item not in names:
-                raise ArgumentError("held_out", f"no record is called {item!r}; {suggestion(item, names)}")
-            unseen.append(all_samples[names.index(item)])
-        else:
-            unseen.append(samples(item, load))
+        if isinstance(item, str) and item not in names:
+            raise ArgumentError("held_out", f"no record is called {item!r}; {suggestion(item, names)}")
+        unseen.append(all_samples[names.index(item)] if isinstance(item, str) else samples(item, load))
     hidden = {record.name for record in unseen}
     fitted = [sample for sample in all_samples if sample.name not in hidden]
     if not fitted:

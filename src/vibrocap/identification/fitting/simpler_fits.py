@@ -29,29 +29,28 @@ class SimplerFits:
     scales: DataScales
     bounds: Mapping[str, tuple[float, float]]
     starts: int
-    loss: Loss
     seed: int
 
-    def ends(self, chosen: Parametrisation) -> list[np.ndarray]:
+    def ends(self, chosen: Parametrisation, loss: Loss) -> list[np.ndarray]:
         """Coordinates, nuisances included, of the best drafts of the simpler fits of a choice."""
         space, ends = self.draft(chosen).space, []
         if self.bounds:
             free = self._choice(chosen.template, chosen.space.names)
-            ends.append(dataclasses.replace(self, bounds={}).best(free))
+            ends.append(dataclasses.replace(self, bounds={}).best(free, loss))
         for name, values in type(chosen.template).special_cases.items():
             simpler = self._special_case(chosen, name, values)
-            best = None if simpler is None else self.best(simpler)
+            best = None if simpler is None else self.best(simpler, loss)
             if best is not None:
                 ends.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
         middle = space.named(space.begun(chosen.start))
         known = [{k: v for k, v in end.items() if k in middle} for end in ends if end is not None]
         return [space.of({**middle, **end}) for end in known]
 
-    def best(self, chosen: Parametrisation) -> dict[str, float] | None:
+    def best(self, chosen: Parametrisation, loss: Loss) -> dict[str, float] | None:
         """Values by name of the best draft of a choice, its own simpler fits among the starts."""
         prediction = self.draft(chosen)
-        first, also = [prediction.space.begun(chosen.start)], self.ends(chosen)
-        end, _ = drafts(prediction, first, also, starts=self.starts, loss=self.loss, seed=self.seed)[0]
+        first, also = [prediction.space.begun(chosen.start)], self.ends(chosen, loss)
+        end, _ = drafts(prediction, first, also, starts=self.starts, loss=loss, seed=self.seed)[0]
         return None if end.status == SearchStatus.FAILED else prediction.space.named(end.u)
 
     def _choice(self, template: Any, free: Iterable[str], bounds: Any = None) -> Parametrisation:

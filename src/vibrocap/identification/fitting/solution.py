@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_one_of, check_whole, is_positive
+from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.inference.profile import INTERVALS, spread_of, with_intervals
 from vibrocap.identification.problem.coordinates import Space
 from vibrocap.identification.problem.parametrisation import Parametrisation
@@ -53,21 +54,19 @@ def solution(
     unseen: Sequence[Samples],
     options: Mapping[str, Any],
     begin: float,
-    progress: Callable[[float], None] | None = None,
-    also: Callable[[Loss], list[np.ndarray]] | None = None,
+    report: Callable[[float], Any] | None,
+    simpler: SimplerFits | None = None,
 ) -> Fit:
     """The fit of a prediction, whose first coordinates are those of the choice.
 
-    draft: the same for few samples; unseen: held-out samples; options: for the report; begin: perf_counter at start.
-    also: further starts for a loss, from simpler fits.
+    draft: the same for few samples; unseen: held-out samples; options: for the result; begin: perf_counter at start.
+    simpler: the fits from which further starts come.
     """
+    report = report or (lambda _: None)
     space = prediction.space
     if prediction.size <= len(space.coordinates):
-        raise ArgumentError(
-            "records",
-            f"have {prediction.size} samples for {len(space.coordinates)} free parameters; more samples are needed",
-        )
-    said = progress or (lambda _: None)
+        few = f"have {prediction.size} samples for {len(space.coordinates)} free parameters"
+        raise ArgumentError("records", f"{few}; more samples are needed")
     # the last one is the centre of the other starts
     first = [space.begun(u) for u in (chosen.own_start, chosen.start) if u is not None]
     rule = Loss(settings.loss, settings.loss_scale or 1.0)
@@ -76,9 +75,9 @@ def solution(
         rule = Loss(settings.loss, robust_scale(linear.errors))
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
-    further = also(rule) if also is not None else []
-    how = {"starts": settings.starts, "seed": settings.seed}
-    best, ended = search(prediction, draft, first, further, loss=rule, progress=progress, **how)
+    further = simpler.ends(chosen, rule) if simpler is not None else []
+    how: dict[str, Any] = {"starts": settings.starts, "seed": settings.seed, "loss": rule, "report": report}
+    best, ended = search(prediction, draft, first, further, **how)
     if best.status == SearchStatus.FAILED:
         seconds = clock.perf_counter() - begin
         return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
@@ -87,7 +86,7 @@ def solution(
         known = pulled(prediction.priors, prediction.space.names, *alone)
         prediction = dataclasses.replace(prediction, priors=known)
         prediction, draft = with_weights(prediction, draft, best, rule)
-        best, ended = search(prediction, draft, first, [*further, best.u], loss=rule, progress=progress, **how)
+        best, ended = search(prediction, draft, first, [*further, best.u], **how)
         for _ in range(WEIGHTINGS):
             before = prediction.priors
             prediction, draft = with_weights(prediction, draft, best, rule)
@@ -101,10 +100,10 @@ def solution(
     jumps = smooth is not prediction
     thin = away_from_jumps(draft, best.u) if jumps else draft
     low = descent(smooth, best.u, rule, stop=COARSE_STOP) if jumps else best
-    last = (settings.intervals, lambda done: said(0.8 + 0.2 * done))
+    last = (settings.intervals, lambda done: report(0.8 + 0.2 * done))
     low, spread, intervals = with_intervals(smooth, thin, low, rule, *last)
     problem = Problem(smooth, thin, rule, low, spread)
-    said(1.0)
+    report(1.0)
     end = best if jumps else low  # a profile may have come upon a lower minimum
     return finished_fit(problem, end, intervals, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
 
@@ -112,12 +111,13 @@ def solution(
 def with_weights(prediction: Prediction, draft: Prediction, best: Minimum, rule: Loss) -> tuple[Prediction, Prediction]:
     """A prediction and its draft, whose priors have the weights that the errors of a minimum give them."""
     spread = spread_of(prediction, best, rule)
-    pair = []
-    for each in (prediction, draft):
-        share = each.size / prediction.size
-        known = weighted(prediction.priors, prediction.space.names, spread.unit * share, spread.inflation)
-        pair.append(dataclasses.replace(each, priors=known))
-    return pair[0], pair[1]
+
+    def with_own(part: Prediction) -> Prediction:
+        unit = spread.unit * (part.size / prediction.size)
+        known = weighted(prediction.priors, prediction.space.names, unit, spread.inflation)
+        return dataclasses.replace(part, priors=known)
+
+    return with_own(prediction), with_own(draft)
 
 
 def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:
@@ -133,7 +133,7 @@ def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:
         return None
     parts = [values[name] for name in shares]
     elements = list(zip([values[name] for name in stiffness], [*parts, 1.0 - sum(parts)], strict=True))
-    order = sorted(elements, key=lambda each: each[1] / each[0])
+    order = sorted(elements, key=lambda element: element[1] / element[0])
     if order == elements:
         return None
     values |= dict(zip(stiffness, (k for k, _ in order), strict=True))

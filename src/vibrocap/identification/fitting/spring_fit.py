@@ -90,9 +90,8 @@ def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
     slope = np.polyfit(time[rising] - step.time, force[rising], 1)[0] / step.speed
     stiffness = float(slope / (1.0 - first.speed / step.speed))
     if not (np.isfinite(stiffness) and stiffness > 0):
-        raise ArgumentError(
-            "machine_stiffness", "the record does not show it (the force does not rise with the step); give N/m"
-        )
+        missing = "the record does not show it (the force does not rise with the step); give N/m"
+        raise ArgumentError("machine_stiffness", missing)
     return stiffness
 
 
@@ -158,10 +157,7 @@ class SpringPrediction(Prediction):
         columns = {name: values[:, names.index(name)].view(Column) for name in self.law_names}
         law = unchecked(self.template, columns)
         load = float(np.mean(record.load))
-        if self.machine_stiffness is None:
-            stiffness = values[:, names.index("machine_stiffness")]
-        else:
-            stiffness = np.full(len(values), self.machine_stiffness)
+        stiffness = self._beside(values, "machine_stiffness", self.machine_stiffness)
         with np.errstate(all="ignore"):
             forces = _pulled(law, load, stiffness, self.program, record.time)
         pulled = np.interp(record.time, *path_of(self.program, record.time[-1]))
@@ -290,7 +286,7 @@ def spring_fit(
     if cls.internal != ("log_age",):
         raise ArgumentError("law", f"should be a rate-and-state law, got {cls.name}")
     (samples,), _ = split_records(record, (), load)
-    steps = tuple(program) if program is not None else found_step(samples, _displacement(record, samples))
+    steps = tuple(program) if program is not None else found_step(samples, samples.position)
     if machine_stiffness == "measured":
         machine_stiffness = measured_stiffness(samples, steps)
     check_program(steps, samples, machine_stiffness)
@@ -305,26 +301,19 @@ def spring_fit(
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
     start = chosen.space.named(chosen.start)
     chosen = dataclasses.replace(chosen, start=chosen.space.of(start | {k: v for k, v in guess.items() if k in start}))
-    extra, starts_at = [], []
+    extra = []
     if machine_stiffness is None:
         spring = 2.0 * rise / distance
-        ends = 0.01 * spring, 100 * spring
-        extra.append(Coordinate("machine_stiffness", "log", *ends, spread=0.5, nuisance=True))
-        starts_at.append(math.log(spring))
+        begun: dict[str, Any] = {"start": math.log(spring), "spread": 0.5, "nuisance": True}
+        extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, **begun))
     if drift:
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
         extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0, nuisance=True))
-        starts_at.append(0.0)
-    space, all_starts = chosen.space.with_more(tuple(extra)), np.concatenate([chosen.start, starts_at])
-    chosen = dataclasses.replace(chosen, space=space, start=all_starts, own_start=None)
-    units, spring = (samples.deviation,), {"program": steps, "machine_stiffness": machine_stiffness}
-    prediction = SpringPrediction(chosen.template, space, (samples,), units, **spring)
+    space = chosen.space.with_more(tuple(extra))
+    chosen = dataclasses.replace(chosen, space=space, start=space.begun(chosen.start), own_start=None)
+    imposed: dict[str, Any] = {"program": steps, "machine_stiffness": machine_stiffness}
+    prediction = SpringPrediction(chosen.template, space, (samples,), (samples.deviation,), **imposed)
     options = {"method": "pulled through a spring", "program": [(step.time, step.speed) for step in steps]}
     options |= {"machine_stiffness": machine_stiffness, "drift": drift, "load": load, "fixed": held}
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, prediction, chosen, settings, (), options, begin, report)
-
-
-def _displacement(record: Any, samples: Samples) -> np.ndarray:
-    measured = getattr(record, "displacement", None)
-    return samples.displacement if measured is None else np.asarray(measured, float)

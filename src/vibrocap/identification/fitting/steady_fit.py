@@ -14,11 +14,10 @@ from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import Parametrisation, leading_levels, parametrisation
 from vibrocap.identification.problem.prediction import nuisances
-from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
 from vibrocap.identification.problem.steady_prediction import SteadyPrediction
 from vibrocap.identification.problem.terms import checked_terms
 from vibrocap.identification.result.fit_result import Fit
-from vibrocap.identification.search.loss import Loss
 from vibrocap.progress import Progress, reporting
 
 
@@ -53,11 +52,8 @@ def steady_fit(
     settings = Settings(starts, loss, loss_scale, intervals, seed)
     if not (np.isfinite(least_speed) and least_speed >= 0):
         raise ArgumentError("least_speed", f"should be a speed >= 0 in m/s, got {least_speed!r}")
-    fitted, unseen = split_records(records, held_out, load)
-    fitted, unseen = (
-        [_moving(record, least_speed) for record in fitted],
-        [_moving(record, least_speed) for record in unseen],
-    )
+    parts = split_records(records, held_out, load)
+    fitted, unseen = ([_moving(record, least_speed) for record in part] for part in parts)
     scales = data_scales(fitted)
     chosen = parametrisation(law, scales, free, fixed, bounds)
     prediction = SteadyPrediction(chosen.template, chosen.space, tuple(fitted), units(fitted, weights))
@@ -85,13 +81,10 @@ def steady_fit(
     every = max(1, prediction.size // DRAFT)
     thinned = tuple(record.kept(slice(None, None, every)) for record in fitted)
 
-    def simpler(loss: Loss) -> list[np.ndarray]:
-        draft = functools.partial(predicted, of=thinned)
-        return SimplerFits(draft, scales, bounds or {}, starts, loss, seed).ends(chosen)
-
     options = {"method": "steady curve", "weights": weights, "terms": asked, "least_speed": least_speed}
     options |= {"load": load, "fixed": dict(fixed or {}), "not_shown": hidden}
     draft = predicted(chosen, thinned)
+    simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds or {}, starts, seed)
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
 
@@ -99,8 +92,7 @@ def steady_fit(
 def _moving(record: Samples, least_speed: float) -> Samples:
     """The samples that move."""
     moving = np.abs(record.velocity) > least_speed
-    if moving.sum() < 8:
-        raise ArgumentError(
-            f"record {record.name!r}", f"has {int(moving.sum())} samples faster than {least_speed:g} m/s"
-        )
+    if moving.sum() < FEWEST_SAMPLES:
+        few = f"has {int(moving.sum())} samples faster than {least_speed:g} m/s"
+        raise ArgumentError(f"record {record.name!r}", few)
     return record.kept(moving)

@@ -39,9 +39,7 @@ def late_force(prediction: Prediction, best: Minimum, loss: Loss, hint: float = 
     coordinate = delay_coordinate(prediction.records)
     space = prediction.space.with_more((coordinate,))
     late = dataclasses.replace(prediction, space=space)
-    pinned = np.array(
-        [coordinate.at_limit(u) != 0 for coordinate, u in zip(prediction.space.coordinates, best.u, strict=True)]
-    )
+    pinned = np.array([c.at_limit(u) != 0 for c, u in zip(prediction.space.coordinates, best.u, strict=True)])
     # a damping that a delay has driven to zero is far from where it belongs
     inside = np.where(pinned, 0.3 * prediction.space.low + 0.7 * prediction.space.high, best.u)
     low, high = coordinate.range
@@ -91,22 +89,19 @@ def moved_by_noise(prediction: Prediction, best: Minimum, spread: Uncertainty) -
     if type(prediction) is not Prediction or prediction.size > LONGEST:
         return {}
     rough = [_roughness(record.velocity) for record in prediction.records]
-    if all(not each.any() for each in rough):
+    if not any(noise.any() for noise in rough):
         return {}
     base = prediction.errors(best.u)
     half = spread.threshold * np.sqrt(np.diag(spread.covariance) / spread.inflation)
     to_parameters, values = prediction.space.slopes(best.u), prediction.space.values(best.u)
     rng, moves = np.random.default_rng(0), []
     for _ in range(SURROGATES):
-        noises = [_redrawn(noise, rng) for noise in rough]
-        pairs = zip(prediction.records, noises, strict=True)
-        records = [dataclasses.replace(record, velocity=record.velocity + noise) for record, noise in pairs]
-        noisy = prediction.of(records, prediction.units)
+        velocities = [r.velocity + _redrawn(n, rng) for r, n in zip(prediction.records, rough, strict=True)]
+        pairs = zip(prediction.records, velocities, strict=True)
+        noisy = prediction.of([dataclasses.replace(r, velocity=v) for r, v in pairs], prediction.units)
         errors = noisy.errors(best.u)
-        change = errors - base
-        counted = np.isfinite(change)
-        slopes = noisy.slopes(best.u, errors)
-        slopes, change = np.nan_to_num(slopes[counted]), change[counted]
+        counted = np.isfinite(errors - base)
+        slopes, change = np.nan_to_num(noisy.slopes(best.u, errors)[counted]), (errors - base)[counted]
         moves.append(to_parameters @ -(inverse(slopes.T @ slopes) @ (slopes.T @ change)))
     moved = np.mean(moves, axis=0)
     return {

@@ -191,8 +191,7 @@ def record_errors(prediction: Prediction, errors: np.ndarray) -> list[RecordErro
     rows = zip(prediction.records, prediction.units, prediction.counts, prediction.by_record(errors), strict=True)
     for record, units, count, error in rows:
         same = ("time", "velocity", "acceleration", "force", "velocity_made", "rotary")
-        columns = {name: getattr(record, name) for name in same}
-        columns["place"] = record.displacement if record.place is None else record.place
+        columns = {name: getattr(record, name) for name in same} | {"place": record.position}
         predicted = record.force + error * np.where(np.isfinite(units), units, 0.0)
         unit, counts = float(np.min(units)), np.array(count)
         all_errors.append(RecordErrors(predicted=predicted, unit=unit, counts=counts, **columns))

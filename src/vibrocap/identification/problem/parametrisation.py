@@ -114,14 +114,11 @@ def parametrisation(
     shares = tuple(name for name in with_role(cls, "share") if name in names)
     constants |= {name: start[name] for name in shares}
     space = Space(tuple(coordinates), {k: v for k, v in constants.items() if k not in chosen}, shares)
-    if given:
-        for each in coordinates:
-            if each.name in bounds and not each.low <= own[each.name] <= each.high:
-                raise ArgumentError(
-                    "bounds",
-                    f"{each.name} starts at {own[each.name]:g}, outside its bounds "
-                    f"{each.low:g} to {each.high:g}; start the law within them",
-                )
+    for coordinate in coordinates if given else ():
+        name, low, high = coordinate.name, coordinate.low, coordinate.high
+        if name in bounds and not low <= own[name] <= high:
+            outside = f"{name} starts at {own[name]:g}, outside its bounds {low:g} to {high:g}"
+            raise ArgumentError("bounds", f"{outside}; start the law within them")
     own_start = space.of({**start, **{name: own[name] for name in chosen}}) if given else None
     u = space.of({**start, **guessed})
     values = space.named(u)
@@ -129,9 +126,8 @@ def parametrisation(
     try:
         template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
     except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
-        raise ArgumentError(
-            "fixed", "; ".join(f"{complaint.field} {complaint.text}" for complaint in error.complaints)
-        ) from None
+        complaints = "; ".join(f"{complaint.field} {complaint.text}" for complaint in error.complaints)
+        raise ArgumentError("fixed", complaints) from None
     return Parametrisation(template, space, u, own_start)
 
 
@@ -156,14 +152,14 @@ def leading_levels(law: Any) -> dict[str, str]:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, float) or (isinstance(value, int) and not isinstance(value, bool))
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, bounds: Mapping) -> list[str]:
-    for what, given in (("free", free or ()), ("fixed", fixed), ("bounds", bounds)):
-        for name in given:
+    for argument, own in (("free", free or ()), ("fixed", fixed), ("bounds", bounds)):
+        for name in own:
             if name not in names:
-                raise ArgumentError(what, f"{template.name} has no parameter {name!r}; {suggestion(name, names)}")
+                raise ArgumentError(argument, f"{template.name} has no parameter {name!r}; {suggestion(name, names)}")
     for name, value in fixed.items():
         if not (_is_number(value) and math.isfinite(value)):
             raise ArgumentError("fixed", f"{name} should be a finite number, got {value!r}")
@@ -244,22 +240,17 @@ def _natural(kind: Role, guess: float, scales: DataScales) -> float:
 
 def _guess(kind: Role, own: float, scales: DataScales, forward: bool) -> float:
     """Where the data suggest to start; forward: whether the law's levels are those of sliding forward."""
-    natural = _natural(kind, own, scales)
     if kind.name in (UNKNOWN.name, "share", "fraction", "convention", "softening"):
         return own
-    if kind.name == "level":
-        return (scales.forward if forward else scales.level) / scales.load
-    if kind.name == "back ratio":
-        return scales.backward / scales.forward
-    if kind.name == "stiffness" and scales.stiffness is not None:
-        return scales.stiffness / 1.5  # between the slopes sigma_0 (from rest) and 2 sigma_0 (after a reversal)
-    if kind.name == "Stribeck velocity" and scales.drop_speed is not None:
-        return scales.drop_speed
-    if kind.name == "decay rate" and scales.drop_speed is not None:
-        return 0.7 / scales.drop_speed
-    if kind.name == "bristle damping" and scales.stiffness is not None:
-        return scales.stiffness * math.sqrt(scales.interval * scales.length / scales.speed) / 3
-    return kind.share * natural
+    level = scales.forward if forward else scales.level
+    guesses = {"level": level / scales.load, "back ratio": scales.backward / scales.forward}
+    if scales.stiffness is not None:
+        lag = math.sqrt(scales.interval * scales.length / scales.speed) / 3
+        # between the slopes sigma_0 (from rest) and 2 sigma_0 (after a reversal)
+        guesses |= {"stiffness": scales.stiffness / 1.5, "bristle damping": scales.stiffness * lag}
+    if scales.drop_speed is not None:
+        guesses |= {"Stribeck velocity": scales.drop_speed, "decay rate": 0.7 / scales.drop_speed}
+    return guesses.get(kind.name, kind.share * _natural(kind, own, scales))
 
 
 def _not_whole(law: Any, name: str, value: float) -> float:

@@ -12,7 +12,7 @@ from vibrocap.records.preparation import prepared
 
 MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
 FEWEST_SAMPLES = 8
-COLUMNS = ("time", "velocity", "force", "acceleration", "load", "position", "place")
+COLUMNS = ("time", "velocity", "force", "acceleration", "load", "position")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Samples:
     deviation: standard deviation of the force, over which errors are relative.
     rotary: the contact turns (N m, rad, rad/s); guessed_units: those that the record's file did not say.
     position [n] m: displacement, from the first sample where it was not measured
-    place [n] m: displacement as it was measured, or none; velocity_made: whether the velocity was made from it.
+    velocity_made: whether the velocity was made from it.
     conditions: numbers that the record was made with, by name.
     """
 
@@ -38,7 +38,6 @@ class Samples:
     position: np.ndarray
     rotary: bool = False
     guessed_units: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    place: np.ndarray | None = None
     velocity_made: bool = False
     conditions: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
@@ -57,7 +56,7 @@ class Samples:
         blocks = len(self) // every
 
         def means(column: Any) -> Any:
-            if column is None or np.ndim(column) == 0:
+            if np.ndim(column) == 0:
                 return column
             return np.ascontiguousarray(np.asarray(column)[: blocks * every].reshape(blocks, every).mean(axis=1))
 
@@ -69,8 +68,7 @@ class Samples:
     def kept(self, which: Any) -> "Samples":
         """The samples of a slice or a mask."""
         columns = {name: getattr(self, name) for name in COLUMNS}
-        some = {name: column[which] for name, column in columns.items() if column is not None and np.ndim(column)}
-        return dataclasses.replace(self, **some)
+        return dataclasses.replace(self, **{name: x[which] for name, x in columns.items() if np.ndim(x)})
 
 
 def samples(record: Any, load: float | None = None) -> Samples:
@@ -80,7 +78,7 @@ def samples(record: Any, load: float | None = None) -> Samples:
     """
     if isinstance(record, Samples):
         return record
-    place, velocity_made = record.displacement, record.velocity is None
+    velocity_made = record.velocity is None
     if record.velocity is None or record.acceleration is None:
         record = prepared(record)
     time, force, velocity = record.time, record.force, record.velocity
@@ -98,7 +96,6 @@ def samples(record: Any, load: float | None = None) -> Samples:
         position=integral(time, velocity) if record.displacement is None else record.displacement,
         rotary=record.rotary,
         guessed_units=record.guessed_units,
-        place=place,
         velocity_made=velocity_made,
         conditions=record.conditions,
     )

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def search(
     starts: int,
     loss: Loss,
     seed: int,
-    progress: Callable[[float], None] | None = None,
+    report: Callable[[float], Any],
 ) -> tuple[Minimum, tuple[Start, ...]]:
     """The best minimum from several starts: `first` and the best of random points around the last of them.
 
@@ -45,18 +46,16 @@ def search(
     those that began at `also`, the ends of simpler fits, unless they came to the same: what such a fit reaches is never
     missed.
     """
-    said = progress or (lambda _: None)
-    ends = drafts(draft, first, also, starts=starts, loss=loss, seed=seed, progress=progress)
-    rough = any(coordinate.jumps for coordinate in prediction.space.coordinates)
-    stop = COARSE_STOP if rough else STOP
+    ends = drafts(draft, first, also, starts=starts, loss=loss, seed=seed, report=report)
+    stop = COARSE_STOP if any(coordinate.jumps for coordinate in prediction.space.coordinates) else STOP
     best, least = None, ends[0][0].cost
     for i, (end, begin) in enumerate(ends):
         if i == 0 or (any(begin is start for start in also) and end.cost > (1 + SAME_COST) * least):
             tried = _scanned(prediction, descent(prediction, end.u, loss, evaluations=POLISH, stop=stop), loss)
             best = tried if best is None or tried.cost < best.cost else best
-            said(0.75)
+            report(0.75)
     assert best is not None
-    said(0.8)
+    report(0.8)
     return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in ends)
 
 
@@ -68,25 +67,24 @@ def drafts(
     starts: int,
     loss: Loss,
     seed: int,
-    progress: Callable[[float], None] | None = None,
+    report: Callable[[float], Any] = lambda _: None,
 ) -> list[tuple[Minimum, np.ndarray]]:
     """Ends and begins of the local searches on thinned records, the best first; those from `also` come on top."""
-    said = progress or (lambda _: None)
     first = list(first)[:starts]
     begins = [np.clip(u, draft.space.low, draft.space.high) for u in first]
     if starts > len(begins):
         begins += _promising(draft, first[-1], starts - len(begins), loss, seed)
     begins += also
-    said(0.05)
+    report(0.05)
     minima: list[tuple[Minimum, np.ndarray]] = []
     for i, u in enumerate(begins):
         minima.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
-        said(0.05 + 0.5 * (i + 1) / len(begins))
+        report(0.05 + 0.5 * (i + 1) / len(begins))
     minima.sort(key=lambda pair: pair[0].cost)
     for i, (end, u) in enumerate(minima):
         if i < CARRIED or any(u is start for start in also):
             minima[i] = (_scanned(draft, descent(draft, end.u, loss, evaluations=LONG, stop=1e-6), loss), u)
-        said(0.55 + 0.15 * (i + 1) / len(minima))
+        report(0.55 + 0.15 * (i + 1) / len(minima))
     minima.sort(key=lambda pair: pair[0].cost)
     return minima
 
@@ -128,10 +126,10 @@ def _promising(draft: Prediction, centre: np.ndarray, count: int, loss: Loss, se
     table = np.clip(centre + spread * normal, draft.space.low, draft.space.high)
     costs = loss.cost(finite(draft.error_table(table)))
     order = np.argsort(costs, kind="stable")
-    chosen: list[int] = []
+    kept: list[int] = []
     for least in (1.0, 0.0):  # first those that are apart, then any
         for i in order:
-            apart = all(np.linalg.norm(normal[i] - normal[j]) > least for j in chosen)
-            if len(chosen) < count and i not in chosen and apart:
-                chosen.append(int(i))
-    return [table[i] for i in chosen]
+            apart = all(np.linalg.norm(normal[i] - normal[j]) > least for j in kept)
+            if len(kept) < count and i not in kept and apart:
+                kept.append(int(i))
+    return [table[i] for i in kept]

@@ -82,12 +82,9 @@ def regime(
         ratio = None if inertial_period is None else period / inertial_period
         near = ratio is None or ratio < HALF_STICK_RATIO
         name, how = (INERTIAL, "swings on its spring") if near else (SLOW, "oscillates more slowly than by its inertia")
-        reason = (
-            f"{how}: the spectrum has a period of {period:.4g} s, and falls stand above the noise every {mean:.4g} s"
-        )
-        reason += (
-            " only" if ratio is None else f" only; it is {ratio:.3g} times 2 pi sqrt(m/k) = {inertial_period:.4g} s"
-        )
+        missed = f"the spectrum has a period of {period:.4g} s, and falls stand above the noise every {mean:.4g} s only"
+        compared = "" if ratio is None else f"; it is {ratio:.3g} times 2 pi sqrt(m/k) = {inertial_period:.4g} s"
+        reason = f"{how}: {missed}{compared}"
         return Regime(name, reason, period, irregularity, inertial_period, ratio, None, rises, bend, True)
     ratio = None if inertial_period is None else period / inertial_period
     repeats = recurrence.correlation_period is not None or irregularity <= REGULAR
