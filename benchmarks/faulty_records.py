@@ -246,8 +246,7 @@ def errors_of(made: Bench, record: Record, fitted: bool = False) -> tuple[Record
         if "static_coefficient" in names:
             values[1] = max(values[1], 1.001 * values[0])
         base = _answer(made, names, values, one.time, one.velocity, one.acceleration)
-    place = one.displacement if one.place is None else one.place
-    columns = (one.time, one.velocity, one.acceleration, place, one.force, base)
+    columns = (one.time, one.velocity, one.acceleration, one.position, one.force, base)
     return RecordErrors(*columns, unit, np.ones(len(one), bool), one.velocity_made), slopes / unit
 
 

@@ -88,8 +88,8 @@ def break_away(
     sizes = contact_sizes(law, load)
     rate = sizes.stiffness * sizes.speed * np.array(RATES) if rates is None else checked_list("rates", rates)
     rows, pulls = zip(*(_pulled(law, float(q), mass, load, sizes, tolerance) for q in rate), strict=True)
-    *columns, peaked = np.array(rows).T
-    return BreakAway(rate, *columns, peaked > 0.0, pulls, mass)
+    force, applied, velocity, displacement, peaked = np.array(rows).T
+    return BreakAway(rate, force, applied, velocity, displacement, peaked > 0.0, pulls, mass)
 
 
 def _pulled(law: Law, rate: float, mass: float, load: float, sizes: ContactSizes, tolerance: float):

@@ -167,8 +167,8 @@ def _cycle(turned: list[_Stretch], closure: float) -> Cycle:
     energy = sum(stretch.energy for stretch in turned)
     magnitude = sum(stretch.magnitude for stretch in turned)
     rows = [(part.time, np.full(len(part.time), part.velocity), part.force, part.internal) for part in turned]
-    columns = map(np.concatenate, zip(*rows, strict=True))
-    return Cycle(*columns, energy, energy / magnitude if magnitude > 0.0 else 0.0, closure)
+    time, velocity, force, internal = map(np.concatenate, zip(*rows, strict=True))
+    return Cycle(time, velocity, force, internal, energy, energy / magnitude if magnitude > 0.0 else 0.0, closure)
 
 
 LEVELS = 4  # of a cycle: there, any, back, any

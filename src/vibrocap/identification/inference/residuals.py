@@ -9,6 +9,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -191,7 +192,7 @@ def record_errors(prediction: Prediction, errors: np.ndarray) -> list[RecordErro
     rows = zip(prediction.records, prediction.units, prediction.counts, prediction.by_record(errors), strict=True)
     for record, units, count, error in rows:
         same = ("time", "velocity", "acceleration", "force", "velocity_made", "rotary")
-        columns = {name: getattr(record, name) for name in same} | {"place": record.position}
+        columns: dict[str, Any] = {name: getattr(record, name) for name in same} | {"place": record.position}
         predicted = record.force + error * np.where(np.isfinite(units), units, 0.0)
         unit, counts = float(np.min(units)), np.array(count)
         all_errors.append(RecordErrors(predicted=predicted, unit=unit, counts=counts, **columns))
