@@ -92,15 +92,12 @@ class ImposedSample:
     sign: float = 1.0
 
     def value(self, t):
-        """a + b t + c t^2, within 0.3 for times up to 9."""
         return self.sign * (0.2 - 0.11 * t + 0.013 * t * t)
 
     def slope(self, t):
-        """b + 2 c t."""
         return self.sign * (-0.11 + 0.026 * t)
 
     def curvature(self, t):
-        """2 c."""
         return self.sign * 0.026
 
 

@@ -55,35 +55,19 @@ def friction_measures(number: int) -> tuple[Measure, ...]:
         first = contact * codes.FUNCTIONS_PER_CONTACT + function
         return lambda runs: runs.results.entry("INTEGRAL", len(runs.system.channels) + first) / runs.periods
 
+    def peak(runs: Gathered) -> np.ndarray:
+        return runs.results.entry("PEAK", contact)
+
+    def mean(runs: Gathered) -> np.ndarray:
+        return runs.results.entry("MAGNITUDE", contact) / runs.time
+
+    turned = f"area of the loop of friction against velocity{which} per drive period, positive clockwise"
+    work = f"work against friction{which} per drive period, the area of the loop of friction against displacement"
     return (
-        of(
-            "peak_friction",
-            f"largest friction force |R|{which} in the window",
-            "N",
-            codes.ASK_PEAK,
-            lambda runs: runs.results.entry("PEAK", contact),
-        ),
-        of(
-            "mean_friction",
-            f"mean of the friction force |R|{which} over the window",
-            "N",
-            codes.ASK_MAGNITUDE,
-            lambda runs: runs.results.entry("MAGNITUDE", contact) / runs.time,
-        ),
-        of(
-            "velocity_loop_area",
-            f"area of the loop of friction against velocity{which} per drive period, positive clockwise",
-            "N m/s",
-            codes.ASK_INTEGRALS,
-            area(2),
-        ),
-        of(
-            "displacement_loop_area",
-            f"work against friction{which} per drive period, the area of the loop of friction against displacement",
-            "J",
-            codes.ASK_INTEGRALS,
-            area(1),
-        ),
+        of("peak_friction", f"largest friction force |R|{which} in the window", "N", codes.ASK_PEAK, peak),
+        of("mean_friction", f"mean of the friction force |R|{which} over the window", "N", codes.ASK_MAGNITUDE, mean),
+        of("velocity_loop_area", turned, "N m/s", codes.ASK_INTEGRALS, area(2)),
+        of("displacement_loop_area", work, "J", codes.ASK_INTEGRALS, area(1)),
     )
 
 

@@ -73,31 +73,26 @@ def ensemble(
     measures: names of `measure_table(system)`, or measures of one's own
     initial: start of all runs by state; what is not named starts at zero
     periods: whole drive periods, the budget of a run
-    window: whole drive periods at the end of the budget over which is measured where nothing settles; 10, or all where
-        there are fewer
-    settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
-        as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
-        period (one or more drive periods) more. Where nothing drives the system in time, a run ends when the states in
-        which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 62), and is
-        measured over one turn of the cycle more, from return to return; or when it stands still. "Per drive period" is
-        then per turn
-    extrapolate: whether a run that settles may continue from the extrapolated limit of its stroboscopic states without
-        waiting for it, where that limit returns to itself within the threshold, with the run's own mode sequence (see
-        docs/numerics.md); never where `time_to_settle` is measured, of a rotor, of a response of several periods, or
-        where nothing drives the system in time
+    window: whole drive periods at the end of the budget that are measured where nothing settles; by default 10, or all
+    settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run ends as
+        soon as its stroboscopic state has come that near to a steady motion, and is measured over one response period
+        (one or more drive periods) more. Where nothing drives the system in time, a run ends when the states in which a
+        contact comes to rest repeat, after up to 62 returns, and is measured over one turn of the cycle more; or when
+        it stands still. "Per drive period" is then per turn
+    extrapolate: whether a run that settles may continue from the extrapolated limit of its stroboscopic states, where
+        that returns to itself within the threshold with the run's own mode sequence (docs/numerics.md); never where
+        `time_to_settle` is measured, of a rotor, of a response of several periods, or where nothing drives the system
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
-    device: "cpu", or a device that another package brings, such as "cuda" (see docs/sweeps.md)
+    device: "cpu", or a device that another package brings, such as "cuda" (docs/sweeps.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods
-    (of a cycle with a period of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive
-    periods (-1 and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "mode_sequence" an
-    empty text) where the run failed. A run is "not certified", with its measures, where evidence taken as it ran is
-    beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its events, and over its last response
-    (else its last period) the forces at rest, the sign of the velocity and the defect; where works are measured, also
-    what they lack of the energy that it stores.
+    (of a cycle of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive periods (-1
+    and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "mode_sequence" an empty text)
+    where the run failed. A run is "not certified", with its measures, where evidence taken as it ran is beyond the
+    bounds of a certificate (`motion.run_evidence`, and where works are measured `work_balance`).
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
     those of another device agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError,

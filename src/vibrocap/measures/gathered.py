@@ -67,7 +67,6 @@ class Gathered:
 
     @property
     def outcome(self) -> np.ndarray:
-        """What each motion has become, in words."""
         unsettled = np.full(len(self.results), "not settled", dtype="U32")
         if not self.results.layout.returns:
             return np.where(self.settled, "periodic", unsettled)
@@ -83,7 +82,6 @@ class Gathered:
 
     @property
     def time(self) -> np.ndarray:
-        """Length of the window."""
         time = self.periods * self.period
         return np.where(self.cycle_time > 0.0, self.cycle_time, time) if self.results.layout.returns else time
 

@@ -52,6 +52,16 @@ class Derived:
     of: tuple[str, ...]
 
 
+def _reducing(kind: Any, words: str) -> Any:
+    """What makes a measure that is a reduction of this kind."""
+
+    def make(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
+        return cls(name, meaning, Reduction(kind, function), unit, si_unit)
+
+    make.__name__, make.__qualname__, make.__doc__ = kind, f"Measure.{kind}", words
+    return classmethod(make)
+
+
 @dataclasses.dataclass(frozen=True)
 class Measure:
     """A measure that can be taken during a run.
@@ -73,33 +83,13 @@ class Measure:
 
     @property
     def is_text(self) -> bool:
-        """Whether its values are texts, no numbers."""
         return isinstance(self.how, Standard) and self.how.text
 
-    @classmethod
-    def mean(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
-        """The mean over time of a function of the instant (`Instant`), over the window."""
-        return cls(name, meaning, Reduction("mean", function), unit, si_unit)
-
-    @classmethod
-    def integral(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
-        """The integral over time of a function of the instant, over the window."""
-        return cls(name, meaning, Reduction("integral", function), unit, si_unit)
-
-    @classmethod
-    def largest(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
-        """The largest value of a function of the instant in the window."""
-        return cls(name, meaning, Reduction("largest", function), unit, si_unit)
-
-    @classmethod
-    def least(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
-        """The least value of a function of the instant in the window."""
-        return cls(name, meaning, Reduction("least", function), unit, si_unit)
-
-    @classmethod
-    def peak(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
-        """The largest size of a function of the instant in the window, whatever its sign."""
-        return cls(name, meaning, Reduction("peak", function), unit, si_unit)
+    mean = _reducing("mean", "The mean over time of a function of the instant (`Instant`), over the window.")
+    integral = _reducing("integral", "The integral over time of a function of the instant, over the window.")
+    largest = _reducing("largest", "The largest value of a function of the instant in the window.")
+    least = _reducing("least", "The least value of a function of the instant in the window.")
+    peak = _reducing("peak", "The largest size of a function of the instant in the window, whatever its sign.")
 
     @classmethod
     def derived(

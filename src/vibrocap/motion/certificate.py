@@ -38,10 +38,9 @@ class Certificate:
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
     estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at a
     tenth of the tolerance: their difference over 0.9. None where the two runs have no later instant in common.
-    defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step: what the polynomials of
-    the motion leave of the equations. Asked at nine points of every step, and of Taylor steps about where the contact
-    is slowest. Of an implicit step it is the distance to the state that fits to the slopes (`stiff_point.py`):
-    the same number, but along the stiff directions, in which friction multiplies any error.
+    defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step, at nine points of every
+    step and of Taylor steps about where the contact is slowest. Of an implicit step it is the distance to the state
+    that fits to the slopes (`stiff_point.py`): the same but along the stiff directions, where friction multiplies it.
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `ok` where nothing is beyond, `failures` what is, in words.
     finished: whether the motion went to its end; one that did not is never certified.

@@ -24,14 +24,12 @@ class HeldInput(Piecewise):
     name: ClassVar[str] = "input"
 
     def segments(self) -> tuple[Segment, ...]:
-        """One."""
         whole = self.unit_time
         square = 0.5 * self.curvature_held * whole * whole
         return (Segment(1.0, (self.value_held, self.slope_held * whole, square)),)
 
     @property
     def period(self) -> float:
-        """T."""
         return self.unit_time
 
 

@@ -43,7 +43,6 @@ class Trust:
 
     @property
     def finished(self) -> Any:
-        """Whether it went to its end, certified or not."""
         return (self.status == FINISHED) | (self.status == NOT_CERTIFIED)
 
     @property

@@ -1,26 +1,22 @@
 """Several contacts of one machine: what friction does to each of them, whatever rests and whatever slides.
 
-The velocities v of the contacts and their normal loads N depend on all friction forces R, as mechanics makes them, to
-the first degree:
+The velocities v of the contacts and their normal loads N are affine in all friction forces R, as mechanics makes them:
 
     v' = a = b - A R,     N = n - C R     (C is none where loads are constants)
 
 A *mode* says of each contact whether it rests (side 0) or slides forward or back (+1, -1). The forces of a mode solve
-one linear problem, in which a row stands for each contact, with s its side, rho its friction per load and d its drag:
+one linear problem with a row for each contact, with s its side, rho its friction per load and d its drag:
 
     rests     (A R)_i = b_i                 slides     R_i + rho_i (C R)_i = rho_i n_i + d_i
 
-Which mode holds is decided by the kernel, see `numerics/kernel/events/decision.py`; here are the forces that follow.
-Rows are chosen by s^2, which is exactly 0 or 1, so that the equations are recorded once for all modes. Three forms of A
-are known, each with the least work:
+The kernel decides which mode holds (`numerics/kernel/events/decision.py`); here are the forces that follow. Rows are
+chosen by s^2, exactly 0 or 1, so that the equations are recorded once for all modes. Three forms of A are known:
 
     independent   each contact is on a body of its own: A is diagonal, and the machine gives the force that holds each
     coupled       friction at one accelerates the others, or loads them (`Contact.response`): one elimination
     distances     those between the contacts are imposed, so that all share one coordinate and A has rank one: those
                   that rest together hold one force, and how they share it is open, though the motion is not. Each is
-                  shown the same share of its limit (as any other share would do, this one has the least distance from
-                  the middles of what they can hold, over their widths)
-"""
+                  shown the same share of its limit, which is nearest to the middles of what they can hold"""
 
 import dataclasses
 import itertools
@@ -59,12 +55,10 @@ class RubbingContact:
 
     @property
     def velocity(self) -> Any:
-        """Its sliding velocity."""
         return self.given.velocity
 
     @property
     def sticks(self) -> bool:
-        """Whether it can rest."""
         return self.law.kind == "set-valued"
 
     @property
@@ -79,7 +73,6 @@ class RubbingContact:
 
     @property
     def middle(self):
-        """Their middle."""
         return self.law.holding_centre(self.load)
 
     @property
@@ -116,7 +109,6 @@ class ContactForce:
 
     @property
     def sliding(self) -> Any:
-        """R while it slides."""
         return self.contact.force * self.normal
 
     @property

@@ -44,20 +44,19 @@ class Environment(Part):
     """A slope, a fluid at rest around the capsule, and a force that stays, all along the line of sliding.
 
     On a line inclined by phi, forward uphill where phi is positive, gravity g has the parts g cos(phi) towards the
-    ground and g sin(phi) back. They act on every mass (`Machine.tilted`); a load that is the weight shrinks with
-    cos(phi). The body at the contact, moving at V over its resting surroundings, is held up by drag and pushed forward
-    by the force F_e:
+    ground and g sin(phi) back, which act on every mass (`Machine.tilted`); a load that is the weight shrinks with
+    cos(phi). On the body at the contact, moving at V over its surroundings,
 
         R becomes R - F_e + c_1 V + c_2 |V| V + m g sin(phi)
 
-    wherever a machine takes the friction force R. What is shaped for one way, by fins, scales or a stern, is held up
-    more the other way: with `linear_drag_back` and `quadratic_drag_back` drag has coefficients of its own where V < 0.
-    Drag has a kink at rest, which is followed exactly by the side to which the contact slides; so the quadratic one,
-    and one that depends on the direction, need ground that does not move.
+    wherever a machine takes the friction force R. What is shaped for one way, by fins, scales or a stern, has
+    coefficients of its own where V < 0: `linear_drag_back`, `quadratic_drag_back`. Drag has a kink at rest, which is
+    followed by the side to which the contact slides; so the quadratic one, and one that depends on the direction, need
+    ground that does not move.
 
-    Of a machine with several contacts every body that slides feels the same law of drag at its own velocity, as chains
-    of equal bodies in a resisting medium do (Zimmermann, Zeidis and Behn, Mechanics of Terrestrial Locomotion, 2009).
-    The force F_e acts on the first body, the rearmost one of a crawler.
+    Of several contacts every body that slides feels the same law of drag at its own velocity, as chains of equal bodies
+    in a resisting medium do (Zimmermann, Zeidis and Behn, Mechanics of Terrestrial Locomotion, 2009). The force F_e
+    acts on the first body, the rearmost one of a crawler.
     """
 
     inclination: Inclination = parameter(0.0, "phi", "inclination of the line, uphill forward", "phase")
@@ -121,7 +120,6 @@ class Environment(Part):
         return ("drag", "outer_force", *(("gravity",) if self.has_weight(machine) else ()))
 
     def placed(self, machine: Machine) -> Machine:
-        """The machine on the slope."""
         if not self.has_weight(machine):
             return machine
         strength = machine.gravity[0] if self.gravity is None else self.gravity

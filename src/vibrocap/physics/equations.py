@@ -41,7 +41,6 @@ class Equations:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All, in this order."""
         return (*self.kinematics, *self.motion, *self.loads, *self.actuator, self.energy)
 
 
@@ -157,11 +156,9 @@ class _Text:
         self.symbols, self.parameters = symbols, {*parameters}
 
     def name(self, symbol: str) -> str:
-        """A symbol."""
         return printed(symbol)
 
     def over(self, above: str, below: str, single: bool) -> str:
-        """A quotient."""
         return f"{above}/{below if single else f'({below})'}"
 
     def sum(self, x: Any) -> str:
@@ -175,7 +172,6 @@ class _Text:
         return text or self.number(0.0)
 
     def number(self, x: float) -> str:
-        """A number."""
         return f"{x:.12g}"
 
     def product(self, number: float, above: list[Formula], below: list[Formula]) -> str:
@@ -199,7 +195,6 @@ class _Text:
         return 3 if x.op in FUNCTIONS else 1 if x.op != "input" else 0 if x.operands[0] in self.parameters else 2
 
     def atom(self, x: Formula) -> str:
-        """A symbol, a function, or a sum in brackets."""
         if x.op == "input":
             return self.name(self.symbols[x.operands[0]])
         return (
@@ -213,13 +208,11 @@ class _Latex(_Text):
     times, function, power, group = r"\,", r"\{}\left({}\right)", "{{{}}}^{{{}}}", r"\left({}\right)"
 
     def name(self, symbol: str) -> str:
-        """A symbol, with its index below."""
         stem, index, primes = SYMBOL.fullmatch(symbol).groups()  # type: ignore[union-attr]
         stem = f"\\{stem}" if stem in GREEK else stem if len(stem) == 1 else rf"\mathrm{{{stem}}}"
         return stem + (f"_{{{index}}}" if index else "") + primes
 
     def over(self, above: str, below: str, single: bool) -> str:
-        """A quotient."""
         return rf"\frac{{{above}}}{{{below}}}"
 
     def atom(self, x: Formula) -> str:
@@ -247,11 +240,9 @@ class _MathML(_Text):
         return f"<msub>{name}{below}</msub>" if index else f"<msup>{name}{above}</msup>" if primes else name
 
     def number(self, x: float) -> str:
-        """A number."""
         return f"<mn>{super().number(x)}</mn>"
 
     def over(self, above: str, below: str, single: bool) -> str:
-        """A quotient."""
         return f"<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"
 
 

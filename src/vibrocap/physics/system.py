@@ -64,24 +64,21 @@ class System:
 
         slip   N = n/(1 - s mu)            stick   N = n + s R,  R the force that holds
 
-    A law's stiffness and damping at the contact then grow with the load as well as its levels. As long as n > 0 a
-    contact at rest has one and only one way to go on, stuck or slipping to one side. Where n <= 0 it has lifted off;
-    but if 1 - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with 1 - s mu <= 0
-    has no way to go on, or could as well be at rest.
+    A law's stiffness and damping at the contact then grow with the load as well as its levels. While n > 0 a contact at
+    rest has one way to go on, stuck or slipping to one side; where n <= 0 it has lifted off. But if 1 - s mu <= 0 for a
+    side, a stuck contact may as well slip there, and one that slips there has no way to go on, or could be at rest.
 
-    actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
-    controller: what makes the command of what it measures and of a reference, which then is the drive; None: the drive
-    is the command.
-    environment: a slope, drag and a force from outside; None: level ground and nothing else.
-    friction: a law; of a machine with several contacts (`contacts.py`) as well a list of laws, the first contact's
-    first. A contact whose law is None or missing has that of the first. `system.friction` is the law of the first
-    contact, `system.further` holds those of the others as they were given, `system.laws` the law that each contact has;
-    among the parts by name, in the sections of a case and in paths they are "friction_2", "friction_3" and so on, or
-    named by their contacts, "frictions.bit" (a mapping in place of a list: friction={"bit": law}).
-    drives: waveforms of the machine's signals by name, "drives.clamp" among the parts; by default those of the class.
+    friction: a law; of a machine with several contacts (`contacts.py`) also a list of laws, the first contact's first,
+    or a mapping by the contacts' names ({"bit": law}). A contact whose law is None or missing has that of the first.
+    `friction` is then the law of the first contact, `further` holds the others as they were given, `laws` that of each
+    contact; in cases and paths they are "friction_2", "friction_3" and so on, or "frictions.bit"
+    actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`
+    controller: makes the command of what it measures and of a reference, which then is the drive
+    environment: a slope, drag and a force from outside; None: level ground and nothing else
+    drives: waveforms of the machine's signals by name, "drives.clamp" among the parts; by default those of the class
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
-    system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
-    Parts in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them.
+    system that knows its scales has results in SI as well (`motion.si`, columns of a sweep, files and pictures). Parts
+    in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them
     """
 
     machine: Machine

@@ -263,7 +263,6 @@ class AlongTurns(Declared):
     """An array with a number for each coordinate that turns along its last axis."""
 
     def unit(self, context: Context) -> str:
-        """None."""
         return "1"
 
     def seen(self, value: Any, context: Context) -> Any:

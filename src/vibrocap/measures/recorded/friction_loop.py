@@ -73,7 +73,6 @@ class Excursion:
 
     @functools.cached_property
     def speeds(self) -> tuple[float, float]:
-        """Least and greatest speed."""
         marks = np.array([self.ways[0][0], *(end for _, end, _ in self.ways)])
         speeds = self.stretch.side * self.stretch.velocity(marks)
         return max(0.0, float(speeds.min())), float(speeds.max())

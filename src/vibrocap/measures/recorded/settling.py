@@ -51,24 +51,23 @@ def usual_threshold(tolerance: float) -> float:
 def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     """Decide whether a motion has settled, by the distance that it still has to go.
 
-    Small steps do not mean that a motion has arrived: a transient that keeps the share r of its distance in each period
-    has step/(1/r - 1) still before it, a hundred steps for r = 0.99. So, for each period n from 1 to 16, with the
-    differences d_k = |s_k - s_{k-n}| of stroboscopic states (without the cyclic coordinate, modulo whole turns),
+    A transient that keeps the share r of its distance in each period has step/(1/r - 1) still before it, a hundred
+    steps for r = 0.99. So, for each period n from 1 to 16, with the differences d_k = |s_k - s_{k-n}| of stroboscopic
+    states (without the cyclic coordinate, modulo whole turns),
 
         remaining = d r/(1 - r)
 
     where r, the contraction over n periods, is the slowest seen: between the last three blocks of max(n, 3)
     differences, and within the last block; and d is the last difference or, if larger, an earlier one of the last block
     continued at that rate. (For a transient that alternates, n = 2 gives the sharper bound.) Where the states of these
-    blocks lie within 10 tolerances of one another there is no rate to be seen: the motion stands still; remaining is
-    the largest difference.
+    blocks lie within 10 tolerances of one another the motion stands still; remaining is the largest difference.
 
     A slow mode hides below faster ones, most of all one near -1, whose states two periods apart hardly differ. So
     remaining is also at least the distance to the limit of five marks by reduced-rank extrapolation, n periods apart
     (of a motion that stands still up to 16), and ten times what its multipliers leave unexplained of the last step.
 
-    The smallest n with remaining <= threshold is the period of the response. Where nothing drives a system in time, the
-    marks lie no period of its own apart: rest and steady sliding are settled there, a cycle is not (`orbit` closes it).
+    The smallest n with remaining <= threshold is the period of the response. Where nothing drives a system in time,
+    rest and steady sliding are settled, a cycle is not (`orbit` closes it).
 
     Limit: a mode that moves by less than a tenth of the threshold in n periods hides below faster ones. Within some
     1e-6 (relative) of a period doubling, one or two of a hundred settled runs still moved by 20 to 240 thresholds.

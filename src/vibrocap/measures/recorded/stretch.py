@@ -55,7 +55,6 @@ class Stretch:
         return np.maximum(start, self.start), np.minimum(start + length, self.end)
 
     def velocity(self, t: np.ndarray) -> np.ndarray:
-        """Sliding velocity of the contact."""
         return self._observed("contact_velocity", t, self._piece_at(t))
 
     def acceleration(self, t: np.ndarray) -> np.ndarray:
@@ -68,7 +67,6 @@ class Stretch:
         return np.sum([slope * rate for slope, rate in zip(slopes, rates, strict=True)], axis=0)
 
     def friction(self, t: np.ndarray) -> np.ndarray:
-        """Friction force R."""
         return self._observed("friction", t, self._piece_at(t))
 
     def friction_rate(self, t: np.ndarray) -> np.ndarray:

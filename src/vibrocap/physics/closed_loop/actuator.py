@@ -47,14 +47,11 @@ class ActuatedMachine(WrappedMachine):
     """A machine behind an actuator, as a machine whose drive is the command. What is not said here is its own."""
 
     def __init__(self, machine: Any, actuator: Any):
-        self.machine, self.actuator_part = machine, actuator
-        own = actuator.states
-        self.states = (*machine.states, *own)
-        self.symmetry = (*machine.symmetry, *((-1,) * len(own)))
-        self.switched = (*machine.switched, *actuator.switched)
+        self._extend(machine, actuator)
+        self.actuator_part = actuator
         events = {SATURATED: ("saturated", "unsaturated", "saturated"), CLIPPED: ("clipped", "unclipped", "clipped")}
         self.switch_events = (*machine.switch_events, *(kind for name in actuator.switched for kind in events[name]))
-        self.locked = {**machine.locked, **({SATURATED: (OUTPUT,)} if SATURATED in own else {})}
+        self.locked = {**machine.locked, **({SATURATED: (OUTPUT,)} if SATURATED in actuator.states else {})}
 
     def _of_actuator(self, y) -> dict[str, Any]:
         return dict(zip(self.actuator_part.states, y[len(self.machine.states) :], strict=True))
@@ -70,12 +67,10 @@ class ActuatedMachine(WrappedMachine):
         return (*self.machine.scales(time), self.machine.effort_scale(), *((1.0,) * len(self.actuator_part.switched)))
 
     def room(self) -> Mapping[str, tuple[Any, Any]]:
-        """Between its limits u may begin."""
         limit = self.actuator_part.limit
         return {**self.machine.room(), **({} if limit is None else {OUTPUT: (-limit, limit)})}
 
     def commanded(self, y, command):
-        """The command behind its limit."""
         clipped, limit = self._of_actuator(y).get(CLIPPED), self.actuator_part.command_limit
         return command if clipped is None else limited(clipped, command, limit)
 

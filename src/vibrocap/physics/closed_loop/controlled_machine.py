@@ -22,11 +22,8 @@ class ControlledMachine(WrappedMachine):
     sides: tuple = (1,)
 
     def __init__(self, machine: Any, controller: Any, drive: Any):
-        self.machine, self.controller_part, self.reference_part = machine, controller, drive
-        own = controller.states
-        self.states = (*machine.states, *own)
-        self.symmetry = (*machine.symmetry, *((-1,) * len(own)))
-        self.switched = (*machine.switched, *controller.switched)
+        self._extend(machine, controller)
+        self.controller_part, self.reference_part = controller, drive
         self.switch_events = (*machine.switch_events, *controller.switch_events)
         self.channels = tuple("controller" if name == "drive" else name for name in machine.channels)
         self.bound_kinds = ("runaway", *controller.bound_kinds, *machine.bound_kinds)
@@ -44,19 +41,14 @@ class ControlledMachine(WrappedMachine):
 
     @property
     def turns(self) -> Mapping[str, float]:
-        """Those of the machine that are not measured."""
         return {name: turn for name, turn in self.machine.turns.items() if name not in self.measured_states}
 
     @property
     def symmetric(self) -> bool:
         """Where the machine is, and the command changes its sign with it."""
         signs = dict(zip(self.machine.states, self.machine.symmetry, strict=True))
-        odd = (
-            self.controller_part.odd
-            and not self.controller_part.sampled
-            and all(signs[name] == -1 for name in self.measured_states)
-        )
-        return odd and self.machine.symmetric
+        odd = self.controller_part.odd and all(signs[name] == -1 for name in self.measured_states)
+        return odd and not self.controller_part.sampled and self.machine.symmetric
 
     def _parted(self, y) -> tuple[tuple, tuple]:
         """(states of the machine, of the controller)."""

@@ -29,7 +29,6 @@ class SampledReference(Piecewise):
 
     @property
     def count(self) -> int:
-        """The same as a whole number."""
         return round(self.parts)
 
     @property
@@ -49,7 +48,6 @@ class SampledReference(Piecewise):
         return 2
 
     def segments(self, t: Any = 0.0) -> tuple[Segment, ...]:
-        """The two of the sample at time t."""
         period, whole = self.period, self.sample_time / self.period
         before = 0.5 * whole if self.delay is None else self.delay / period
         slope = self.drive.slope(t) if type(self.drive).slope is not Drive.slope else 0.0

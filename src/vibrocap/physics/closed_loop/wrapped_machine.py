@@ -9,15 +9,20 @@ class WrappedMachine:
 
     machine: Any
 
+    def _extend(self, machine: Any, own: Any) -> None:
+        """Put the states of an actuator or a controller behind those of the machine."""
+        self.machine = machine
+        self.states = (*machine.states, *own.states)
+        self.symmetry = (*machine.symmetry, *((-1,) * len(own.states)))
+        self.switched = (*machine.switched, *own.switched)
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self.machine, name)
 
     def _own(self, y) -> tuple:
-        """The states of the machine."""
         return tuple(y[: len(self.machine.states)])
 
     def _passed(self, t, y, drive, frictions) -> tuple:
-        """(states of the machine, what it feels)."""
         raise NotImplementedError
 
     def actuator(self, t, y, frictions) -> Mapping[str, Any]:

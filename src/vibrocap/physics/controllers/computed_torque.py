@@ -77,7 +77,6 @@ class StrokeComputedTorque(ComputedTorque):
 
     @property
     def odd(self) -> bool:  # type: ignore[override]
-        """Whether the stroke counts from the middle."""
         return self.origin == 0.0
 
     def compared(self, machine) -> None:

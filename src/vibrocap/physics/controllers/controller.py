@@ -14,22 +14,22 @@ OWN = "own"  # what is measured where nothing else is said
 class Controller(Part):
     """What every controller offers, as scalar functions of time, of what it measures, of its states and the reference.
 
-    The reference r(tau) is the drive of the system, whose values are then no force but what the controller compares
-    with what it measures; `reference` says what kind of quantity that is: a displacement, a speed, or a number (an
-    angle). The command u takes the place of the drive before the machine, or before its actuator. All functions are
-    called with numbers, and with symbols to record them, so they never branch on a value.
+    The reference r(tau) is the drive of the system, which the controller compares with what it measures; `reference`
+    says what kind of quantity it is: a displacement, a speed, or a number (an angle). The command u takes the place of
+    the drive before the machine, or before its actuator. All functions are called with numbers, and with symbols to
+    record them, so they never branch on a value.
 
     states: names of its own states, which no machine, actuator or law uses. switched: those of them that are whole
-    numbers, which say what branch holds (a limit reached or not), have the rate 0.0 and change only where a guard of
-    `switches` falls to zero; a run starts with all of them at 0, and with the branch that its other states ask for.
-    all_states: the names of all states that one of the class may have, where that depends on its parameters.
-    switch_events: the name of what happens at each guard. effort_states: those of its states that count in units of the
-    command; the others have no unit. odd: whether the command changes its sign with all that it is given.
+    numbers (a limit reached or not): they have the rate 0.0 and change only where a guard of `switches` falls to zero;
+    a run starts with all of them at 0, and with the branch that its other states ask for. all_states: all that one of
+    the class may have, where that depends on its parameters. effort_states: those in units of the command; the others
+    have no unit. switch_events: the name of what happens at each guard. odd: whether the command changes its sign with
+    all that it is given.
     sampled: whether it acts at samples alone, every `sample_time` and `delay` later (None: at once). The last of its
     states is then whether a sample or an action came last, +1 or -1; `after_sample` and `after_action` say what the
     others are after each, and `command` is one of them.
-    orders: "effort", or "acceleration" of one whose command is turned into a force or torque by the machine's own
-    equations and the friction forces that act at its contacts (`inverse_dynamics.py`): see `AccelerationController`.
+    orders: "effort", or "acceleration": the machine's own equations make a force or torque of the command, see
+    `AccelerationController`.
     """
 
     name: ClassVar[str]

@@ -68,7 +68,6 @@ class FrictionObserver(Linear):
         return (*super().measures(machine), CURVATURE, machine.contact_states[0], SIDE)
 
     def _bristle_rate(self, measured, own, reference):
-        """z'."""
         *_, velocity, side = measured
         speed = side * velocity
         level = stribeck_curve(speed, self.coulomb_force, self.static_force, self.stribeck_velocity, 2.0)

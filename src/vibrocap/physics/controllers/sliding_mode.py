@@ -32,7 +32,6 @@ class SlidingMode(AccelerationController):
         return leaves, leaves, reaches, leaves, leaves
 
     def _errors(self, measured, reference, slope) -> tuple:
-        """(s, y' - r')."""
         place, rate, _ = measured
         return (rate - slope) + self.convergence_rate * (place - reference), rate - slope
 

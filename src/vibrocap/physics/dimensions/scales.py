@@ -58,17 +58,14 @@ class Scales:
 
     @property
     def mass_kg(self) -> float:
-        """One unit of mass."""
         return self.units[0]
 
     @property
     def length_m(self) -> float:
-        """One unit of length."""
         return self.units[1]
 
     @property
     def time_s(self) -> float:
-        """One unit of time."""
         return self.units[2]
 
     def of(self, dimension: Dimension, effort: str = "force") -> float:
@@ -103,7 +100,6 @@ class SIScales(Scales):
 
     @property
     def units(self) -> tuple[float, float, float]:
-        """1 kg, 1 m, 1 s."""
         return 1.0, 1.0, 1.0
 
 
@@ -117,5 +113,4 @@ class FreeScales(Scales):
 
     @property
     def units(self) -> tuple[float, float, float]:
-        """As they are given."""
         return self.mass_unit_kg, self.length_unit_m, self.time_unit_s

@@ -87,7 +87,6 @@ class Key:
 
     @property
     def stem(self) -> str:
-        """The key without its unit."""
         return self.key.removesuffix(suffix(self.unit)) if self.has_unit else self.key
 
     def scale(self, scales: Scales, effort: str) -> float:
@@ -258,15 +257,12 @@ class NoUnits:
     states: ClassVar[Mapping[str, str]] = {}
 
     def of_contact(self, unit: str) -> str:
-        """A unit as it is declared."""
         return unit
 
     def unit(self, name: str) -> str:
-        """None, of any quantity."""
         return "1"
 
     def factor(self, name: str) -> float:
-        """One: numbers stay as they are."""
         return 1.0
 
 

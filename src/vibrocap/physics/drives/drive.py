@@ -132,11 +132,9 @@ class Piecewise(Drive):
         return self._polynomial(t, 0)
 
     def slope(self, t):
-        """Its rate."""
         return self._polynomial(t, 1)
 
     def curvature(self, t):
-        """The rate of that."""
         return self._polynomial(t, 2)
 
     @property

@@ -36,7 +36,6 @@ class FourierSeries(Wave):
     source: ClassVar[str] = "vibrocap"
 
     def _coefficients(self):
-        """(n, a_n, b_n) of each harmonic."""
         return [(n, getattr(self, f"cosine_{n}"), getattr(self, f"sine_{n}")) for n in HARMONICS]
 
     def value(self, t):

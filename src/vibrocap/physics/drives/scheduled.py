@@ -25,12 +25,10 @@ class _Schedule(Piecewise):
 
     @property
     def wave(self) -> Any:
-        """The drive that is scheduled."""
         return inner_part(self.wrapped, self)
 
     @property
     def period(self) -> float:
-        """Of the whole schedule, T (n_1 + ... + n_7)."""
         return self.wave.period * sum(count for count, _ in self.phases)
 
     @property

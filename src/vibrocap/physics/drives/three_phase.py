@@ -29,7 +29,6 @@ class ThreePhase(Piecewise):
     source: ClassVar[str] = "chernousko2002"
 
     def _speeds(self) -> tuple:
-        """(u1, u3)."""
         forward = 1.0 / self.first_acceleration + 1.0 / self.second_acceleration
         back = 1.0 / self.third_acceleration + 1.0 / self.second_acceleration
         return sqrt(2.0 * self.stroke / forward), sqrt(2.0 * self.stroke / back)

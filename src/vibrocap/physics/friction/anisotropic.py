@@ -52,19 +52,15 @@ def anisotropic(law: type[Law]) -> Any:
             return inner_part(law, self).force(velocity, internal, side, self._ratio(side) * load)
 
         def losses(self, velocity, internal, side, load):
-            """Losses of the law, with the load that counts on this side."""
             return inner_part(law, self).losses(velocity, internal, side, self._ratio(side) * load)
 
         def switches(self, velocity, internal, side, load):
-            """Guards of the law, with the load that counts on this side."""
             return inner_part(law, self).switches(velocity, internal, side, self._ratio(side) * load)
 
         def after_switch(self, which, velocity, internal, side, load):
-            """Internal states of the law, with the load that counts on this side."""
             return inner_part(law, self).after_switch(which, velocity, internal, side, self._ratio(side) * load)
 
         def after_reversal(self, internal, side, load):
-            """Internal states of the law, with the load that counts on the new side."""
             return inner_part(law, self).after_reversal(internal, side, self._ratio(side) * load)
 
         def internal_scales(self, load):
@@ -77,12 +73,10 @@ def anisotropic(law: type[Law]) -> Any:
             return inner.holding_limit(self.forward_ratio * load), inner.holding_limit(self.back_ratio * load)
 
         def holding_limit(self, load):
-            """Half of the range of forces that the contact can hold."""
             forward, back = self._held(load)
             return 0.5 * (forward + back)
 
         def holding_centre(self, load):
-            """Middle of the range of forces that the contact can hold."""
             if law.kind != "set-valued":
                 return 0.0
             forward, back = self._held(load)

@@ -23,15 +23,13 @@ def backlash(law: type[Law]) -> Any:
     The position u in the gap and e are internal states (`gap_position`, and `engaged`, switched) after those of the
     law; a run starts free, in the middle of the gap. With gap = 0 the joint opens and closes at once.
 
-    When the joint opens the internal states that are deflections (those with sign -1 under mirroring) and the pieces
-    of the law are put back to zero: the contact springs back. Energy still stored there is lost at that instant, all of
-    it in the contact: with bristle damping or viscous friction R reaches zero before the deflection does. States of
-    age (sign +1) are kept, and go on at the velocity zero.
+    When the joint opens, deflections (states with sign -1 under mirroring) and pieces of the law are put back to zero:
+    the contact springs back, and energy that is still stored there is lost in it (with bristle damping or viscous
+    friction R reaches zero before the deflection does). States of age (sign +1) go on at the velocity zero.
 
-    The friction force of the law jumps from zero where the joint closes on a moving contact with viscous friction or
-    bristle damping. Only for kinked laws with internal states: a rigid (set-valued) contact has no deflection to
-    unload, so its force would jump at every reversal and the joint be neither open nor closed at rest. Give it a
-    stiffness first (Dahl's law, LuGre's).
+    Where the joint closes on a moving contact, viscous friction and bristle damping make R jump from zero. Only for
+    kinked laws with internal states: a set-valued contact has no deflection to unload, so that the joint would be
+    neither open nor closed at rest. Give it a stiffness first (Dahl's law, LuGre's).
 
     law: a kinked law with internal states that has no backlash yet, `anisotropic(...)` included
     Returns the class, the same one each time: `backlash(LuGre)(gap=0.01)`.   Raises ValueError for other laws.

@@ -65,7 +65,6 @@ class BoucWen(Law):
     _bounded = bounded
 
     def _yield_deflection(self, load):
-        """Y."""
         return load * self.coulomb_coefficient / self.bristle_stiffness
 
     def _largest(self):

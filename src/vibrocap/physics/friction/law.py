@@ -171,7 +171,6 @@ class Bristles(Law):
     _levels = levels_in_order
 
     def _damping(self, velocity):
-        """delta1 at a velocity."""
         return self.bristle_damping
 
     def _slip_rate(self, velocity, internal, side, load):

@@ -46,7 +46,6 @@ class LuGre(Bristles):
         return self.bristle_damping * exp(-(share * share))
 
     def _slip_rate(self, velocity, internal, side, load):
-        """|v| xi / g(v)."""
         level = stribeck_level(self, side * velocity, load)
         return bristle_slip(side * velocity, internal[0], self.bristle_stiffness, level)
 

@@ -76,7 +76,6 @@ class MaxwellSlip(Law):
     _shares = shares_within_one
 
     def _elements(self):
-        """(k_i, nu_i) of each element."""
         rest = 1.0 - self.share_1 - self.share_2 - self.share_3
         stiffness = (self.stiffness_1, self.stiffness_2, self.stiffness_3, self.stiffness_4)
         return tuple(zip(stiffness, (self.share_1, self.share_2, self.share_3, rest), strict=True))
@@ -111,7 +110,6 @@ class MaxwellSlip(Law):
         )
 
     def after_switch(self, which, velocity, internal, side, load):
-        """The element slips."""
         return tuple(1.0 if i == ELEMENTS + which else state for i, state in enumerate(internal))
 
     def after_reversal(self, internal, side, load):

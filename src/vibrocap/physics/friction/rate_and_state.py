@@ -50,11 +50,9 @@ class RateAndState(Law):
         return side * load * self.direct_effect * log(jumps + sqrt(1.0 + jumps * jumps))
 
     def _steady_state(self, speed):
-        """The state of steady sliding."""
         raise NotImplementedError
 
     def _rate(self, velocity, state, side):
-        """phi'."""
         raise NotImplementedError
 
     def steady_force(self, speed, load):

@@ -58,7 +58,6 @@ def smoothed(law: type[Law]) -> type[Law]:
             return Law.holding_limit(self, load)
 
         def holding_centre(self, load):
-            """None: the contact does not stick."""
             return 0.0
 
     return wrapped_class(smoothed, Smoothed, law)

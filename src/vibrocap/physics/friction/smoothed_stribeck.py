@@ -46,7 +46,6 @@ class SmoothedStribeck(Law):
     _levels = levels_in_order
 
     def _sign(self, velocity):
-        """S."""
         raise NotImplementedError
 
     def steady_force(self, speed, load):

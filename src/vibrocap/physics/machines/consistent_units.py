@@ -21,5 +21,4 @@ class ConsistentUnits(Machine):
         return sizes * len(self.coordinates) + (1.0,) * len(self.switched)
 
     def effort_scale(self):
-        """The sum of all loads."""
         return sum(self.loads())

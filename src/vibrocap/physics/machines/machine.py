@@ -179,7 +179,6 @@ class Machine(Part):
     # --- evaluation --------------------------------------------------------------------------------------------------
 
     def _form(self) -> tuple[Form, list]:
-        """Its form, and its numbers."""
         values = [vars(self)[info.name] for info in parameter_table(self)]
         pattern = tuple(value if isinstance(value, NO_NUMBERS) else NUMBER for value in values)
         return self.form(pattern, self.level), [value for value in values if not isinstance(value, NO_NUMBERS)]
@@ -326,7 +325,6 @@ class Machine(Part):
     powers = result("powers", "Power into the machine through each of `channels`, but for -R v of each contact.")
 
     def contacts(self, t, y, drive) -> tuple[Contact, ...]:
-        """Its contacts."""
         return tuple(Contact(*contact) for contact in self.evaluated("contacts", t, y, drive))
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:

@@ -51,5 +51,4 @@ class ModeCouplingBlock(ConsistentUnits):
 
     @property
     def stiffness(self):
-        """k11."""
         return self.sliding_stiffness

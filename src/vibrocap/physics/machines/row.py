@@ -46,7 +46,6 @@ class Row(ConsistentUnits):
         return {}
 
     def _whole(self, name: str):
-        """The sum of a parameter over all bodies."""
         return sum(self._all(name, self.bodies))
 
     def _all(self, name: str, count: int) -> tuple:

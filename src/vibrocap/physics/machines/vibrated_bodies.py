@@ -20,7 +20,6 @@ class WeightScales(Scales):
 
     @property
     def units(self) -> tuple[float, float, float]:
-        """m, l, sqrt(l/g_0)."""
         return self.mass_unit_kg, self.length_unit_m, math.sqrt(self.length_unit_m / self.gravity_m_per_s2)
 
 

@@ -16,18 +16,14 @@ class Worm(Row):
 
         x_i' = p + u_i z',    u_i = a_1 + ... + a_(i-1) - (mean over the masses),    M p' = -(R_1 + ... + R_n)
 
-    This is the model of worm-like locomotion without legs (Chernousko 2002; Zimmermann, Zeidis and Bolotnik 2009). It
-    travels where front and rear differ, by masses, loads, laws or a gait, or where friction differs between forward and
-    back. Body i at rest holds R_i = M u_i z'' less the friction of all others.
-
-    Two bodies rest together only while their distance does not change. How they share the force that is then held is
-    open, though the motion is not (hyperstatic, see `contacts.py`): shown are equal shares of their limits.
+    This is worm-like locomotion without legs (Chernousko 2002; Zimmermann, Zeidis and Bolotnik 2009). It travels where
+    front and rear differ, by masses, loads, laws or a gait, or where friction differs between forward and back. Body i
+    at rest holds R_i = M u_i z'' less the friction of all others; of bodies that rest together equal shares of their
+    limits are shown (hyperstatic, `contacts.py`).
 
     The energy is that of the common centre, M p^2/2, and the work of the drive what reaches it, the sum of u_i z' R_i.
-    What a gap takes is `actuator_force` (of gap i: `actuator_force_i`), the push between the bodies behind and ahead,
-    and the power of all `actuator_power`; where z' jumps the force has an impulse besides.
-
-    Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
+    What gap i takes is `actuator_force_i`, the push between the bodies behind and ahead, and the power of all
+    `actuator_power`; where z' jumps the force has an impulse besides. Any consistent units may be used.
     """
 
     called: ClassVar = ("body", "worm")

@@ -54,7 +54,6 @@ class Derivation(Motion):
 
     @property
     def drive(self) -> Any:
-        """The force or torque of the drive."""
         return 0.0 if self.imposes else self.inputs.drive
 
     def weight(self, i: Direction) -> Sum:
@@ -72,7 +71,6 @@ class Derivation(Motion):
         return force
 
     def mass_matrix(self) -> tuple:
-        """M, written."""
         return tuple(tuple(written(self.inertia(i, j)) for j in self.names) for i in self.names)
 
     def whole_mass(self) -> Any:
@@ -185,7 +183,6 @@ class Derivation(Motion):
         return written(free * (self.applied(i) + self.weight(i))), pairs, written(1.0 - free)
 
     def _constant(self, sums: Sequence[Sum]) -> bool:
-        """Whether none of these changes along a motion."""
         return Program(tuple(map(written, sums)), 0).inputs.isdisjoint(self.inputs.changing)
 
     # --- contacts ----------------------------------------------------------------------------------------------------
@@ -205,7 +202,6 @@ class Derivation(Motion):
 
     @functools.cached_property
     def moving_loads(self) -> bool:
-        """Whether loads follow the motion."""
         return any(map(self._moves, self.contacts))
 
     def loads(self) -> tuple:

@@ -68,7 +68,6 @@ class Form:
         return self.program(name)(inputs)
 
     def program(self, name: str) -> Program:
-        """The program of a function."""
         if name not in self._programs:
             form = Form(*self._made) if name in JUDGED else self  # so that the order of all others stays the same
             result = RESULTS[name](form) if name in RESULTS else getattr(form.derived, name)()
@@ -97,7 +96,6 @@ class Form:
         return rates, tuple(loads)
 
     def outcomes(self) -> tuple:
-        """All states after each guard."""
         number, found = dict(self.kind.stops), []
         for outcome in outcomes(self.derived):
             after = {

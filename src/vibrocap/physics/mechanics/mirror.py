@@ -95,7 +95,6 @@ class Parities:
         self._known: dict[Any, tuple[float, bool]] = {}
 
     def parity(self, product: Product) -> float:
-        """That of a product."""
         return math.prod(self.of(atom)[0] ** n for atom, n in product)
 
     def factors(self, whole: Sum, wrong: Callable[[Product], bool]) -> list[Sum]:

@@ -153,7 +153,6 @@ class Damper:
 
     @property
     def force(self) -> Sum:
-        """c s'."""
         return as_sum(self.damping) * Quantity.of(self.stretch).rate
 
 
@@ -170,7 +169,6 @@ class Drag:
 
     @property
     def force(self) -> Sum:
-        """c s' sqrt(s'^2 + w^2)."""
         rate, slow = Quantity.of(self.stretch).rate, as_sum(self.speed)
         return as_sum(self.drag) * rate * sqrt(rate * rate + slow * slow)
 
@@ -215,7 +213,6 @@ class Stop:
 
     @property
     def way(self) -> Quantity:
-        """The stretch s."""
         return Quantity.of(self.stretch) if self.between is None else offset(*self.between)
 
     @property
@@ -225,7 +222,6 @@ class Stop:
 
     @property
     def elastic(self) -> bool:
-        """Whether it is a spring."""
         return self.stiffness is not None
 
     @property

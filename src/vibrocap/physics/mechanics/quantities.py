@@ -39,7 +39,6 @@ class Quantity:
         return x if isinstance(x, Quantity) else cls(x)
 
     def slope(self, along: Direction) -> Sum:
-        """v_i."""
         return self.slopes.get(along, NOTHING)
 
     @property

@@ -116,7 +116,6 @@ class Motion:
         return ((i, self.stops[i], stop) for i, stop in self.touching.items() if self.stops[i].switches)
 
     def _space(self, places, slopes, rates, curvatures) -> Space:
-        """What `parts` is given."""
         q, self.imposed = Space(), []
         q.time = Quantity(self.inputs.t, {TIME: Sum.of(1.0)}, 1.0)
         q.drive = Quantity(self.inputs.drive, {DRIVE: Sum.of(1.0)})  # for loads; no motion, unless it is imposed
@@ -297,7 +296,6 @@ class Motion:
                 yield slope * slope - FOLDED**2 * total(way * way for way in ways)
 
     def _kinematics(self) -> tuple[dict, dict]:
-        """(B, b) of q' = B u + b."""
         n, rows = len(self.names), []
         for i, name in enumerate(self.names):
             path = self.paths[self.pivots[name]] if name in self.pivots else None
