@@ -57,12 +57,12 @@ def finite(controller: Any) -> str | None:
     count, scales = len(controller.states), controller.scales(1.0)
     if len(scales) != count or not all(scale > 0.0 for scale in scales):
         return f"scales: should be {count} positive numbers, got {scales}"
-    for given in _samples(controller):
-        command, rates = controller.command(*given), controller.rates(*given)
-        told = controller.orders == "acceleration"
-        guards = controller.effort_switches(0.7, *given) if told else controller.switches(*given)
+    for arguments in _samples(controller):
+        command, rates = controller.command(*arguments), controller.rates(*arguments)
+        accelerates = controller.orders == "acceleration"
+        guards = controller.effort_switches(0.7, *arguments) if accelerates else controller.switches(*arguments)
         if controller.sampled:
-            values = controller.after_sample(*given), controller.after_action(given[2])
+            values = controller.after_sample(*arguments), controller.after_action(arguments[2])
             if wrong := [value for value in values if len(value) != count - 1]:
                 return f"after_sample, after_action: should be all {count} states but the last, got {len(wrong[0])}"
             guards = (1.0,)  # which every sampled one has
@@ -76,7 +76,7 @@ def finite(controller: Any) -> str | None:
             if name in controller.switched and rate != 0.0:
                 return f"rates: that of {name}, which says what branch holds, should be 0.0, got {rate:g}"
         for which in range(0 if controller.sampled else len(guards)):
-            if len(after := controller.after_switch(which, *given)) != count:
+            if len(after := controller.after_switch(which, *arguments)) != count:
                 return f"after_switch: should be all {count} states, got {len(after)}"
     return None
 

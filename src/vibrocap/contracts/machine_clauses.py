@@ -62,9 +62,9 @@ def units(machine: Any) -> str | None:
     return None
 
 
-def numbers(given: Any) -> str | None:
+def numbers(part: Any) -> str | None:
     """Masses and dampers are not negative, and restitutions are 0 to 1."""
-    for machine, t, y, *_ in _moving(given):
+    for machine, t, y, *_ in _moving(part):
         for what, value, most in machine.evaluated("numbers", t, y):
             if not 0.0 <= value <= most:
                 wanted = ">= 0" if most == math.inf else f"0 to {most:g}"
@@ -72,9 +72,9 @@ def numbers(given: Any) -> str | None:
     return None
 
 
-def accelerated(given: Any) -> str | None:
+def accelerated(part: Any) -> str | None:
     """Its rates are finite, and its mass matrix is not singular, wherever its coordinates may reach."""
-    machine, t, start, *_ = next(_moving(given, 1))
+    machine, t, start, *_ = next(_moving(part, 1))
     names, sizes, room = [*machine.coordinates], machine.scales(), machine.room()
 
     def least(y: tuple) -> float:
@@ -102,7 +102,7 @@ def accelerated(given: Any) -> str | None:
         if value <= SINGULAR:
             y = (*at[:i], worst, *at[i + 1 :])
             return f"parts: the mass matrix is singular at {_place(machine, y)}: a coordinate moves no mass there"
-    for machine, t, y, drive, frictions in _moving(given):
+    for machine, t, y, drive, frictions in _moving(part):
         for placed in (machine, machine.tilted(1.0, 0.2)):
             if not all(map(math.isfinite, placed.rates(t, y, drive, frictions))):
                 return f"rates: are not finite at {_place(machine, y)}"
@@ -120,19 +120,21 @@ def sizes(machine: Any) -> str | None:
     return None
 
 
-def turns(given: Any) -> str | None:
+def turns(part: Any) -> str | None:
     """Everything depends on the coordinates that repeat with their period, to rounding."""
-    for name, period in given.turns.items():
-        i = given.states.index(name)
-        for machine, t, y, drive, frictions in _moving(given):
+    for name, period in part.turns.items():
+        i = part.states.index(name)
+        for machine, t, y, drive, frictions in _moving(part):
             moved = (*y[:i], y[i] + period, *y[i + 1 :])
             loads = [contact.reaction or () for at in (y, moved) for contact in machine.contacts(t, at, drive)]
             values = [*machine.rates(t, y, drive, frictions), machine.energy(t, y), *loads[0]]
             after_turn = [*machine.rates(t, moved, drive, frictions), machine.energy(t, moved), *loads[len(loads) // 2]]
             bound = 64 * EPSILON * (1.0 + period) * max(map(abs, (1.0, *values))) ** 2
             if not all(abs(a - b) <= bound for a, b in zip(after_turn, values, strict=True)):
-                told = f"{_shown(values)}, got {_shown(after_turn)}"
-                return f"repeats: rates, energy and load should be the same after a whole turn of {name}, {told}"
+                values_shown = f"{_shown(values)}, got {_shown(after_turn)}"
+                return (
+                    f"repeats: rates, energy and load should be the same after a whole turn of {name}, {values_shown}"
+                )
     return None
 
 

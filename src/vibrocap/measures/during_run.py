@@ -84,8 +84,8 @@ def measured(
     threshold = float(settle or 0.0)
     taken = {"window": int(window), "threshold": threshold, "asked": asked_groups(needed)}
     budget = Budget(done, motion.tolerance, 0, 0, **taken)  # a motion that is replayed has no limits
-    given = recording, parameter_values(motion.system), motion, budget
-    results = replayed(*given, own_integrands(needed, recording), _switch_times(motion))
+    run = recording, parameter_values(motion.system), motion, budget
+    results = replayed(*run, own_integrands(needed, recording), _switch_times(motion))
     period = np.array([motion.period])
     runs = Gathered(motion.system, results, period, lambda: np.array([motion.system.mirrored]), threshold)
     columns = values(needed, runs)
@@ -113,9 +113,9 @@ def resolved(
     system: whose own measures may be named besides those that there are of any
     Raises ValueError for a name that does not exist, for two measures of one name, and for one derived from itself.
     """
-    given = [measures] if isinstance(measures, (str, Measure)) else list(measures)
-    own = {measure.name: measure for measure in given if isinstance(measure, Measure)}
-    for measure in given:
+    asked_for = [measures] if isinstance(measures, (str, Measure)) else list(measures)
+    own = {measure.name: measure for measure in asked_for if isinstance(measure, Measure)}
+    for measure in asked_for:
         name = measure.name if isinstance(measure, Measure) else ""
         if name and (own[name] != measure or (known_measure(name, system) or measure) != measure):
             raise ArgumentError("measures", f"there are two measures of the name {name!r}")
@@ -136,7 +136,7 @@ def resolved(
             needed[name] = known
         return known
 
-    asked = [need(measure.name if isinstance(measure, Measure) else measure, ()) for measure in given]
+    asked = [need(measure.name if isinstance(measure, Measure) else measure, ()) for measure in asked_for]
     return tuple(dict.fromkeys(asked)), tuple(needed.values())
 
 

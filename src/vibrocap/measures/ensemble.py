@@ -130,17 +130,17 @@ def ensemble(
     done = 0
     with reporting(None if callable(progress) else progress, "Running") as bar:
         tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
-        for chosen in _chunks(system, columns, runner.chunk):
+        for members in _chunks(system, columns, runner.chunk):
             report = None if tell is None else lambda begun, base=done: tell(base + begun)
-            values = {path: column[chosen] for path, column in columns.items()}
+            values = {path: column[members] for path, column in columns.items()}
             part = _measured(system, values, start, budget, needed, run_all, report)
             for name in (*ALWAYS, *(measure.name for measure in asked), *finals):
                 if name not in by_measure:
                     by_measure[name] = np.empty(
                         runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype
                     )
-                by_measure[name][chosen] = part[name]
-            done += len(chosen)
+                by_measure[name][members] = part[name]
+            done += len(members)
     return {name: column.astype(str) if column.dtype == object else column for name, column in by_measure.items()}
 
 
@@ -174,7 +174,7 @@ def _measured(
     status = STATUS_CODES[results.status]
     stopped = np.isin(status, [list(Status).index(ending) for ending in STOPPED])
     for run in np.flatnonzero(stopped & np.all(np.isfinite(results.state), axis=1)):
-        ending = ended(_system_of_run(system, columns, run), list(Status)[status[run]], results.state[run])
+        ending = ended(_system_of_run(system, columns, int(run)), list(Status)[status[run]], results.state[run])
         status[run] = list(Status).index(ending)
     finished = status == FINISHED
     sizes = np.column_stack(scales)
@@ -212,15 +212,15 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
         raise ArgumentError(
             "over", f"should name at least one parameter or initial state with its values, got {over!r}"
         )
-    given = {path: _column(path, values) for path, values in over.items()} if system.units is not None else over
-    over = values_without_units(given, system.units, system.parts)
+    plain = {path: _column(path, entries) for path, entries in over.items()} if system.units is not None else over
+    over = values_without_units(plain, system.units, system.parts)
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
     columns: dict[str, np.ndarray] = {}
-    for path, given in over.items():
+    for path, column in over.items():
         if path not in known:
             near = suggestion(path, known, cutoff=0.0)
             raise ArgumentError("over", f"{path!r} is neither a parameter nor an initial state; {near}")
-        columns[path] = _column(path, given)
+        columns[path] = _column(path, column)
     lengths = {path: len(column) for path, column in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ArgumentError("over", f"every list should have one value per run, got lists of lengths {lengths}")
@@ -229,26 +229,26 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     return columns
 
 
-def _column(path: str, given: Any) -> np.ndarray:
+def _column(path: str, entries: Any) -> np.ndarray:
     """Values of one path as an array of numbers, or of objects where some are text."""
-    if not isinstance(given, np.ndarray):
+    if not isinstance(entries, np.ndarray):
         try:
-            given = np.array(list(given), dtype=object)
+            entries = np.array(list(entries), dtype=object)
         except TypeError:
-            raise ArgumentError(path, f"should be a list of values, one per run, got {given!r}") from None
-    if given.ndim != 1:
-        raise ArgumentError(path, f"should be a list of values, one per run, got an array of shape {given.shape}")
-    if given.dtype.kind in "OU":
-        text = np.array([isinstance(value, str) for value in given], dtype=bool)
+            raise ArgumentError(path, f"should be a list of values, one per run, got {entries!r}") from None
+    if entries.ndim != 1:
+        raise ArgumentError(path, f"should be a list of values, one per run, got an array of shape {entries.shape}")
+    if entries.dtype.kind in "OU":
+        text = np.array([isinstance(value, str) for value in entries], dtype=bool)
         may_be_text = not path.startswith(INITIAL)
-        for run, value in enumerate(given):
+        for run, value in enumerate(entries):
             if not (is_number(value) or (may_be_text and isinstance(value, str))):
                 raise ArgumentError(path, f"should be numbers, got {value!r} for run {run}")
         if text.any():
-            return np.array([str(v) if t else float(v) for v, t in zip(given, text, strict=True)], dtype=object)
-    elif given.dtype.kind not in "fiu":
-        raise ArgumentError(path, f"should be numbers, got an array of {given.dtype}")
-    column = given.astype(float)
+            return np.array([str(v) if t else float(v) for v, t in zip(entries, text, strict=True)], dtype=object)
+    elif entries.dtype.kind not in "fiu":
+        raise ArgumentError(path, f"should be numbers, got an array of {entries.dtype}")
+    column = entries.astype(float)
     wrong = np.flatnonzero(~np.isfinite(column))
     if len(wrong):
         raise ArgumentError(path, f"should be finite numbers, got {column[wrong[0]]} for run {wrong[0]}")
@@ -290,18 +290,18 @@ def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mappin
     if not bounded or not numbers:
         return
     for run in map(int, np.unique(np.array(numbers), axis=1, return_index=True)[1]):
-        given = {name: float(columns[INITIAL + name][run]) for name in bounded if INITIAL + name in columns}
+        varied_start = {name: float(columns[INITIAL + name][run]) for name in bounded if INITIAL + name in columns}
         try:
-            check_room(_system_of_run(system, columns, run), {**start, **given})
+            check_room(_system_of_run(system, columns, run), {**start, **varied_start})
         except ArgumentError as error:
             raise ValueError(f"{error} for run {run}") from None
 
 
 def _system_of_run(system: System, columns: Mapping[str, np.ndarray], run: int) -> System:
     """The system of one run."""
-    given = {path: column[run] for path, column in columns.items() if not path.startswith(INITIAL)}
-    given = {path: value if isinstance(value, str) else float(value) for path, value in given.items()}
-    return system.with_parameters(given)
+    own = {path: column[run] for path, column in columns.items() if not path.startswith(INITIAL)}
+    own = {path: value if isinstance(value, str) else float(value) for path, value in own.items()}
+    return system.with_parameters(own)
 
 
 def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Iterator[np.ndarray]:

@@ -40,7 +40,7 @@ class OfMeasures(Declared):
         if context.units is not None:
             states = {name: name.removeprefix(FINAL) for name in value if name.startswith(FINAL)}
             units |= {name: context.units.unit(state) for name, state in states.items()}
-        return {name: In(units[name]).converted(each, context, back) for name, each in value.items()}
+        return {name: In(units[name]).converted(one, context, back) for name, one in value.items()}
 
 
 class ByMeasureInUnits(AsGiven):
@@ -49,7 +49,7 @@ class ByMeasureInUnits(AsGiven):
     def seen(self, value: Any, context: Context) -> Any:
         if context.system is None:
             return value
-        return {name: in_unit_of(name.split()[0], each, context) for name, each in value.items()}
+        return {name: in_unit_of(name.split()[0], one, context) for name, one in value.items()}
 
 
 class SlopesByPath(AsGiven):

@@ -85,11 +85,11 @@ class Certificate:
 
     def __repr__(self) -> str:
         """Passed or failed, and by what."""
-        said = [
+        words = [
             f"{verdict.field} {verdict.value:.2g}"
             + ("" if verdict.bound is None else f" {'<=' if verdict.ok else '>'} {verdict.bound:.2g}")
             for verdict in self.verdicts
         ]
         steps = f"{self.taylor_steps} Taylor and {self.implicit_steps} implicit steps"
         word = "passed" if self.ok else "FAILED" if self.finished else "not finished"
-        return f"Certificate({word}: {', '.join([*said, steps])})"
+        return f"Certificate({word}: {', '.join([*words, steps])})"

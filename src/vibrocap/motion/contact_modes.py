@@ -76,7 +76,7 @@ def contact_modes(
         for law, v in zip(system.laws, velocities, strict=True)
     ]
     consistent = (_consistent(problem, sides, np.abs(velocities) > still) for sides in itertools.product(*choices))
-    return tuple(each for each in consistent if each is not None)
+    return tuple(modes for modes in consistent if modes is not None)
 
 
 def _problem(

@@ -22,10 +22,10 @@ def at_starts(motion: Trajectory) -> tuple:
 def unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:
     """A balance that does not close, and what that probably means."""
     what = field.removesuffix("_residual")
-    said = f"the balance of {what} is off by {value:.2g}, where {bound:.2g} is the bound: "
+    words = f"the balance of {what} is off by {value:.2g}, where {bound:.2g} is the bound: "
     if contradiction:
-        return said + contradiction
-    return said + (
+        return words + contradiction
+    return words + (
         f"the equations are in balance, the motion is not, so that its works and impulse are not to be trusted; the "
         f"tolerance {tolerance:.1e} is too loose for a law as stiff as this"
     )

@@ -42,11 +42,11 @@ def certificate(
     recording, parameters = equations(motion.system), parameter_values(motion.system)
     scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)
     tolerance = max(motion.tolerance, LEAST_TOLERANCE)
-    seen = _seen(motion)
+    observed = _seen(motion)
     # At the start of every piece and at the end.
     works, impulses = np.split(motion.piece_marks, [len(recording.channels)])
     outer = _outer_impulse(motion)
-    energy, momentum = seen["energy"] + seen["contact_energy"], _at_marks(seen["momentum"])
+    energy, momentum = observed["energy"] + observed["contact_energy"], _at_marks(observed["momentum"])
     stored = _at_marks(energy)
     balance = stored - stored[0] - works.sum(axis=0)
     if any(law.switched for law in motion.system.laws):
@@ -57,7 +57,7 @@ def certificate(
     impulse = momentum - momentum[0] + impulses.sum(axis=0) - outer
     if motion.system.machine.strikes_ground:
         impulse[1:] -= np.cumsum(np.append(motion.piece_blows, 0.0))
-    contacts = [_contact_evidence(motion, number, seen) for number in range(1, 1 + motion.piece_sides.shape[1])]
+    contacts = [_contact_evidence(motion, number, observed) for number in range(1, 1 + motion.piece_sides.shape[1])]
     least = min(contact.least for contact in contacts)
     slack = ROUNDING * max(1.0, *(contact.fastest for contact in contacts))
     starts = at_starts(motion)
@@ -68,7 +68,7 @@ def certificate(
         slack = max(slack, EVENT_BOUND * tolerance * natural_speed)
     energy_residual, momentum_residual = (float(np.max(np.abs(verdict), initial=0.0)) for verdict in (balance, impulse))
     ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
-    defect = _defect(motion, seen, scales, DEFECT_BOUND * tolerance)
+    defect = _defect(motion, observed, scales, DEFECT_BOUND * tolerance)
     estimate = tighter and _estimated_error(motion, recorded, tighter, scales, ratio_of_tolerances)
     event_velocity, verdicts = recorded.contact_residual, []
 
@@ -78,7 +78,7 @@ def certificate(
     if ratio is not None:
         text = f"the stuck contact carries {ratio:.9g} times what it can hold: a slip was missed"
         judge("stick_force_ratio", ratio, 1.0 + STICK_SLACK, text)
-    shortfall = _slip_shortfall(motion, seen, slack)
+    shortfall = _slip_shortfall(motion, observed, slack)
     if shortfall is not None:
         text = f"the contact slips {shortfall:.2g} of its limit below what it can hold: a slip began too early"
         judge("slip_shortfall", shortfall, STICK_SLACK, text)
@@ -104,7 +104,7 @@ def certificate(
     judge("defect", defect, DEFECT_BOUND * tolerance, words)
     if estimate is not None:
         judge("estimated_error", estimate, None)
-    reaction, warnings = (None, ()) if tighter is None else _reaction(motion, seen)
+    reaction, warnings = (None, ()) if tighter is None else _reaction(motion, observed)
     return Certificate(
         stick_force_ratio=ratio,
         slip_shortfall=shortfall,
@@ -151,21 +151,21 @@ class ContactEvidence:
     fastest: float
 
 
-def _contact_evidence(motion: Trajectory, number: int, seen: Mapping[str, np.ndarray]) -> ContactEvidence:
+def _contact_evidence(motion: Trajectory, number: int, observed: Mapping[str, np.ndarray]) -> ContactEvidence:
     """Of a contact, at all points of the pieces; at an event of its own its velocity is that of the event."""
     law, sides = motion.system.laws[number - 1], motion.piece_sides[:, number - 1]
-    velocity = seen[numbered("contact_velocity", number)]
+    velocity = observed[numbered("contact_velocity", number)]
     forward = sides[:, None] * velocity
     forward[np.append(sides[1:] != sides[:-1], False), -1] = 0.0
     share = None
     if law.kind == "set-valued":
-        held = _shares_held(motion, number, seen, "friction", sides == 0.0)
+        held = _shares_held(motion, number, observed, "friction", sides == 0.0)
         share = float(np.max(np.abs(held), initial=0.0))
     least = 0.0 if law.kind == "smooth" else float(np.min(forward, initial=0.0))
     return ContactEvidence(share, least, float(np.max(np.abs(velocity), initial=0.0)))
 
 
-def _slip_shortfall(motion: Trajectory, seen: Mapping[str, np.ndarray], still: float) -> float | None:
+def _slip_shortfall(motion: Trajectory, observed: Mapping[str, np.ndarray], still: float) -> float | None:
     """Largest part of what a contact can hold that was missing where it left rest; None: none did.
 
     Not asked of slips that begin faster than `still`, as after an impact, nor of contacts that act on one another.
@@ -179,21 +179,21 @@ def _slip_shortfall(motion: Trajectory, seen: Mapping[str, np.ndarray], still: f
         if law.kind != "set-valued" or not len(starts):
             continue
         at = starts, 0
-        shares = sides[starts] * _shares_held(motion, number, seen, "holding_force", at)
-        velocity = seen[numbered("contact_velocity", number)][at]
+        shares = sides[starts] * _shares_held(motion, number, observed, "holding_force", at)
+        velocity = observed[numbered("contact_velocity", number)][at]
         missing += (1.0 - shares[np.abs(velocity) <= still]).tolist()
     return max(0.0, *missing) if missing else None
 
 
 def _shares_held(
-    motion: Trajectory, number: int, seen: Mapping[str, np.ndarray], name: str, at: np.ndarray | tuple
+    motion: Trajectory, number: int, observed: Mapping[str, np.ndarray], name: str, at: np.ndarray | tuple
 ) -> np.ndarray:
     """A force at rest over what a contact can hold, from the middle of that; at: those of the points that were seen."""
     law, load = motion.system.laws[number - 1], motion.system.law_loads[number - 1]
     limit, middle = law.holding_limit(load), law.holding_centre(load)
     if motion.system.machine.follows_load:
-        limit, middle = (seen[numbered(name, number)][at] for name in ("holding_limit", "holding_centre"))
-    force = seen[numbered(name, number)][at] - middle
+        limit, middle = (observed[numbered(name, number)][at] for name in ("holding_limit", "holding_centre"))
+    force = observed[numbered(name, number)][at] - middle
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(force == 0.0, 0.0, force / limit)
 
@@ -213,19 +213,19 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     )
 
 
-def _reaction(motion: Trajectory, seen: Mapping[str, np.ndarray]) -> tuple[float | None, tuple[str, ...]]:
+def _reaction(motion: Trajectory, observed: Mapping[str, np.ndarray]) -> tuple[float | None, tuple[str, ...]]:
     """(least normal reaction of the ground, what is to be said of it): a constant load does not notice a lift-off."""
     contacts = range(1, 1 + motion.piece_sides.shape[1])
-    names = {name: i for i in contacts if (name := numbered("reaction", i)) in seen}
+    names = {name: i for i in contacts if (name := numbered("reaction", i)) in observed}
     if not names:
         return None, ()
     reactions, warnings = [], []
     for name, number in names.items():
         where = f" on contact {number}" if len(contacts) > 1 else ""
-        if not np.all(np.isfinite(seen[name])):
+        if not np.all(np.isfinite(observed[name])):
             warnings.append(f"the normal load{where} is beyond all numbers: nothing is known of it")
             continue
-        lows = _least_of_pieces(motion, name, seen[name])
+        lows = _least_of_pieces(motion, name, observed[name])
         reactions.append(float(np.min(lows)))
         if reactions[-1] < 0.0 and not motion.system.machine.follows_load:
             time = motion.piece_start[np.argmax(lows < 0.0)]
@@ -237,14 +237,14 @@ def _reaction(motion: Trajectory, seen: Mapping[str, np.ndarray]) -> tuple[float
     return min(reactions, default=None), tuple(warnings)
 
 
-def _least_of_pieces(motion: Trajectory, name: str, seen: np.ndarray) -> np.ndarray:
+def _least_of_pieces(motion: Trajectory, name: str, values_at: np.ndarray) -> np.ndarray:
     """Least reaction in each piece: to rounding where it is the least of all, below zero where it falls below.
 
     seen: at the points of every piece; where it may fall lower between them, by as much as it differs among those next
     to the lowest, it is looked at ever closer
     """
-    least, spread = seen.min(axis=1), np.ptp(seen, axis=1)
-    middle, reach = seen.argmin(axis=1) / (POINTS - 1.0), 1.0 / (POINTS - 1.0)
+    least, spread = values_at.min(axis=1), np.ptp(values_at, axis=1)
+    middle, reach = values_at.argmin(axis=1) / (POINTS - 1.0), 1.0 / (POINTS - 1.0)
     for _ in range(ZOOMS):
         lowest = least.min() - EPSILON * abs(least.min())
         near = np.flatnonzero((least - spread < lowest) | ((least >= 0.0) & (least < spread)))
@@ -288,7 +288,7 @@ def velocity_names(recording: Equations) -> tuple[str, ...]:
     return tuple(numbered("contact_velocity", number) for number in range(1, 1 + len(recording.contacts)))
 
 
-def _defect(motion: Trajectory, seen: Mapping[str, np.ndarray], scales: np.ndarray, bound: float) -> float:
+def _defect(motion: Trajectory, observed: Mapping[str, np.ndarray], scales: np.ndarray, bound: float) -> float:
     """Largest h |y' - f(t, y)| over the natural size of a state; of implicit steps along their stiff directions.
 
     Nine points of every step, and of Taylor steps five more about where each contact is slowest: friction changes
@@ -305,7 +305,7 @@ def _defect(motion: Trajectory, seen: Mapping[str, np.ndarray], scales: np.ndarr
             h = motion.piece_length[pieces, None]
             shares = [np.broadcast_to(even, (len(pieces), POINTS))]
             for i, name in enumerate(() if method is motion.piece_implicit else names):
-                slowest = np.argmin(np.abs(seen[name][pieces]), axis=1)[:, None] / last
+                slowest = np.argmin(np.abs(observed[name][pieces]), axis=1)[:, None] / last
                 around = np.clip(slowest + near, 0.0, 1.0)
                 speed = np.abs(motion.piece_observables(names[i : i + 1], pieces, h * around)[0])
                 slowest = np.take_along_axis(around, np.argmin(speed, axis=1)[:, None], axis=1)

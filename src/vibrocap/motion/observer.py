@@ -55,8 +55,8 @@ class Observer:
         laws = [name in self.known and of_law(name) for name in names]
         values, stored = np.empty((len(names), *s.shape)), self._stored(motion)
         for block, pieces, ends in blocks(motion, index, s):
-            seen = stored.rows(rows, laws, pieces, ends, s[block].ravel())
-            values[:, block] = seen.reshape(len(names), *s[block].shape)
+            observed = stored.rows(rows, laws, pieces, ends, s[block].ravel())
+            values[:, block] = observed.reshape(len(names), *s[block].shape)
         return values
 
     def left_at_many(self, motion: "Trajectory", bound: float, index: np.ndarray, s: np.ndarray) -> np.ndarray:

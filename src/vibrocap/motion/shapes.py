@@ -29,22 +29,23 @@ def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
         places = [coordinate for point in shape.points for coordinate in point]
         rows = evaluated(places, local, states, 1.0, parameters, times.shape)
         moving.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
-    for box in [each for each in moving if each.shape.kind == "box"]:
-        inside = [each for each in moving if each.shape.kind == "disc" and each.shape.box == box.shape.name]
+    for box in [moved for moved in moving if moved.shape.kind == "box"]:
+        inside = [moved for moved in moving if moved.shape.kind == "disc" and moved.shape.box == box.shape.name]
         far = [float(np.abs(shape.points[0, 0] - box.points[0, 0]).max()) + shape.shape.size[0] for shape in inside]
         more = max(far, default=0.0) - 0.5 * box.shape.size[0]
         if more > 0.0:
             moving = [
-                _widened(each, more) if box.shape.name in (each.shape.name, each.shape.box) else each for each in moving
+                _widened(moved, more) if box.shape.name in (moved.shape.name, moved.shape.box) else moved
+                for moved in moving
             ]
     return moving
 
 
-def _widened(each: MovingShape, more: float) -> MovingShape:
+def _widened(moved: MovingShape, more: float) -> MovingShape:
     """A box, or what belongs to it, with its walls so much farther out."""
-    if each.shape.kind in ("box", "contact"):
-        width, height = each.shape.size
-        return dataclasses.replace(each, shape=dataclasses.replace(each.shape, size=(width + 2.0 * more, height)))
-    if each.shape.kind == "spring":
-        each.points[0, 0] -= more
-    return each
+    if moved.shape.kind in ("box", "contact"):
+        width, height = moved.shape.size
+        return dataclasses.replace(moved, shape=dataclasses.replace(moved.shape, size=(width + 2.0 * more, height)))
+    if moved.shape.kind == "spring":
+        moved.points[0, 0] -= more
+    return moved

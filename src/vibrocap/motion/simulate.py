@@ -76,8 +76,8 @@ def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> t
                 f"should be a motion of the states {', '.join(system.state_names)} to continue from, got one of "
                 f"{', '.join(start.state_names)}; give a Start and initial= instead",
             )
-        given = start.state | dict(initial or {})
-        return initial_state(system, given), start.end, Start(phase=start.end_phase).phase_of(system.drive.period)
+        states = start.state | dict(initial or {})
+        return initial_state(system, states), start.end, Start(phase=start.end_phase).phase_of(system.drive.period)
     if is_number(start):
         start = Start(float(start))
     if not isinstance(start, Start):
@@ -106,8 +106,8 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
             return
     states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
     where = f" on contact {number}" if len(contacts) > 1 else ""
-    said = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
-    raise ArgumentError("initial", f"{said} ({states})")
+    words = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
+    raise ArgumentError("initial", f"{words} ({states})")
 
 
 def _ways(velocity: float, kind: str) -> tuple[int, ...]:

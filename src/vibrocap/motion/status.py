@@ -114,7 +114,7 @@ def least_inertia(machine: Any, t: float, y: Sequence[float]) -> float:
     return float(np.linalg.eigvalsh(matrix)[0]) if np.all(np.isfinite(matrix)) else math.inf
 
 
-def ended(system: System, status: Status, state: Sequence[float]) -> Status:
+def ended(system: System, status: Status, state: Any) -> Status:
     """How a run ended in a state: "singular mass matrix" where that has stopped it."""
     if status not in STOPPED or not np.all(np.isfinite(state)):
         return status

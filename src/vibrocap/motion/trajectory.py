@@ -292,8 +292,8 @@ class Trajectory(Result):
     def piece_ways(self) -> np.ndarray:
         """How far each contact has slid over its ground at the start of every piece: array [contacts, pieces]."""
         names = tuple(numbered("contact_velocity", i) for i in range(1, 1 + self.piece_sides.shape[1]))
-        ways = self.piece_integrals(np.arange(len(self.piece_start) - 1), self.piece_length[:-1], names)
-        return np.concatenate((np.zeros((len(names), 1)), np.cumsum(ways, axis=1)), axis=1)
+        distances = self.piece_integrals(np.arange(len(self.piece_start) - 1), self.piece_length[:-1], names)
+        return np.concatenate((np.zeros((len(names), 1)), np.cumsum(distances, axis=1)), axis=1)
 
     @functools.cached_property
     def piece_jumps(self) -> np.ndarray:

@@ -76,9 +76,9 @@ class Trust:
         words = [self.doubt(run) for run in np.flatnonzero(~self.ok)]
         return {word: words.count(word) / len(self.ok) for word in sorted(set(words))}
 
-    def __getitem__(self, chosen: slice) -> "Trust":
-        settled = None if self.settled is None else self.settled[chosen]
-        return Trust(self.status[chosen], settled, self.residue)
+    def __getitem__(self, runs: slice) -> "Trust":
+        settled = None if self.settled is None else self.settled[runs]
+        return Trust(self.status[runs], settled, self.residue)
 
 
 def stands_still(changes: Any, threshold: float) -> Any:

@@ -27,19 +27,19 @@ def kind_of(machine: Any) -> Any:
     return machine.part if isinstance(machine, PartInSI) else machine
 
 
-def waves_of(kind: Any, given: Any) -> tuple[Any, ...]:
+def waves_of(kind: Any, waves: Any) -> tuple[Any, ...]:
     """The waveform of each signal of a machine, or of its class: as given, else that of the class."""
     own = {name: signal.default for name, signal in kind.signals.items()}
-    given = given if isinstance(given, Mapping) else dict(zip(own, given, strict=False))
-    return by_name(given, own, "drives", "signal", own)
+    waves = waves if isinstance(waves, Mapping) else dict(zip(own, waves, strict=False))
+    return by_name(waves, own, "drives", "signal", own)
 
 
-def by_name(given: Mapping[str, Any], known: Iterable[str], field: str, what: str, usual: Mapping[str, Any]) -> tuple:
+def by_name(values: Mapping[str, Any], known: Iterable[str], field: str, what: str, usual: Mapping[str, Any]) -> tuple:
     """What is given by the names of contacts or signals, in their order; ArgumentError for a name that is none."""
     names = tuple(known)
-    if strange := [name for name in given if name not in names]:
+    if strange := [name for name in values if name not in names]:
         raise ArgumentError(f"{field}.{strange[0]}", f"there is no such {what}; {suggestion(strange[0], names)}")
-    return tuple(given.get(name, usual.get(name)) for name in names)
+    return tuple(values.get(name, usual.get(name)) for name in names)
 
 
 def check_contacts(machine: Any, number: int) -> None:
@@ -47,5 +47,5 @@ def check_contacts(machine: Any, number: int) -> None:
     kind = kind_of(machine)
     contacts = len(kind.contact_states)
     if number > contacts:
-        said = "one contact" if contacts == 1 else f"{contacts} contacts"
-        raise ArgumentError(numbered("friction", number), f"should be left out: the {kind.name} has {said}")
+        count = "one contact" if contacts == 1 else f"{contacts} contacts"
+        raise ArgumentError(numbered("friction", number), f"should be left out: the {kind.name} has {count}")

@@ -184,8 +184,8 @@ def contract_of(part: Any) -> type:
     """Law, Machine, Drive or Controller: the contract that a class is to keep. TypeError for what is none of them."""
     contract = next((contract for contract in CONTRACTS if isinstance(part, type) and issubclass(part, contract)), None)
     if contract is None or part in CONTRACTS:
-        given = f"an instance of {type(part).__name__}" if isinstance(part, tuple(CONTRACTS)) else repr(part)
-        raise TypeError(f"should be a class that extends Law, Machine, Drive or Controller, got {given}")
+        what = f"an instance of {type(part).__name__}" if isinstance(part, tuple(CONTRACTS)) else repr(part)
+        raise TypeError(f"should be a class that extends Law, Machine, Drive or Controller, got {what}")
     return contract
 
 
@@ -205,8 +205,8 @@ def complaints(part: type) -> list[str]:
     except AttributeError:
         pass
     except Exception as error:  # whatever the parts of one's own are
-        said = error if isinstance(error, MechanicsError) else f"{type(error).__name__}: {error}"
-        return [*texts, f"parts: {said}"]
+        fault = error if isinstance(error, MechanicsError) else f"{type(error).__name__}: {error}"
+        return [*texts, f"parts: {fault}"]
     required = [name for name, field in part.__pydantic_fields__.items() if field.is_required()]
     texts += [f"{name}: every parameter needs a default" for name in required]
     missing = [

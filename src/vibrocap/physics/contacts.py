@@ -172,49 +172,49 @@ class Contacts:
 
     # --- each by itself --------------------------------------------------------------------------------------------
 
-    def _held(self, i: int, each: RubbingContact) -> Any:
+    def _held(self, i: int, contact: RubbingContact) -> Any:
         """What the machine takes where a contact rests."""
         if self.shared:
             return self._share(i)
         if not self.coupled:
-            return each.given.holding_force
-        if not each.sticks:
+            return contact.given.holding_force
+        if not contact.sticks:
             return 0.0  # nothing would hold it, where a command cancels its friction
-        (response,) = self.divisors = each.given.response
-        return each.given.acceleration / response
+        (response,) = self.divisors = contact.given.response
+        return contact.given.acceleration / response
 
-    def _alone(self, i: int, each: RubbingContact) -> ContactForce:
+    def _alone(self, i: int, contact: RubbingContact) -> ContactForce:
         """What acts at a contact that no other one accelerates or loads."""
-        force, middle, limit, normal, at_rest, held = each.force, None, None, 1.0, None, self._held(i, each)
+        force, middle, limit, normal, at_rest, held = contact.force, None, None, 1.0, None, self._held(i, contact)
         clear: Any = 1.0
-        if each.sticks:
-            middle, limit = each.middle, each.limit
+        if contact.sticks:
+            middle, limit = contact.middle, contact.limit
         if self.follows_load:
-            assert each.given.reaction is not None
-            own, slope = each.given.reaction
-            clear, moved = 1.0 - slope * force, own - slope * each.push
+            assert contact.given.reaction is not None
+            own, slope = contact.given.reaction
+            clear, moved = 1.0 - slope * force, own - slope * contact.push
             normal, at_rest = self.loads = moved / clear, own + slope * held
             self.divisors += (clear,)
             bounds = clear, normal
             if limit is not None:
                 jams = (1.0 - slope * (middle - limit)) * (1.0 - slope * (middle + limit))
-                resting = 1.0 - each.slips
+                resting = 1.0 - contact.slips
                 bounds = (
-                    each.slips * clear
+                    contact.slips * clear
                     + resting * (0.5 * (moved + jams + sqrt((moved - jams) * (moved - jams)))),  # the larger
-                    each.slips * normal + resting,
-                    each.slips + resting * moved,
+                    contact.slips * normal + resting,
+                    contact.slips + resting * moved,
                 )
                 limit, middle = limit * at_rest, middle * at_rest
             self.bounds += bounds
             self.bound_kinds += (_PARADOX, _LIFT_OFF, _AT_REST)[: len(bounds)]
-        friction, hold = force * normal, held + each.push_at_rest
-        tangential = friction - each.push
-        if each.sticks:
-            friction = hold + each.slips * (friction - hold)
-            tangential = held + each.slips * (tangential - held)  # exactly `held` at rest
+        friction, hold = force * normal, held + contact.push_at_rest
+        tangential = friction - contact.push
+        if contact.sticks:
+            friction = hold + contact.slips * (friction - hold)
+            tangential = held + contact.slips * (tangential - held)  # exactly `held` at rest
         return ContactForce(
-            each, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear
+            contact, tangential, friction, hold, middle, limit, (hold, middle, limit), normal, (held, at_rest), clear
         )
 
     # --- coupled: one linear problem -------------------------------------------------------------------------------
@@ -222,12 +222,12 @@ class Contacts:
     def _coupled(self) -> tuple[ContactForce, ...]:
         """All forces, of contacts that accelerate or load one another."""
         rows, right = [], []
-        for i, each in enumerate(self.all):
-            slips, rests = each.slips, 1.0 - each.slips
-            slide, slide_to = self._sliding_row(i, each.force)
-            row = zip(each.given.response, slide, strict=True)
+        for i, rubbing in enumerate(self.all):
+            slips, rests = rubbing.slips, 1.0 - rubbing.slips
+            slide, slide_to = self._sliding_row(i, rubbing.force)
+            row = zip(rubbing.given.response, slide, strict=True)
             rows.append([rests * response + slips * own for response, own in row])
-            right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
+            right.append(rests * rubbing.given.acceleration + slips * (slide_to - rubbing.push))
         forces, self.divisors = solution(rows, right)
         modes, determinants = self._modes() if self.mean_loads else (), []
         for i, (contact, force) in enumerate(zip(self.all, forces, strict=True)):
@@ -308,22 +308,24 @@ class Contacts:
         1992, ch. 3; for contacts Loetstedt 1981, Pfeiffer and Glocker 1996). Of constant loads they are principal
         minors of A, which is positive definite: always.
         """
-        ways = []
+        modes = []
         for i, contact in enumerate(self.all):
             if not contact.sticks:
-                ways.append([self._sliding_row(i, contact.force)[0]])
+                modes.append([self._sliding_row(i, contact.force)[0]])
                 continue
             most = (contact.middle + contact.limit, contact.middle - contact.limit)
             rows = [self._sliding_row(i, level + contact.slips * (contact.force - level))[0] for level in most]
             still = [entry / contact.given.response[i] for entry in contact.given.response]
-            ways.append([[s + contact.slips * (r - s) for s, r in zip(still, rows[0], strict=True)], *rows])
-        return tuple(determinant(rows) for rows in itertools.product(*ways))
+            modes.append([[s + contact.slips * (r - s) for s, r in zip(still, rows[0], strict=True)], *rows])
+        return tuple(determinant(rows) for rows in itertools.product(*modes))
 
 
-def _own_share(each: RubbingContact):
+def _own_share(contact: RubbingContact):
     """What a contact at imposed distances takes of all that is held: its friction, or its middle at rest."""
-    slides = each.force - each.push
-    return slides + (1.0 - each.slips) * (each.middle - each.push_at_rest - slides) if each.sticks else slides
+    slides = contact.force - contact.push
+    return (
+        slides + (1.0 - contact.slips) * (contact.middle - contact.push_at_rest - slides) if contact.sticks else slides
+    )
 
 
 def _unit(i: int, n: int) -> tuple[float, ...]:

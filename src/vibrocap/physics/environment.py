@@ -12,10 +12,10 @@ from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import NonNegative, Number, Part, parameter, parameters
 
 
-def _checked_inclination(given: Any) -> Any:
-    if isinstance(given, (int, float)) and not isinstance(given, bool) and not abs(given) < 0.5 * math.pi:
+def _checked_inclination(angle: Any) -> Any:
+    if isinstance(angle, (int, float)) and not isinstance(angle, bool) and not abs(angle) < 0.5 * math.pi:
         raise ValueError("should be less steep than 90 degrees, between -pi/2 and pi/2 rad")
-    return given
+    return angle
 
 
 Inclination = Annotated[Number, BeforeValidator(_checked_inclination)]
@@ -89,8 +89,8 @@ class Environment(Part):
     def check(self, machine: Machine) -> None:
         """ArgumentError for what cannot be said of a machine."""
         for name in () if machine.over_ground else ("linear_drag", "quadratic_drag", "force"):
-            if given := getattr(self, name):
-                what = f"should be 0 with the {machine.name}, whose contacts are not all with the ground, got {given:g}"
+            if value := getattr(self, name):
+                what = f"should be 0 with the {machine.name}, whose contacts are not all with the ground, got {value:g}"
                 raise ArgumentError(f"environment.{name}", what)
         if self.inclination != 0.0 and not self.has_weight(machine):
             raise ArgumentError(
@@ -102,13 +102,13 @@ class Environment(Part):
             ("quadratic_drag_back", "0 or left out"),
             ("linear_drag_back", "left out"),
         ):
-            given = getattr(self, name)
-            kinked = given is not None if name == "linear_drag_back" else given
+            value = getattr(self, name)
+            kinked = value is not None if name == "linear_drag_back" else value
             if kinked and machine.ground_speed() != 0.0:
                 raise ArgumentError(
                     f"environment.{name}",
                     f"should be {wanted} over ground that moves (at {machine.ground_speed():g}): its kink is not at "
-                    f"the rest of the contact, got {given}",
+                    f"the rest of the contact, got {value}",
                 )
 
     def has_weight(self, machine: Machine) -> bool:

@@ -85,14 +85,14 @@ def equations_of(machine: Machine, form: Literal["text", "latex", "mathml"] = "t
 
     loads = [f"N_{c}" if len(derived.contacts) > 1 else "N" for c in range(1, len(derived.contacts) + 1)]
     loads = [write.name(load.replace("N", "load") if load in symbols.values() else load) for load in loads]
-    given = [Sum.of(parameter) for parameter in derived.inputs.parameters]
+    constants = [Sum.of(parameter) for parameter in derived.inputs.parameters]
     pressed = list(zip(loads, map(load, derived.contacts), strict=True))
     along = [derived.along[name] for name in derived.names]
     slid = [x for x, rate in zip(along, speeds, strict=True) if x.rate != derived.states[rate]]
     return Equations(
         tuple(line(write.name(symbols[_atom(x)] + "'"), x.rate) for x in slid),
         tuple(line(inertia(name), push(name) - rubbed(name)) for name in derived.names),
-        tuple(line(name, value) for name, value in pressed if value not in given),
+        tuple(line(name, value) for name, value in pressed if value not in constants),
         tuple(
             line(write.name("F_a" if k == 0 else f"F_a{k + 1}"), force(("imposed", k)) + rubbed(("imposed", k)))
             for k in range(len(derived.imposed))
@@ -132,11 +132,11 @@ def _symbols(machine: Machine, derived: Derivation) -> dict[int, str]:
         *((parameter, info.symbol, info.name) for parameter, info in zip(inputs.parameters, numbers, strict=True)),
         *zip(inputs.states, states.values(), states, strict=True),
     ]
-    for name, given in inputs.signals.items():
+    for name, derivatives in inputs.signals.items():
         symbol = kind.signals[name].symbol if name in kind.signals else "d"
         named += (
             (derivative, symbol + primes, name + primes)
-            for derivative, primes in zip(given, ("", "'", "''"), strict=True)
+            for derivative, primes in zip(derivatives, ("", "'", "''"), strict=True)
         )
     taken: set[str] = set()
     symbols = {}
@@ -176,10 +176,10 @@ class _Text:
 
     def product(self, number: float, above: list[Formula], below: list[Formula]) -> str:
         """A product, over what divides it; equal factors above and below are left out."""
-        for each in [*below]:
-            if each in above:
-                above.remove(each)
-                below.remove(each)
+        for factor in [*below]:
+            if factor in above:
+                above.remove(factor)
+                below.remove(factor)
         shown = self.times.join([*([self.number(number)] if number != 1.0 or not above else []), *self.powers(above)])
         over = self.powers(below)
         return self.over(shown, self.times.join(over), len(over) == 1) if over else shown

@@ -41,10 +41,10 @@ class Flow:
 
     def reaction(self, contact: int) -> Any:
         """Of the ground at a contact, counted from 0; None where the machine does not say."""
-        given = self.contacts[contact].contact.given.reaction
-        if given is None:
+        affine = self.contacts[contact].contact.given.reaction
+        if affine is None:
             return None
-        own, *slopes = given
+        own, *slopes = affine
         rubs = own + sum(slope * taken for slope, taken in zip(slopes, self.tangential, strict=True))
         factor = self.contacts[contact].contact.given.factor
         return rubs if isinstance(factor, float) and factor == 1.0 else rubs / factor
@@ -59,10 +59,12 @@ def _internal(system: Any, y) -> list[tuple]:
     return [internal_states[number] for number in sorted(internal_states)]
 
 
-def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:
+def _rubbing(system: Any, y, machine_contacts: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:
     """The contacts of the machine, each with its law, in their modes."""
-    rubbing_contacts, pushes = [], ((0.0, 0.0),) * len(given) if outside is None else outside.pushes
-    contacts_in_order = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
+    rubbing_contacts, pushes = [], ((0.0, 0.0),) * len(machine_contacts) if outside is None else outside.pushes
+    contacts_in_order = zip(
+        machine_contacts, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True
+    )
     for contact, law, load, internal, side, (push, push_at_rest) in contacts_in_order:
         force, rates = law.force(contact.velocity, internal, side, load)
         losses = law.losses(contact.velocity, internal, side, load)
@@ -82,18 +84,18 @@ def flow_of(system: Any, t, y, side) -> Flow:
     sides = side if isinstance(side, tuple) else (side,) * count
     machine = machine if system.controller is None else machine.sliding(sides)
     drive = system.timed_drive.value(t)
-    given = tuple(machine.contacts(t, mechanical, drive))
+    machine_contacts = tuple(machine.contacts(t, mechanical, drive))
     outside = None
     if system.environment is not None:
-        velocities = tuple(each.velocity for each in given)
+        velocities = tuple(contact.velocity for contact in machine_contacts)
         outside = system.environment.outside(machine, t, mechanical, velocities, sides)
-    rubbing = _rubbing(system, y, given, sides, outside)
+    rubbing = _rubbing(system, y, machine_contacts, sides, outside)
     contacts = Contacts(machine, rubbing)
     acting = contacts.acting
     frictions = tuple(force.tangential for force in acting)
     switches, outcomes, law_switches = _switches(system, machine, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
-    against_all = system.machine.imposes_motion or any(each.response for each in given)
+    against_all = system.machine.imposes_motion or any(contact.response for contact in machine_contacts)
     worked_against = frictions if against_all else tuple(force.friction for force in acting)
     rates = machine.rates(t, mechanical, drive, frictions)
     if contacts.coupled:

@@ -168,11 +168,11 @@ def allowed(wanted: str, words: tuple[str | None, ...], most: float = -1.0) -> B
     wanted: what is said of another value
     """
 
-    def checked(given: Any) -> Any:
-        if isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given <= most:
-            return float(given)
-        if isinstance(given, (str, type(None))) and given in words:
-            return given
+    def checked(value: Any) -> Any:
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= most:
+            return float(value)
+        if isinstance(value, (str, type(None))) and value in words:
+            return value
         raise ValueError(f"should be {wanted}")
 
     return BeforeValidator(checked)
@@ -213,8 +213,8 @@ class ParameterError(ValueError):
 @dataclass_transform(frozen_default=True)
 def parameters(cls: type[Record]) -> type[Record]:
     """Class decorator: a frozen dataclass whose fields are checked and whose unknown names are refused."""
-    made: Any = _checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))(cls)
-    checked = made.__init__
+    record: Any = _checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))(cls)
+    checked = record.__init__
 
     @functools.wraps(checked)
     def __init__(self, *values, **named):
@@ -227,8 +227,8 @@ def parameters(cls: type[Record]) -> type[Record]:
             return
         raise ParameterError(type(self).__name__, complaints)  # out of the block, so that it shows no other error
 
-    made.__init__ = __init__
-    return made
+    record.__init__ = __init__
+    return record
 
 
 @dataclasses.dataclass(frozen=True)
@@ -302,10 +302,10 @@ def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     return tuple(table)
 
 
-def complaint_of(said: str) -> Complaint:
+def complaint_of(text: str) -> Complaint:
     """What a part says of itself as a whole, "field should ...", about that field; of all "parameters" otherwise."""
-    field, between, rest = said.partition(" should ")
-    return Complaint(field, f"should {rest}") if between else Complaint("parameters", said)
+    field, between, rest = text.partition(" should ")
+    return Complaint(field, f"should {rest}") if between else Complaint("parameters", text)
 
 
 def _complaint(problem: Any, known: list[str]) -> Complaint:

@@ -45,23 +45,23 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
         raise PartsError(f"{path}: cannot be read: {error.strerror or error}") from None
     if len(text) > LARGEST:
         raise PartsError(f"{path}: should be at most {LARGEST // 2**20} MB")
-    found = _digest(text)
-    if digest is not None and found != digest:
-        raise PartsError(f"{path}: has changed: its digest is {found[:12]}, the one asked for is {digest[:12]}")
+    own_digest = _digest(text)
+    if digest is not None and own_digest != digest:
+        raise PartsError(f"{path}: has changed: its digest is {own_digest[:12]}, the one asked for is {digest[:12]}")
     name = f"{PREFIX}{path.stem}_{_digest(os.fsencode(path) + text)[:16]}"
     module = sys.modules.get(name)
     if module is None:
         for old in _loaded():  # what the file was before, or a copy of it elsewhere
-            if old.__file__ == str(path) or old.__dict__["__digest__"] == found:
+            if old.__file__ == str(path) or old.__dict__["__digest__"] == own_digest:
                 _drop(old)
-        module = _run(name, path, text, found)
+        module = _run(name, path, text, own_digest)
     parts = tuple(parts_in(module))
     try:
         if not parts:
             raise PartsError(f"{path}: defines no part: no class that extends Law, Machine, Drive or Controller")
         for part in parts:
             register(part)
-            _files[part] = path, found
+            _files[part] = path, own_digest
             part.__reduce__ = _reduced  # type: ignore[method-assign,assignment]
     except (TypeError, ValueError) as error:
         _drop(module)

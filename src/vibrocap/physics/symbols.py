@@ -20,7 +20,7 @@ from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 
 LETTERS = "alpha beta delta epsilon eta gamma kappa lambda mu nu Omega omega phi psi rho sigma tau theta xi"
-GREEK = dict(zip(LETTERS.split(), "αβδεηγκλμνΩωφψρστθξ", strict=True))
+GREEK: dict[str, str] = dict(zip(LETTERS.split(), "αβδεηγκλμνΩωφψρστθξ", strict=True))
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 

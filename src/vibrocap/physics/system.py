@@ -131,18 +131,18 @@ class System:
         self.__post_init__()
 
     def __post_init__(self):
-        given = self.parts
-        if any(isinstance(part, PartInSI) for part in given.values()):
-            plain_parts, scales = parts_without_units(given, self.units)
+        record = self.parts
+        if any(isinstance(part, PartInSI) for part in record.values()):
+            plain_parts, scales = parts_without_units(record, self.units)
             self._set(**fields_of(plain_parts), units=scales)
         if self.units is not None and not isinstance(self.units, Scales):
             wanted = self.machine.si_scales.__name__
             raise TypeError(f"units should be scales, {wanted}(...), got {self.units!r}")
-        for part, given in self.parts.items():
+        for part, record in self.parts.items():
             contract = Law if number_in(part, "friction") else Drive if part.startswith(SIGNAL) else CONTRACTS[part]
-            if not isinstance(given, contract):
+            if not isinstance(record, contract):
                 what = contract.__name__.lower()
-                raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
+                raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {record!r}")
         check_contacts(self.machine, 1 + len(self.further))
         for number, law in enumerate(self.laws, 1):
             if law.internal and self.machine.loads()[number - 1] == 0:
@@ -191,9 +191,9 @@ class System:
     @classmethod
     def unchecked(cls, parts: Mapping[str, Any]) -> "System":
         """The same of parts that hold something else in place of numbers, such as symbols; of no units."""
-        made = object.__new__(cls)
-        made._set(**fields_of(parts))
-        return made
+        system = object.__new__(cls)
+        system._set(**fields_of(parts))
+        return system
 
     @property
     def parts(self) -> dict[str, Any]:
@@ -294,7 +294,7 @@ class System:
             *losses, storage = (numbered(channel, i) for channel in CONTACT_CHANNELS)
             lost.append(losses)
             stored.append([storage] if law.internal and self.machine.follows_load else [])
-        further = (name for each in (*lost[1:], *stored[1:]) for name in each)
+        further = (name for names in (*lost[1:], *stored[1:]) for name in names)
         return (*self.placed.channels, *further, *outside, *lost[0], *stored[0])
 
     @property

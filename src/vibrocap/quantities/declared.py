@@ -24,16 +24,16 @@ class WithUnit:
         return f"{self.value:{digits}} {self.unit}"
 
 
-def without_unit(seen: Any) -> Any:
+def without_unit(value: Any) -> Any:
     """The value of a quantity; what has no unit, as it is."""
-    return seen.value if isinstance(seen, WithUnit) else seen
+    return value.value if isinstance(value, WithUnit) else value
 
 
-def scaled(seen: Any, factor: float) -> Any:
+def scaled(value: Any, factor: float) -> Any:
     """A number or a quantity times a factor; a zero without its sign."""
-    if not isinstance(seen, WithUnit):
-        return seen * factor + 0.0
-    return WithUnit(seen.value * factor + 0.0, seen.unit, seen.dimensionless * factor + 0.0)
+    if not isinstance(value, WithUnit):
+        return value * factor + 0.0
+    return WithUnit(value.value * factor + 0.0, value.unit, value.dimensionless * factor + 0.0)
 
 
 @dataclasses.dataclass(frozen=True)

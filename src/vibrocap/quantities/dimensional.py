@@ -105,14 +105,14 @@ def _in_words(record: InSI, name: str) -> str:
     return _of_units(member_view(record._computed, name, record._context))
 
 
-def _of_units(seen: Any) -> str:
-    if isinstance(seen, WithUnit):
-        return f"{seen.value!r} {seen.unit}"
-    if isinstance(seen, Mapping):
-        return "{" + ", ".join(f"{key!r}: {_of_units(one)}" for key, one in seen.items()) + "}"
-    if isinstance(seen, list):
-        return f"[{', '.join(map(_of_units, seen))}]"
-    return repr(seen)
+def _of_units(value: Any) -> str:
+    if isinstance(value, WithUnit):
+        return f"{value.value!r} {value.unit}"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key!r}: {_of_units(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_of_units, value))}]"
+    return repr(value)
 
 
 @functools.cache
@@ -157,9 +157,9 @@ def _home(cls: type, name: str) -> type:
 
 def _own(cls: type) -> set[str]:
     """Names that a class and its bases define themselves, what `dataclass` makes apart."""
-    made = getattr(cls, "__dataclass_params__", None)
+    parameters = getattr(cls, "__dataclass_params__", None)
     own = {name for base in cls.__mro__[:-1] for name in vars(base)}
-    return own - {"__repr__"} if made is not None and made.repr else own
+    return own - {"__repr__"} if parameters is not None and parameters.repr else own
 
 
 def _shown_property(cls: type, name: str, hint: Any) -> property:
@@ -179,9 +179,9 @@ def _shown_method(cls: type, name: str, function: Any) -> Any:
         hints = call_hints(function)
         _refuse(cls, name, hints.get("return", Any))
         names = function.__code__.co_varnames[1 : function.__code__.co_argcount]
-        given = dict(zip(names, args, strict=False)) | kwargs
-        context = self._context.within(self._computed).within({k: x for k, x in given.items() if isinstance(x, str)})
-        plain = {key: walked(value, hints.get(key, Any), context, back=True) for key, value in given.items()}
+        named = dict(zip(names, args, strict=False)) | kwargs
+        context = self._context.within(self._computed).within({k: x for k, x in named.items() if isinstance(x, str)})
+        plain = {key: walked(value, hints.get(key, Any), context, back=True) for key, value in named.items()}
         rest = args[len(names) :]
         value = getattr(self._computed, name)(*(plain.pop(key) for key in names[: len(args)]), *rest, **plain)
         return walked(value, hints.get("return", Any), context)
@@ -218,9 +218,9 @@ def shown(record: Value, context: Context) -> Value:
     """A record in SI; one that is so already, as it is."""
     if isinstance(record, InSI):
         return record
-    made = object.__new__(_face(type(record)))
-    made.__dict__.update(_computed=record, _context=context.kept(), _converted={})
-    return made
+    face = object.__new__(_face(type(record)))
+    face.__dict__.update(_computed=record, _context=context.kept(), _converted={})
+    return face
 
 
 def in_si(record: Value, system: Any = None, **words: str) -> Value:
@@ -294,9 +294,9 @@ def detached(value: Any) -> Any:
         new = {name: detached(element) for name, element in old.items()}
         if all(new[name] is old[name] for name in old):
             return value
-        made = object.__new__(type(value))
-        made.__dict__.update({**vars(value), **new})
-        return made
+        record = object.__new__(type(value))
+        record.__dict__.update({**vars(value), **new})
+        return record
     if isinstance(value, (tuple, list)) and not hasattr(value, "_fields"):
         elements = [detached(element) for element in value]
         return value if all(a is b for a, b in zip(elements, value, strict=True)) else type(value)(elements)

@@ -81,10 +81,10 @@ def _is_of(hint: Any, value: Any) -> bool:
 
 def of_elements(hint: Any, count: int) -> list[Any]:
     """The types of the elements of a tuple or a list of a type."""
-    given = [inner for inner in typing.get_args(hint) if inner is not Ellipsis]
-    if not given or len(given) not in (1, count):
+    inner_types = [inner for inner in typing.get_args(hint) if inner is not Ellipsis]
+    if not inner_types or len(inner_types) not in (1, count):
         return [Any] * count
-    return given if len(given) == count else given * count
+    return inner_types if len(inner_types) == count else inner_types * count
 
 
 def undeclared(hint: Any) -> bool:

@@ -70,9 +70,9 @@ def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None
                 bound.arguments[others] = rest | bound.arguments.get(others, {})
 
 
-def _context(given: tuple[Any, ...]) -> Context | None:
+def _context(arguments: tuple[Any, ...]) -> Context | None:
     """Where the numbers of a call stand in SI; None where nothing that is given is in SI."""
-    for argument in given:
+    for argument in arguments:
         if hasattr(type(argument), "si_context"):
             context = argument.si_context()
         elif isinstance(argument, Mapping):

@@ -22,10 +22,10 @@ class OfChannels(OfBalance):
     """The same by channel."""
 
     def seen(self, value: Any, context: Context) -> Any:
-        return {name: super(OfChannels, self).seen(each, context) for name, each in value.items()}
+        return {name: super(OfChannels, self).seen(work, context) for name, work in value.items()}
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
-        return {name: super(OfChannels, self).converted(each, context, back) for name, each in value.items()}
+        return {name: super(OfChannels, self).converted(work, context, back) for name, work in value.items()}
 
 
 Work = Annotated[float, OfBalance()]

@@ -175,8 +175,8 @@ def _recursion(step: Callable[[float], float] | None) -> Recursion:
     return Recursion(None, MOST_ITERATIONS, False)
 
 
-def _scaled(scale: float, found: Recursion) -> Recursion:
-    return dataclasses.replace(found, value=None if found.value is None else scale * found.value)
+def _scaled(scale: float, recursion: Recursion) -> Recursion:
+    return dataclasses.replace(recursion, value=None if recursion.value is None else scale * recursion.value)
 
 
 def root_between(function: Callable[[float], float], low: float, high: float) -> float:

@@ -98,13 +98,13 @@ class _Unhashed:
         return True
 
 
-def _check_count(system: System, function: str, given: Sequence, names: str, wanted: Sequence[str]) -> None:
+def _check_count(system: System, function: str, values: Sequence, names: str, wanted: Sequence[str]) -> None:
     """RecordingError where a function of the machine does not give a number for each of its states or channels."""
-    if len(given) != len(wanted):
-        more = len(given) - len(wanted)  # what law, environment and the like add is there in both
+    if len(values) != len(wanted):
+        more = len(values) - len(wanted)  # what law, environment and the like add is there in both
         own = getattr(system.machine, names)
-        said = f"should be {len(own)} numbers, one for each of {names} ({', '.join(own)}), got {len(own) + more}"
-        raise RecordingError(f"{system.machine.name}: {function}: {said}")
+        wrong = f"should be {len(own)} numbers, one for each of {names} ({', '.join(own)}), got {len(own) + more}"
+        raise RecordingError(f"{system.machine.name}: {function}: {wrong}")
 
 
 @functools.lru_cache(maxsize=64)
@@ -271,13 +271,13 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
     def tuples(values: Any) -> tuple[Expression, ...]:
         return tuple(map(expression, values))
 
-    given, contacts = flow.rows, [contact.contact for contact in flow.contacts]
-    assert given is not None
+    problem, contacts = flow.rows, [contact.contact for contact in flow.contacts]
+    assert problem is not None
     return DecisionRows(
-        b=tuples(given.b),
-        response=tuple(map(tuples, given.A)),
-        loads=tuples(given.n),
-        load_response=tuple(map(tuples, given.C)),
+        b=tuples(problem.b),
+        response=tuple(map(tuples, problem.A)),
+        loads=tuples(problem.n),
+        load_response=tuple(map(tuples, problem.C)),
         forces=tuples(contact.force for contact in contacts),
         pushes=tuple(tuples((contact.push, contact.push_at_rest)) for contact in contacts),
         bounds=tuple(tuples(contact.reach) if contact.sticks else None for contact in contacts),

@@ -13,10 +13,10 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
     time, machine, expression = graph.node("time"), recorded.placed, graph.expression
     machine = machine if recorded.controller is None else machine.sliding(sides)
     at = time, mechanical, flow.reference, flow.tangential
-    told = machine.equations_of_motion(*at)
-    if told is None:
+    description = machine.equations_of_motion(*at)
+    if description is None:
         return None
-    rows, lifts = told
+    rows, lifts = description
     names = [machine.derived.rates[name] for name in machine.derived.order]
     solved = [
         {name: expression(rate) for name, rate in zip(machine.states, rates, strict=False)}
@@ -24,8 +24,8 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
     ]
     accelerations = [tuple({row[name].index: row[name] for row in solved}.values()) for name in names]
 
-    def left(told: tuple, acceleration: Any) -> Expression:
-        force, motions, share = told
+    def left(description: tuple, acceleration: Any) -> Expression:
+        force, motions, share = description
         remainder = expression(force)
         for factor, rate in motions:
             remainder = remainder - factor * expression(rate).rate()
@@ -48,5 +48,5 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
                 load=load,
             )
         )
-    told = zip(rows, accelerations, strict=True)
-    return Mechanics(tuple(MotionRow(left(row, rates[0]), rates) for row, rates in told), tuple(contacts))
+    description = zip(rows, accelerations, strict=True)
+    return Mechanics(tuple(MotionRow(left(row, rates[0]), rates) for row, rates in description), tuple(contacts))

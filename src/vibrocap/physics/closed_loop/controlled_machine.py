@@ -156,8 +156,10 @@ class ControlledMachine(WrappedMachine):
 
     def _after_corner(self, t, y, reference) -> tuple:
         """The states of a sampled controller after a sample, where the sign of the segment is +1, or an action, -1."""
-        given, sign = self._given(t, y, reference), self.reference_part.sign(t)
-        both = zip(self.controller_part.after_sample(*given), self.controller_part.after_action(given[2]), strict=True)
+        arguments, sign = self._given(t, y, reference), self.reference_part.sign(t)
+        both = zip(
+            self.controller_part.after_sample(*arguments), self.controller_part.after_action(arguments[2]), strict=True
+        )
         return *(0.5 * (1.0 + sign) * sample + 0.5 * (1.0 - sign) * action for sample, action in both), sign
 
     def bounds(self, t, y) -> tuple:

@@ -89,9 +89,9 @@ def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
         raise ArgumentError("machine", f"told its motion {what}") from None
     if by_effort == 0.0:
         raise ArgumentError("controller.measured", f"the command does not accelerate {state.removesuffix('_rate')!r}")
-    given = placed.contacts(0.0, (*y, *(0.0 for _ in controller.states)), 0.0)
+    contacts = placed.contacts(0.0, (*y, *(0.0 for _ in controller.states)), 0.0)
     rests = (law.kind == "set-valued" for law in laws_of(parts))
-    own = [abs(contact.response[i]) for i, contact in enumerate(given)]
+    own = [abs(contact.response[i]) for i, contact in enumerate(contacts)]
     if any(rest and response <= CANCELLED for rest, response in zip(rests, own, strict=True)):
         what = "the command would cancel the friction on its own body, at rest as well"
         raise ArgumentError("controller.measured", f"should not be the place of a body that comes to rest: {what}")

@@ -29,18 +29,18 @@ def carried_names(old: type, new: type) -> Mapping[str, str]:
     """
     names: tuple[Mapping[str, str], ...] = tuple(getattr(kind, "si_names", {}) for kind in (old, new))
     before = {info.name: info for info in parameter_table(old)}
-    found: dict[str, str] = {}
+    carried_over: dict[str, str] = {}
     for info in parameter_table(new):
         same = before.get(info.name)
         stems = [name.get(info.name, info.name) for name in names]
         if same is not None and _alike(same, info) and stems[0] == stems[1]:
-            found[info.name] = info.name
+            carried_over[info.name] = info.name
     shares = [info.name for info in parameter_table(new) if info.role == "share"]
-    if any(name not in found for name in shares):
-        found = {name: other for name, other in found.items() if name not in shares}
-    left = [_by_role(old, found.values()), _by_role(new, found)]
-    found |= {left[1][role]: left[0][role] for role in left[1] if role in left[0]}
-    return MappingProxyType(found)
+    if any(name not in carried_over for name in shares):
+        carried_over = {name: other for name, other in carried_over.items() if name not in shares}
+    left = [_by_role(old, carried_over.values()), _by_role(new, carried_over)]
+    carried_over |= {left[1][role]: left[0][role] for role in left[1] if role in left[0]}
+    return MappingProxyType(carried_over)
 
 
 def carried(part: Any, kind: type) -> dict[str, Any]:
@@ -67,8 +67,8 @@ def lacking(kind: type, effort: str, known: Container[str]) -> list[Complaint]:
 def needed(kind: type) -> Iterator[ParameterInfo]:
     """The parameters of a kind of part that have no default where it takes the place of another in SI."""
     for info in parameter_table(kind):
-        chosen = info.role in CHOSEN and info.dimension == NUMBER
-        if not (info.default in (None, 0.0) or isinstance(info.default, str) or info.dimension is None or chosen):
+        neutral = info.role in CHOSEN and info.dimension == NUMBER
+        if not (info.default in (None, 0.0) or isinstance(info.default, str) or info.dimension is None or neutral):
             yield info
 
 

@@ -38,30 +38,30 @@ class WithoutUnits:
     complaints: Complaints
 
 
-def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
+def part_without_units(part: Any, values: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
     """The parameters of a part (a class) whose values are given in SI.
 
     bare: whether a key without a unit is in SI too, as where a case says units = "SI"
     In SI only a zero, a word and a number without a unit have defaults: any other is that of a certain size of machine.
     """
     keys = parameter_keys(part, units.effort)
-    without_units = _without_units({info.name for info in parameter_table(part)}, keys, given, units, bare)
+    without_units = _without_units({info.name for info in parameter_table(part)}, keys, values, units, bare)
     for info in parameter_table(part):
-        if info.name not in {*without_units.keys, *given} and not _has_default(info, keys):
+        if info.name not in {*without_units.keys, *values} and not _has_default(info, keys):
             without_units.complaints.add(*_missing(part, info, keys))
     return without_units
 
 
-def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
+def states_without_units(values: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
     """Initial states by name whose values are given in SI."""
-    return _without_units(set(units.states), state_keys(units.states), given, units, bare)
+    return _without_units(set(units.states), state_keys(units.states), values, units, bare)
 
 
-def with_gravity(given: Mapping[str, Any], machine: Any) -> Mapping[str, Any]:
+def with_gravity(values: Mapping[str, Any], machine: Any) -> Mapping[str, Any]:
     """What is given in SI of an environment, with gravity on a slope where the machine (a class) does not know it."""
-    if machine.gravity is not None or not any(key.startswith("inclination") for key in given):
-        return given
-    return {"gravity_m_per_s2": STANDARD_GRAVITY_M_PER_S2, **given}
+    if machine.gravity is not None or not any(key.startswith("inclination") for key in values):
+        return values
+    return {"gravity_m_per_s2": STANDARD_GRAVITY_M_PER_S2, **values}
 
 
 def constant_load(parts: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
@@ -244,10 +244,10 @@ def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts
 
 
 def _without_units(
-    names: Iterable[str], keys: Mapping[str, Key], given: Mapping[str, Any], units: Units, bare: bool
+    names: Iterable[str], keys: Mapping[str, Key], values: Mapping[str, Any], units: Units, bare: bool
 ) -> WithoutUnits:
     without_units = WithoutUnits({}, {}, Complaints())
-    for key, value in given.items():
+    for key, value in values.items():
         known = keys.get(key) or _named(key, value, names, keys, bare)
         if isinstance(known, str):
             without_units.complaints.add(key, known)
@@ -278,10 +278,10 @@ def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], 
         return f"no such key in SI; {suggestion(key, keys)}"
     if isinstance(value, str):
         return first
-    ways = [key.key for key in keys.values() if key.name == name and key.has_unit]
-    if bare and len(ways) == 1 and key in stems:
+    united = [key.key for key in keys.values() if key.name == name and key.has_unit]
+    if bare and len(united) == 1 and key in stems:
         return first
-    return f"has no unit in a case in SI; give {listed(ways, ' or ')}"
+    return f"has no unit in a case in SI; give {listed(united, ' or ')}"
 
 
 def _has_default(info: ParameterInfo, keys: Mapping[str, Key]) -> bool:
@@ -289,57 +289,57 @@ def _has_default(info: ParameterInfo, keys: Mapping[str, Key]) -> bool:
 
 
 def _missing(part: Any, info: ParameterInfo, keys: Mapping[str, Key]) -> tuple[str, str]:
-    ways = [key.key for key in keys.values() if key.name == info.name and key.has_unit]
+    united = [key.key for key in keys.values() if key.name == info.name and key.has_unit]
     text = "is missing; it has no default in SI"
     if info.name == "normal_load" and part.si_load:
-        text = f"is missing; give the load on the contact in {keys[ways[0]].unit}, or {part.si_load}"
-    elif len(ways) > 1:
-        text += f" (or {listed(ways[1:], ' or ')})"
-    return ways[0], text
+        text = f"is missing; give the load on the contact in {keys[united[0]].unit}, or {part.si_load}"
+    elif len(united) > 1:
+        text += f" (or {listed(united[1:], ' or ')})"
+    return united[0], text
 
 
-def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tuple[dict[str, Any], Scales]:
+def parts_without_units(parts: Mapping[str, Any], scales: Scales | None) -> tuple[dict[str, Any], Scales]:
     """(the parts without units, the scales of the machine), of parts some of which are in SI.
 
     scales: those of a machine that is not given in SI
     Raises ArgumentError for parts of which some are in SI and others not, ParameterError for values that do not serve.
     """
-    machine = given["machine"]
+    machine = parts["machine"]
     if not isinstance(machine, PartInSI):
         if scales is None:
             kind = type(machine).__name__
             raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
-        in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
-        return {**given, **_parts_in_turn(in_si, scales, machine)}, scales
+        in_si = {name: part for name, part in parts.items() if isinstance(part, PartInSI)}
+        return {**parts, **_parts_in_turn(in_si, scales, machine)}, scales
     fields = [info.name for info in parameter_table(machine.part.si_scales)]
     try:
         own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
     except ParameterError as error:
         raise error.within("machine") from None
     rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
-    return _parts_in_turn({**given, "machine": rest}, own, machine.part), own
+    return _parts_in_turn({**parts, "machine": rest}, own, machine.part), own
 
 
-def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> dict[str, Any]:
+def _parts_in_turn(originals: Mapping[str, Any], scales: Scales, machine: Any) -> dict[str, Any]:
     """The parts without units; ParameterError with every complaint, named by the keys that were given.
 
     machine: its class, or itself where it is not among them
     """
     parts: dict[str, Any] = {}
-    kinds = {name: part.part if isinstance(part, PartInSI) else type(part) for name, part in given.items()}
+    kinds = {name: part.part if isinstance(part, PartInSI) else type(part) for name, part in originals.items()}
     kinds["machine"] = machine if isinstance(machine, type) else type(machine)
     complaints: list[Complaint] = []
-    for name in sorted(given, key=lambda section: section not in ("machine", "environment")):
-        part, kind, effort = given[name], kinds[name], effort_of(name, kinds)
-        said = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
-        complaints += [Complaint(f"{name}.{each}", UNDECLARED) for each in undeclared(kind) if each not in said]
+    for name in sorted(originals, key=lambda section: section not in ("machine", "environment")):
+        part, kind, effort = originals[name], kinds[name], effort_of(name, kinds)
+        in_si = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
+        complaints += [Complaint(f"{name}.{field}", UNDECLARED) for field in undeclared(kind) if field not in in_si]
         if not isinstance(part, PartInSI):
             keys = parameter_keys(kind, effort)
             if complaints:
                 continue
             if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
-                way = f"{kind.__name__}.in_si(...)"
-                raise ArgumentError(name, f"should be in SI like the machine, {way}, got {part!r}")
+                call = f"{kind.__name__}.in_si(...)"
+                raise ArgumentError(name, f"should be in SI like the machine, {call}, got {part!r}")
             parts[name] = part
             continue
         values, asked = part.values, {}
@@ -362,15 +362,15 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> di
             ]
     if complaints:
         raise ParameterError("the system", complaints)
-    return {name: parts[name] for name in given}
+    return {name: parts[name] for name in originals}
 
 
 def _as_given(
-    complaint: Complaint, part: str, given: Mapping[str, Any], plain: Mapping[str, Any], keys: Mapping[str, str]
+    complaint: Complaint, part: str, values: Mapping[str, Any], plain: Mapping[str, Any], keys: Mapping[str, str]
 ) -> Complaint:
     """A complaint about a value without units, about what was given."""
     name = complaint.field
     if name not in keys:
         return complaint.about(f"{part}.{name}")
     text, got, _ = complaint.text.rpartition(f", got {shown(plain[name])}")
-    return Complaint(f"{part}.{keys[name]}", f"{text}, got {shown(given[keys[name]])}" if got else complaint.text)
+    return Complaint(f"{part}.{keys[name]}", f"{text}, got {shown(values[keys[name]])}" if got else complaint.text)

@@ -158,8 +158,8 @@ def state_keys(units: Mapping[str, str]) -> dict[str, Key]:
     """Every key under which a state may be given in SI; units: of the states by name, "1" where they have none."""
     keys = {}
     for name, unit in units.items():
-        ways = {unit: 1.0} | OTHER_UNITS.get(unit, {})
-        keys |= {key.key: key for key in _keys(name, name, ways, dimension_of_unit(unit))}
+        factors = {unit: 1.0} | OTHER_UNITS.get(unit, {})
+        keys |= {key.key: key for key in _keys(name, name, factors, dimension_of_unit(unit))}
     return keys
 
 
@@ -351,22 +351,22 @@ def written(
     """Values by name as values by keys in SI, see `written_in_si`."""
     written_numbers: dict[str, Any] = {}
     for name, value in values.items():
-        ways = [key for key in keys.values() if key.name == name]
-        if not ways and not isinstance(value, str):
+        own_keys = [key for key in keys.values() if key.name == name]
+        if not own_keys and not isinstance(value, str):
             raise ValueError(f"{name}: {UNDECLARED}")
-        if isinstance(value, str) or not ways[0].has_unit:
-            written_numbers[name if isinstance(value, str) else ways[0].key] = value
+        if isinstance(value, str) or not own_keys[0].has_unit:
+            written_numbers[name if isinstance(value, str) else own_keys[0].key] = value
             continue
         if isinstance(value, tuple):
-            listed = [shortest(number, units.per_key(ways[0])) for number in value]
+            listed = [shortest(number, units.per_key(own_keys[0])) for number in value]
             if exactly and None in listed:
                 return None
             pairs = zip(listed, value, strict=True)
-            written_numbers[ways[0].key] = [
-                number * units.per_key(ways[0]) if one is None else one for one, number in pairs
+            written_numbers[own_keys[0].key] = [
+                number * units.per_key(own_keys[0]) if one is None else one for one, number in pairs
             ]
             continue
-        numbers = {digits.key: shortest(float(value), units.per_key(digits)) for digits in ways}
+        numbers = {digits.key: shortest(float(value), units.per_key(digits)) for digits in own_keys}
         exact = {key: number for key, number in numbers.items() if number is not None}
         if exact:
             key = min(exact, key=lambda number: len(repr(exact[number])))
@@ -374,5 +374,5 @@ def written(
         elif exactly:
             return None
         else:
-            written_numbers[ways[0].key] = float(value) * units.per_key(ways[0])
+            written_numbers[own_keys[0].key] = float(value) * units.per_key(own_keys[0])
     return written_numbers

@@ -17,10 +17,10 @@ from vibrocap.physics.drives.drive import (
 MOST_PULSES = 10_000
 
 
-def _whole(given: Any) -> Any:
-    number = isinstance(given, (int, float)) and not isinstance(given, bool)
-    if number and given == int(given) and 2 <= given <= MOST_PULSES:
-        return int(given)
+def _whole(value: Any) -> Any:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if number and value == int(value) and 2 <= value <= MOST_PULSES:
+        return int(value)
     raise ValueError(f"should be a whole number from 2 to {MOST_PULSES}")
 
 

@@ -54,5 +54,5 @@ class SevenPhase(Piecewise):
 
     @property
     def period(self) -> float:
-        way = self.forward_start + self.forward_cruise + self.forward_stop
-        return way + self.back_start + self.back_cruise + self.back_stop + self.rest
+        forward = self.forward_start + self.forward_cruise + self.forward_stop
+        return forward + self.back_start + self.back_cruise + self.back_stop + self.rest

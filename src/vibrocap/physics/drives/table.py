@@ -9,11 +9,11 @@ from vibrocap.physics.parameters import Number, Positive, parameter, parameters
 FEWEST = {"linear": 2, "cubic": 3}  # points, besides the last one
 
 
-def _numbers(given: Any) -> Any:
-    if isinstance(given, (str, bytes)) or not hasattr(given, "__iter__"):
+def _numbers(values: Any) -> Any:
+    if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__"):
         raise ValueError("should be a list of numbers")
     numbers = []
-    for i, value in enumerate(given, start=1):
+    for i, value in enumerate(values, start=1):
         try:
             number = float("nan") if isinstance(value, (bool, str)) else float(value)
         except (TypeError, ValueError):

@@ -18,9 +18,9 @@ ELEMENTS = 4
 @model_validator(mode="after")
 def shares_within_one(law):
     """Refuse shares of the level that leave nothing to the last element."""
-    given = law.share_1 + law.share_2 + law.share_3
-    if not given < 1.0:
-        raise ValueError(f"share_1, share_2 and share_3 should add up to less than 1, got {given:g}")
+    total = law.share_1 + law.share_2 + law.share_3
+    if not total < 1.0:
+        raise ValueError(f"share_1, share_2 and share_3 should add up to less than 1, got {total:g}")
     return law
 
 

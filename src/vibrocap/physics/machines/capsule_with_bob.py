@@ -19,8 +19,8 @@ DAMPER = parameter(1.0, "nu", "viscous damper at the pivot", "torsional damping"
 def load(default: Any) -> Any:
     """The load of a capsule with a bob, as a parameter of the machine."""
     plain, in_si = 'a number, "weight" (lambda + 1)', 'load on the contact: a force, "weight"'
-    made = 'or "dynamic" (what the motion makes)'
-    return parameter(default, "N", f"load on the contact over m g: {plain} {made}", "load", in_si=f"{in_si} {made}")
+    words = 'or "dynamic" (what the motion makes)'
+    return parameter(default, "N", f"load on the contact over m g: {plain} {words}", "load", in_si=f"{in_si} {words}")
 
 
 @parameters

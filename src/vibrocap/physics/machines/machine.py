@@ -138,9 +138,9 @@ class Machine(Part):
     )
     state_units: ClassVar[Any] = Derived(_units)
 
-    def __init_subclass__(cls, **given: Any):
+    def __init_subclass__(cls, **options: Any):
         """TypeError for a class that defines what follows from its parts."""
-        super().__init_subclass__(**given)
+        super().__init_subclass__(**options)
         if own := [name for name in vars(cls) if name in FOLLOWS]:
             raise TypeError(f"{cls.__name__}: {', '.join(own)}: should be left out, it follows from `parts`")
         cls.imposes_motion = cls.effort in IMPOSED
@@ -286,7 +286,7 @@ class Machine(Part):
         """States that stay as they are while a rigid stop is touched, by the name of its state."""
         held = {name: self.derived.stops[i] for name, i in self.stops.items() if self.derived.stops[i].rigid}
         names = {name: stopped(self.derived, stop) for name, stop in held.items()}
-        return {name: (each, self.derived.rates[each]) for name, each in names.items()}
+        return {name: (coordinate, self.derived.rates[coordinate]) for name, coordinate in names.items()}
 
     @property
     def bound_kinds(self) -> tuple[str, ...]:

@@ -51,4 +51,5 @@ class ModeCouplingBlock(ConsistentUnits):
 
     @property
     def stiffness(self):
+        """k11, along the belt."""
         return self.sliding_stiffness

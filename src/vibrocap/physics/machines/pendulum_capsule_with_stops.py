@@ -43,5 +43,5 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         return self
 
     def parts(self, q):
-        ways = {"gap": self.limit_angle, "back_gap": self.limit_angle}
-        return [*super().parts(q), Stop(q.angle, **ways, restitution=self.restitution)]
+        gaps = {"gap": self.limit_angle, "back_gap": self.limit_angle}
+        return [*super().parts(q), Stop(q.angle, **gaps, restitution=self.restitution)]

@@ -40,8 +40,8 @@ class PendulumCrawler(Machine):
     position = coordinate("X", "place of the capsule", "m", rate="centre_velocity")
 
     def parts(self, q):
-        told = q.drive
-        angle = q.imposed(told if self.motion == "angle" else atan(told / sqrt(1.0 - told * told)))
+        motion = q.drive
+        angle = q.imposed(motion if self.motion == "angle" else atan(motion / sqrt(1.0 - motion * motion)))
         capsule = Mass("capsule", self.mass_ratio, x=q.position)
         bob = Mass("bob", 1.0, on=capsule, x=-sin(angle), z=cos(angle))
         joint = Spring(self.stiffness, angle), Damper(self.damping, angle)

@@ -165,9 +165,11 @@ class Derivation(Motion):
         """
         if self.imposes:
             return None
-        told = [self._borne(contact) and not (contact.scaled or self._given_load(contact)) for contact in self.contacts]
+        plain = [
+            self._borne(contact) and not (contact.scaled or self._given_load(contact)) for contact in self.contacts
+        ]
         lifts = (
-            self._told(contact.body.lift) if own else None for contact, own in zip(self.contacts, told, strict=True)
+            self._told(contact.body.lift) if own else None for contact, own in zip(self.contacts, plain, strict=True)
         )
         return tuple(map(self._told, self.order)), tuple(lifts)
 
@@ -253,8 +255,8 @@ class Derivation(Motion):
     def _reaction(self, c: int) -> tuple | None:
         """(n, s_1, ...) of N = n + s_1 R_1 + ..."""
         contact = self.contacts[c]
-        if (given := self._given_load(contact)) is not None or not self._borne(contact):
-            return given
+        if (constant := self._given_load(contact)) is not None or not self._borne(contact):
+            return constant
         row = [written(-self.push(contact.body.lift)), *(0.0 for _ in self.contacts)]
         for name, a in self.responses.items():
             by = written(self.inertia(contact.body.lift, name))
@@ -270,15 +272,15 @@ class Derivation(Motion):
 
     def wall_force(self) -> Any:
         """Of a rigid stop on the ground that is touched: as much as the other forces need."""
-        found: Any = 0.0
+        wall: Any = 0.0
         for _, stop, touching in self.switching:
             if stop.rigid and stop.on_ground:
                 name = stopped(self, stop)
                 force = -written(self.push(name))
                 for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
                     force = add(friction, force) if speed == self.rates[name] else force
-                found = add(found, mul(mul(touching, touching), force))
-        return found
+                wall = add(wall, mul(mul(touching, touching), force))
+        return wall
 
     def energy(self) -> Any:
         """Kinetic and potential energy, without that of the weight along a slope."""

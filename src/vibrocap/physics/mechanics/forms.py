@@ -41,17 +41,17 @@ class Form:
 
     def __init__(self, kind: Any, pattern: tuple, states: tuple[str, ...], level: bool = True):
         names = [info.name for info in parameter_table(kind)]
-        numbers = [name for name, given in zip(names, pattern, strict=True) if given is NUMBER]
-        made = object.__new__(kind)
+        numbers = [name for name, value in zip(names, pattern, strict=True) if value is NUMBER]
+        machine = object.__new__(kind)
         signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
         contacts = len(kind.kind().contact_states) if states else 0
         self.inputs = Inputs(len(states), contacts, len(numbers), signals)
-        vars(made).update(zip(names, pattern, strict=True))
-        vars(made).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
+        vars(machine).update(zip(names, pattern, strict=True))
+        vars(machine).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
         self.kind, self.states = kind, states
         at = dict(zip(states, self.inputs.states, strict=True))
         self.derived = Derivation(
-            made.parts,
+            machine.parts,
             kind.coordinates,
             self.inputs,
             kind.gravity if level and states else self.inputs.gravity,
@@ -96,14 +96,14 @@ class Form:
         return rates, tuple(loads)
 
     def outcomes(self) -> tuple:
-        number, found = dict(self.kind.stops), []
+        number, states_after = dict(self.kind.stops), []
         for outcome in outcomes(self.derived):
             after = {
                 name: outcome.get(number.get(name, name), old)
                 for name, old in zip(self.states, self.inputs.states, strict=True)
             }
-            found.append(tuple(after.values()))
-        return tuple(found)
+            states_after.append(tuple(after.values()))
+        return tuple(states_after)
 
 
 JUDGED = ("mirror", "free", "inertia", "numbers")  # results that are no part of the equations

@@ -125,7 +125,7 @@ def affine(x: Any, among: Sequence[Formula]) -> tuple:
     Exact, and of no more than they must depend on: as differences they would be rounded, and in interval arithmetic so
     wide that steps could no longer be proved to see a sharp law (`resolution.py`). TypeError where it is not affine.
     """
-    known: dict[Any, tuple] = {each: (0.0, *(float(each is other) for other in among)) for each in among}
+    known: dict[Any, tuple] = {one: (0.0, *(float(one is other) for other in among)) for one in among}
 
     def parts(x: Any) -> tuple:
         if x not in known:
@@ -137,7 +137,7 @@ def affine(x: Any, among: Sequence[Formula]) -> tuple:
                 known[x] = tuple(map({"add": add, "sub": sub, "neg": operator.neg}[x.op], *own))
             elif (x.op == "mul" and not all(free)) or (x.op == "div" and not free[1]):
                 function, at = (mul, free.index(False)) if x.op == "mul" else (div, 1)
-                known[x] = tuple(function(each, x.operands[at]) for each in own[1 - at])
+                known[x] = tuple(function(one, x.operands[at]) for one in own[1 - at])
             else:
                 raise TypeError("is no sum of drive and friction forces times what does not depend on them")
         return known[x]

@@ -42,16 +42,14 @@ def free_conditions(motion: Any) -> tuple:
     return _zero([factor for quantity in quantities for factor in parities.factors(quantity, depends)])
 
 
-def _zero(found: list[Sum]) -> tuple:
+def _zero(sums: list[Sum]) -> tuple:
     """Conditions, written, without those that follow from others."""
-    found = sorted(
-        (sum_found for sum_found in found if sum_found), key=lambda sum_found: sum(map(len, sum_found.terms))
-    )
-    if any(sum_found.number is not None for sum_found in found):
+    sums = sorted((sum_found for sum_found in sums if sum_found), key=lambda sum_found: sum(map(len, sum_found.terms)))
+    if any(sum_found.number is not None for sum_found in sums):
         return (1.0,)
     zero: set[Formula] = set()
     rest = []
-    for sum_found in found:
+    for sum_found in sums:
         if not all(zero & {atom for atom, _ in product} for product in sum_found.terms):
             rest.append(written(sum_found))
             zero |= {rest[-1]} if len(sum_found.terms) == 1 and isinstance(rest[-1], Formula) else set()
@@ -121,7 +119,7 @@ class Parities:
             moves = number in self.changing
             return ODD if number in self.turned else NEITHER if moves else EVEN, moves
         own = [self.of(operand) for operand in x.operands]
-        moves, (first, *others) = any(each for _, each in own), (parity for parity, _ in own)
+        moves, (first, *others) = any(moving for _, moving in own), (parity for parity, _ in own)
         if x.op in ("mul", "div"):
             return first * others[0], moves
         if x.op in ("add", "sub"):

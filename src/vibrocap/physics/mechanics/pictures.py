@@ -29,7 +29,7 @@ def mechanism_of(motion: Any) -> tuple | None:
     def sum_of(parts: list, path: Callable[[Any], Quantity], size: str, *wanted: Quantity) -> Any:
         of_path = [part for part in parts for own in wanted if _same(path(part), own)]
         used.update(map(id, of_path))
-        return written(total(as_sum(getattr(each, size)) for each in of_path))
+        return written(total(as_sum(getattr(entry, size)) for entry in of_path))
 
     def own_parts(joint: Quantity, *carried: Quantity) -> tuple:
         return (
@@ -56,7 +56,7 @@ def mechanism_of(motion: Any) -> tuple | None:
     for i, a in enumerate(motion.masses):
         for b in motion.masses[i + 1 :]:
             between = () if a.on or b.on else own_parts(b.along - a.along)
-            links += [Link(a.name, b.name, *between)] if any(each != 0.0 for each in between) else []
+            links += [Link(a.name, b.name, *between)] if any(entry != 0.0 for entry in between) else []
     parts = (*motion.springs, *motion.dampers, *motion.drives, *motion.potentials)
     mechanism = tuple(map(fields_of, bodies)), tuple(map(fields_of, links))
     return mechanism if all(id(part) in used for part in parts) else None

@@ -107,8 +107,8 @@ class Motion:
 
     def at(self, states: Mapping[str, Any], touching: Mapping[int, Any] | None = None) -> Any:
         """The same at other states; touching: stops besides, by their number."""
-        given = self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts
-        return type(self)(*given, self.touching if touching is None else touching, self.own)
+        fixed = self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts
+        return type(self)(*fixed, self.touching if touching is None else touching, self.own)
 
     @property
     def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
@@ -254,7 +254,7 @@ class Motion:
         rules.append((held and len(self.contacts) > 1, "a rigid stop bounds what rubs, among several contacts"))
         rules.append((self.imposes and len(self.names) != 1, "a machine whose drive is a motion has one coordinate"))
         rules.append((self.imposes and self.drives, "a machine whose drive is a motion has no Drive, but q.drive"))
-        if wrong := [said for broken, said in rules if broken]:
+        if wrong := [rule for broken, rule in rules if broken]:
             raise MechanicsError("; ".join(dict.fromkeys(wrong)))
 
     def _move(self, states: Mapping[str, Formula]) -> None:
@@ -292,8 +292,8 @@ class Motion:
         for name, k in self.pivots.items():
             slope, body = self.paths[k].slope(name), self.contacts[k].body
             if slope.number is None:
-                ways = (direction.slope(name) for direction in (body.along, body.height, body.turn))
-                yield slope * slope - FOLDED**2 * total(way * way for way in ways)
+                slopes = (direction.slope(name) for direction in (body.along, body.height, body.turn))
+                yield slope * slope - FOLDED**2 * total(own * own for own in slopes)
 
     def _kinematics(self) -> tuple[dict, dict]:
         n, rows = len(self.names), []

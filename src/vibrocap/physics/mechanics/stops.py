@@ -39,11 +39,11 @@ def springs(stop: Stop, touching: Any) -> list[tuple]:
 
     so that a damper pulls, by at most c |s'|, just before the mass leaves. Stops that are alike are one spring.
     """
-    way, k, c = stop.way.value, as_sum(stop.stiffness), as_sum(stop.damping or 0.0)
+    stretch, k, c = stop.way.value, as_sum(stop.stiffness), as_sum(stop.damping or 0.0)
     if stop.back_gap is None:
-        return [(touching, named(touching * (way - as_sum(stop.gap))), k, c)]
+        return [(touching, named(touching * (stretch - as_sum(stop.gap))), k, c)]
     front, back = which_stop(touching)
-    pressed, pressed_back = named(front * (way - as_sum(stop.gap))), named(back * (way + as_sum(stop.back_gap)))
+    pressed, pressed_back = named(front * (stretch - as_sum(stop.gap))), named(back * (stretch + as_sum(stop.back_gap)))
     if stop.back_stiffness is None and stop.back_damping is None:
         return [(front + back, named(pressed + pressed_back), k, c)]
     k_back = k if stop.back_stiffness is None else as_sum(stop.back_stiffness)
@@ -76,10 +76,10 @@ def ends(motion: Any) -> tuple:
     rows = []
     for stop in motion.stops:
         if not stop.switches:
-            way, (size, back_size) = stop.way.value, sizes(stop)
-            rows.append(written((as_sum(stop.gap) - way) / size))
+            stretch, (size, back_size) = stop.way.value, sizes(stop)
+            rows.append(written((as_sum(stop.gap) - stretch) / size))
             if stop.back_gap is not None:
-                rows.append(written((as_sum(stop.back_gap) + way) / back_size))
+                rows.append(written((as_sum(stop.back_gap) + stretch) / back_size))
     return (*rows, *map(written, motion.folds))
 
 
@@ -99,18 +99,18 @@ def guards(motion: Any) -> tuple:
     """Positive while it lasts, of each stop: it is reached in front, left, and reached behind where it is there too."""
     rows = []
     for _, stop, touching in motion.switching:
-        way, (size, back_size), gap = stop.way, sizes(stop), as_sum(stop.gap)
+        stretch, (size, back_size), gap = stop.way, sizes(stop), as_sum(stop.gap)
         if stop.elastic:
             front, back = (touching, 0.0) if stop.back_gap is None else which_stop(touching)
-            open_, ahead = 1.0 - front - back, (way.value - gap) / size
-            behind = Sum() if stop.back_gap is None else (way.value + as_sum(stop.back_gap)) / back_size
+            open_, ahead = 1.0 - front - back, (stretch.value - gap) / size
+            behind = Sum() if stop.back_gap is None else (stretch.value + as_sum(stop.back_gap)) / back_size
             rows += [written(front + back - open_ * ahead), written(open_ + front * ahead - back * behind)]
             rows += [] if stop.back_gap is None else [written(front + back + open_ * behind)]
             continue
         free = 1.0 - touching * touching
-        rows += [written(1.0 - free + free * ((gap - way.value) / size)), _pressed(motion, stop, touching)]
+        rows += [written(1.0 - free + free * ((gap - stretch.value) / size)), _pressed(motion, stop, touching)]
         if stop.back_gap is not None:
-            rows.append(written(1.0 - free + free * ((way.value + as_sum(stop.back_gap)) / back_size)))
+            rows.append(written(1.0 - free + free * ((stretch.value + as_sum(stop.back_gap)) / back_size)))
     return tuple(rows)
 
 
@@ -139,14 +139,14 @@ def _at_rest(motion: Any, stop: Stop, touching: Sum) -> Mapping[str, Any]:
     return _moved(motion, stop, wall, Sum())
 
 
-def _moved(motion: Any, stop: Stop, way: Any, rate: Any) -> dict[str, Any]:
+def _moved(motion: Any, stop: Stop, stretch: Any, rate: Any) -> dict[str, Any]:
     """All states once the stretch of a stop has this value and this rate; all other momenta stay, but at the ground."""
     name, speeds = stopped(motion, stop), motion.rates
-    after = {name: Sum.of(way) + (motion.states[name] - stop.way.value)}
+    after = {name: Sum.of(stretch) + (motion.states[name] - stop.way.value)}
     after[speeds[name]] = motion.speed[name] + (rate - stop.way.rate)
     states = {**motion.states, **after}
     if not stop.on_ground:
-        still, others = motion.at(states), [each for each in motion.names if each != name]
+        still, others = motion.at(states), [other for other in motion.names if other != name]
         rows = [[*(still.inertia(i, j) for j in others), motion.momentum(i) - still.momentum(i)] for i in others]
         for rate_name, (change,) in zip(others, solved(rows, len(others)), strict=True):
             states[speeds[rate_name]] = Sum.of(add(written(states[speeds[rate_name]]), change))
@@ -155,18 +155,18 @@ def _moved(motion: Any, stop: Stop, way: Any, rate: Any) -> dict[str, Any]:
 
 def outcomes(motion: Any) -> tuple[dict[str, Any], ...]:
     """Of each guard the states that change, by name, a stop's own by its number."""
-    found: list[dict[Any, Any]] = []
+    after_all: list[dict[Any, Any]] = []
     for number, stop, touching in motion.switching:
         sides = (1.0, 0.0, -1.0) if stop.back_gap is not None else (1.0, 0.0)
         for side in sides:
             if stop.elastic:
-                found.append({number: side})
+                after_all.append({number: side})
             elif side == 0.0:
-                found.append({**_at_rest(motion, stop, touching), number: 0.0})
+                after_all.append({**_at_rest(motion, stop, touching), number: 0.0})
             else:
                 rate, e = stop.way.rate, as_sum(stop.restitution)
                 bounces = Sum.of(rebounds(written(side * (e * rate) / as_sum(stop.speed))))
                 wall = as_sum(stop.gap) if side > 0.0 else -as_sum(stop.back_gap)
                 after = _moved(motion, stop, wall, -(bounces * e * rate))
-                found.append({**after, number: side * (1.0 - bounces)})
-    return tuple({key: written(value) for key, value in each.items()} for each in found)
+                after_all.append({**after, number: side * (1.0 - bounces)})
+    return tuple({key: written(value) for key, value in states.items()} for states in after_all)

@@ -210,11 +210,11 @@ def written(x: Any) -> Any:
         return add(written(Sum(rest)), mul(written(Sum(inside)), written(Sum(factors))))
     expression: Any = None
     for product, c in sorted(terms.items(), key=lambda item: (item[1] < 0, [(a.index, n) for a, n in item[0]])):
-        made: Any = None
+        factor: Any = None
         for atom, n in product:
             for _ in range(n):
-                made = atom if made is None else mul(made, atom)
-        size = abs(c) if made is None else mul(abs(c), made)
+                factor = atom if factor is None else mul(factor, atom)
+        size = abs(c) if factor is None else mul(abs(c), factor)
         if expression is None:
             expression = -size if c < 0 else size
         else:
