@@ -119,8 +119,8 @@ def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict,
     inside = [fit[name].low <= true <= fit[name].high for name, true in TRUTH.items()]
     published = {}
     if damper is not None:
-        found = vc.fit(vc.rotary_damper(damper), "dahl", held_out="eq_KocaeliMCE_window", intervals="covariance")
-        published = {"published damper, error": found.relative_rmse, "of its earthquake": found.held_out_relative_rmse}
+        dahl = vc.fit(vc.rotary_damper(damper), "dahl", held_out="eq_KocaeliMCE_window", intervals="covariance")
+        published = {"published damper, error": dahl.relative_rmse, "of its earthquake": dahl.held_out_relative_rmse}
     return {
         **{name: f"{fit[name].value:.5g} ({fit[name].low:.5g} to {fit[name].high:.5g})" for name in TRUTH},
         "truths inside their intervals": f"{sum(inside)} of {len(inside)}",
@@ -168,9 +168,9 @@ def main(folder: Path, damper: Path | None = None) -> dict:
     researcher, fit = friction_researcher(folder, damper)
     answers = {"doctoral student": student, "friction researcher": researcher, "teacher": teacher(folder)}
     figure(folder, fit, student["steepest slope [deg]"])
-    for user, found in answers.items():
+    for user, numbers in answers.items():
         print(f"\n{user}")
-        for name, value in found.items():
+        for name, value in numbers.items():
             print(f"  {name:34}{f'{value:.4g}' if isinstance(value, float) else value}")
     return answers
 
@@ -179,5 +179,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("three-users"), help="folder for what is written")
     parser.add_argument("--damper", type=Path, help="folder of the data set rotary-damper, to fit it too")
-    given = parser.parse_args()
-    main(given.out, given.damper)
+    arguments = parser.parse_args()
+    main(arguments.out, arguments.damper)

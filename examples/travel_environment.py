@@ -113,8 +113,8 @@ class TravelEnvironment(gymnasium.Env):
 
 
 if __name__ == "__main__":
-    made = TravelEnvironment(sys.argv[1], length=0.1, limit=0.7, measures=["mean_velocity", "drive_work"])
-    observation, info = made.reset(seed=1)
+    environment = TravelEnvironment(sys.argv[1], length=0.1, limit=0.7, measures=["mean_velocity", "drive_work"])
+    observation, info = environment.reset(seed=1)
     while "measures" not in info:  # pump
-        observation, reward, terminated, truncated, info = made.step([1.0 if observation[1] >= 0.0 else -1.0])
+        observation, reward, terminated, truncated, info = environment.step([1.0 if observation[1] >= 0.0 else -1.0])
     print(info)

@@ -21,13 +21,13 @@ SENTENCE_END = (".", ":", ";", ")")
 
 def blocks(lines: Iterable[str]) -> list[list[str]]:
     """Lines without the blank ones, as blocks that stood between them."""
-    found: list[list[str]] = [[]]
+    blocks: list[list[str]] = [[]]
     for line in lines:
         if line.strip():
-            found[-1].append(line.rstrip())
-        elif found[-1]:
-            found.append([])
-    return [block for block in found if block]
+            blocks[-1].append(line.rstrip())
+        elif blocks[-1]:
+            blocks.append([])
+    return [block for block in blocks if block]
 
 
 def inline(text: str, public: Collection[str]) -> str:
@@ -45,19 +45,19 @@ def inline(text: str, public: Collection[str]) -> str:
 
 def entries(block: list[str]) -> list[tuple[str | None, str]]:
     """A block as paragraphs (None, text) and fields (name, meaning)."""
-    found: list[tuple[str | None, str]] = []
+    fields: list[tuple[str | None, str]] = []
     for line in (part for row in block for part in COLUMNS.split(row)):
-        before = found[-1][1] if found else "."
-        in_field = bool(found) and found[-1][0] is not None
+        before = fields[-1][1] if fields else "."
+        in_field = bool(fields) and fields[-1][0] is not None
         field = FIELD.fullmatch(line) if in_field or before.endswith(SENTENCE_END) else None
         ended = in_field and (before.endswith(".") or line.startswith(("Returns ", "Raises ")))
         if field:
-            found.append((field[1], field[2]))
-        elif found and (line.startswith(" ") or not (ended and line[0].isupper())):
-            found[-1] = (found[-1][0], f"{before} {line.strip()}")
+            fields.append((field[1], field[2]))
+        elif fields and (line.startswith(" ") or not (ended and line[0].isupper())):
+            fields[-1] = (fields[-1][0], f"{before} {line.strip()}")
         else:
-            found.append((None, line.strip()))
-    return found
+            fields.append((None, line.strip()))
+    return fields
 
 
 def as_rst(text: str, public: Collection[str] = ()) -> list[str]:

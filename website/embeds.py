@@ -78,16 +78,16 @@ def stage_lab_frames(folder: Path, addresses: dict[str, str]) -> None:
             page.write_text(shown, encoding="utf-8")
 
 
-def stage_report(extra: Path, made: Path = ROOT / "out" / "report.html") -> str:
+def stage_report(extra: Path, page: Path = ROOT / "out" / "report.html") -> str:
     """Copy the report of `make reproduce`, with the files that it links to, where it has been made; returns a link."""
-    if not made.exists():
+    if not page.exists():
         return ""
-    report = LinkedPage(made)
-    for link in {url.partition("#")[0] for url in report.targets | report.loaded if not elsewhere(url)} | {made.name}:
-        if (made.parent / link).is_file():
+    report = LinkedPage(page)
+    for link in {url.partition("#")[0] for url in report.targets | report.loaded if not elsewhere(url)} | {page.name}:
+        if (page.parent / link).is_file():
             copy = extra / "report" / link
             copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(made.parent / link, copy)
+            shutil.copy(page.parent / link, copy)
     return REPORT
 
 
@@ -118,9 +118,9 @@ def print_sheet(browser: str, html: Path) -> None:
     """Print the cheat sheet as a PDF beside its page."""
     quiet = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer", "--virtual-time-budget=2000")
     with tempfile.TemporaryDirectory() as profile:
-        made = (f"--user-data-dir={profile}", f"--print-to-pdf={(html / SHEET).resolve()}")
+        output = (f"--user-data-dir={profile}", f"--print-to-pdf={(html / SHEET).resolve()}")
         page = (html / "cheat-sheet.html").resolve().as_uri()
-        subprocess.run([browser, *quiet, *made, page], check=True, capture_output=True, timeout=120)
+        subprocess.run([browser, *quiet, *output, page], check=True, capture_output=True, timeout=120)
 
 
 def stage_downloads(extra: Path, tutorials: Path) -> None:

@@ -33,10 +33,10 @@ def dead_links(folder: Path) -> list[str]:
     """Links of the pages of a folder that lead nowhere within it, and what they would load from another host."""
     files = (path for path in sorted(folder.rglob("*.html")) if "_static" not in path.parts)  # templates of the theme
     pages = {path.resolve(): LinkedPage(path) for path in files}
-    found = []
+    faults = []
     for page in pages.values():
         shown = page.path.relative_to(folder)
-        found += [f"{shown} loads {url}" for url in page.loaded if elsewhere(url) and not url.startswith("data:")]
+        faults += [f"{shown} loads {url}" for url in page.loaded if elsewhere(url) and not url.startswith("data:")]
         for target in page.targets | {url for url in page.loaded if not elsewhere(url)}:
             if elsewhere(target):
                 continue
@@ -46,12 +46,12 @@ def dead_links(folder: Path) -> list[str]:
             )
             anchor = urllib.parse.unquote(parts.fragment)
             if not there.exists():
-                found.append(f"{shown}: {target}")
+                faults.append(f"{shown}: {target}")
             elif "=" in anchor:  # the state of an application, such as the lab
                 continue
             elif anchor and there in pages and anchor not in pages[there].anchors:
-                found.append(f"{shown}: {target} (no such anchor)")
-    return sorted(found)
+                faults.append(f"{shown}: {target} (no such anchor)")
+    return sorted(faults)
 
 
 def overwritten(extra: Path, folder: Path) -> list[str]:
@@ -63,14 +63,14 @@ def overwritten(extra: Path, folder: Path) -> list[str]:
 
 def links_elsewhere(folder: Path) -> dict[str, list[str]]:
     """Addresses of the web that the pages of a folder point to, each with the pages that do, without anchors."""
-    found: dict[str, list[str]] = {}
+    links: dict[str, list[str]] = {}
     for path in sorted(folder.rglob("*.html")):
         if "_static" in path.parts:
             continue
         for target in LinkedPage(path).targets:
             if urllib.parse.urlsplit(target).scheme in ("http", "https"):
-                found.setdefault(urllib.parse.urldefrag(target).url, []).append(str(path.relative_to(folder)))
-    return found
+                links.setdefault(urllib.parse.urldefrag(target).url, []).append(str(path.relative_to(folder)))
+    return links
 
 
 def dead_elsewhere(folder: Path, seconds: float = 20.0) -> list[str]:
@@ -78,8 +78,8 @@ def dead_elsewhere(folder: Path, seconds: float = 20.0) -> list[str]:
     links = links_elsewhere(folder)
     with concurrent.futures.ThreadPoolExecutor(8) as pool:
         answers = pool.map(lambda url: _answer(url, seconds), links)
-    dead = [(url, said) for url, said in zip(links, answers, strict=True) if said]
-    return [f"{url}: {said} (in {', '.join(links[url][:3])})" for url, said in dead]
+    dead = [(url, answer) for url, answer in zip(links, answers, strict=True) if answer]
+    return [f"{url}: {answer} (in {', '.join(links[url][:3])})" for url, answer in dead]
 
 
 def _answer(url: str, seconds: float) -> str:

@@ -49,8 +49,8 @@ def stage_commands(folder: Path) -> None:
         pieces = re.split(r"^### (?=vibrocap )", command, flags=re.MULTILINE)
         for level, piece in zip(["##", *["###"] * len(pieces)], pieces, strict=False):
             title, _, body = piece.partition("\n")
-            chosen = COMMANDS.get(title.removeprefix("vibrocap "))
-            examples = "\n".join(chosen.examples if chosen else ())
+            command = COMMANDS.get(title.removeprefix("vibrocap "))
+            examples = "\n".join(command.examples if command else ())
             fence = f"\n**Examples**:\n\n```sh\n{examples}\n```\n" if examples else ""
             parts.append(f"{level} {title}\n{body.rstrip()}\n{fence}")
     text = re.sub(r"(?m)^( *)\* ", r"\1- ", "\n".join(parts))
@@ -76,12 +76,12 @@ def stage_equations(folder: Path) -> None:
 
 def rooms() -> dict[str, list[str]]:
     """Public names by the room in which they stand, rooms as they are titled above."""
-    found: dict[str, list[str]] = {room: [] for room in TITLES}
+    names_of: dict[str, list[str]] = {room: [] for room in TITLES}
     for name in vc.__all__:
         _, room, below, *_ = inspect.unwrap(getattr(vc, name)).__module__.split(".")
         key = f"{room}.{below}"
-        found.setdefault(key if key in TITLES else room, []).append(name)
-    return {room: names for room, names in found.items() if names}
+        names_of.setdefault(key if key in TITLES else room, []).append(name)
+    return {room: names for room, names in names_of.items() if names}
 
 
 def first_sentence(module: str) -> str:
@@ -93,8 +93,8 @@ def first_sentence(module: str) -> str:
 def stage_names(folder: Path) -> None:
     """Write api/: a page of public names for every room, in reStructuredText, and the index of them."""
     (folder / "api").mkdir()
-    found, table = rooms(), []
-    for room, names in found.items():
+    public, table = rooms(), []
+    for room, names in public.items():
         title = TITLES.get(room, room.capitalize())
         page = f"{title}\n{'=' * len(title)}\n\n{first_sentence(room)}\n\n"
         for name in names:
@@ -105,4 +105,4 @@ def stage_names(folder: Path) -> None:
         shown = ", ".join(f"{{py:obj}}`{name} <vibrocap.{name}>`" for name in names)
         table.append(f"| [{title}]({room}.rst) | {shown} |\n")
     head = "# Python\n\nThe public names of `import vibrocap as vc`.\n\n| about | names |\n| --- | --- |\n"
-    (folder / "api" / "index.md").write_text(head + "".join(table) + toctree(list(found)), encoding="utf-8")
+    (folder / "api" / "index.md").write_text(head + "".join(table) + toctree(list(public)), encoding="utf-8")

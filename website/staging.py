@@ -53,23 +53,23 @@ class Entry:
 
 def sections() -> dict[str, list[Entry]]:
     """The sections of `docs/index.md` with their pages, in order."""
-    found = {}
+    sections = {}
     for part in re.split(r"^## ", INDEX.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
         rows = ROW.findall(part)
         if rows:
             entries = [Entry(title, (INDEX.parent / target).resolve(), answer) for title, target, answer in rows]
-            found[part.partition("\n")[0]] = entries
-    return found
+            sections[part.partition("\n")[0]] = entries
+    return sections
 
 
 def places() -> dict[Path, str]:
     """Where every page of the repository stands among the sources of the site."""
-    found = {path: path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").rglob("*.md"))}
-    found |= {path: path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").rglob("*.ipynb"))}
-    found |= {ROOT / f"{name}.md": f"{name.lower()}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")}
-    found |= {path: f"gallery/{path.stem}.md" for path in sorted((ROOT / "examples").glob("*.toml"))}
-    found[ROOT / "examples" / "README.md"] = "gallery/index.md"
-    return found
+    pages = {path: path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").rglob("*.md"))}
+    pages |= {path: path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").rglob("*.ipynb"))}
+    pages |= {ROOT / f"{name}.md": f"{name.lower()}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")}
+    pages |= {path: f"gallery/{path.stem}.md" for path in sorted((ROOT / "examples").glob("*.toml"))}
+    pages[ROOT / "examples" / "README.md"] = "gallery/index.md"
+    return pages
 
 
 def relinked(text: str, page: Path, place: str, known: Mapping[Path, str]) -> str:
@@ -110,11 +110,11 @@ def stage(folder: Path) -> None:
 
 def cards(entries: list[Card], pictures: Mapping[str, str] | None = None) -> str:
     """A grid of cards, with pictures above where there are any."""
-    made = []
+    cards = []
     for title, page, text in entries:
         picture = f":img-top: {pictures[page]}\n:img-alt: {title}\n" if pictures and page in pictures else ""
-        made.append(f":::{{grid-item-card}} {title}\n:link: {page}\n:link-type: doc\n{picture}\n{text}\n:::\n")
-    return "::::{grid} 1 2 2 3\n:gutter: 3\n\n" + "\n".join(made) + "::::\n"
+        cards.append(f":::{{grid-item-card}} {title}\n:link: {page}\n:link-type: doc\n{picture}\n{text}\n:::\n")
+    return "::::{grid} 1 2 2 3\n:gutter: 3\n\n" + "\n".join(cards) + "::::\n"
 
 
 def toctree(pages: list[str]) -> str:
@@ -123,21 +123,21 @@ def toctree(pages: list[str]) -> str:
     return "\n" + "\n".join(lines) + "\n"
 
 
-def stage_sections(folder: Path, made: Mapping[str, list[Card]]) -> list[Card]:
+def stage_sections(folder: Path, generated: Mapping[str, list[Card]]) -> list[Card]:
     """Write a page of cards for each section; returns the cards of these pages, the gallery among them.
 
-    made: by section, the pages that are made for the site alone
+    generated: by section, the pages that are generated for the site alone
     """
-    known, found = places(), []
+    known, cards = places(), []
     for section, entries in sections().items():
         rows = [(entry.title, known[entry.page].rpartition(".")[0], entry.answer) for entry in entries]
         gallery = [row for row in rows if row[1] == GALLERY]  # a section of its own
-        rows = [row for row in rows if row not in gallery] + made.get(section, [])
+        rows = [row for row in rows if row not in gallery] + generated.get(section, [])
         name = section.lower().replace(" ", "-")
         text = f"# {section}\n\n{cards(rows)}{toctree([page for _, page, _ in rows])}"
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
-        found += [*gallery, (section, name, ", ".join(title for title, _, _ in rows))]
-    return found
+        cards += [*gallery, (section, name, ", ".join(title for title, _, _ in rows))]
+    return cards
 
 
 def stage_first_page(folder: Path, head: str, below: list[Card]) -> None:

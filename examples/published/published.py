@@ -102,11 +102,11 @@ def rows(names: list[str] | None = None) -> list[dict]:
 
 def values(row: dict) -> list[Value]:
     """The values of a row, computed again."""
-    found = []
+    values = []
     for entry in row["value"]:
         run = run_of(row["case"], row.get("parts"), tuple(sorted(entry.get("set", {}).items())))
-        found.append(Value(row, entry, float(eval(entry["ours"], {}, run)), run))
-    return found
+        values.append(Value(row, entry, float(eval(entry["ours"], {}, run)), run))
+    return values
 
 
 def page(names: list[str] | None = None) -> str:
