@@ -53,13 +53,13 @@ class Entry:
 
 def sections() -> dict[str, list[Entry]]:
     """The sections of `docs/index.md` with their pages, in order."""
-    sections = {}
+    contents = {}
     for part in re.split(r"^## ", INDEX.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
         rows = ROW.findall(part)
         if rows:
             entries = [Entry(title, (INDEX.parent / target).resolve(), answer) for title, target, answer in rows]
-            sections[part.partition("\n")[0]] = entries
-    return sections
+            contents[part.partition("\n")[0]] = entries
+    return contents
 
 
 def places() -> dict[Path, str]:
@@ -110,11 +110,11 @@ def stage(folder: Path) -> None:
 
 def cards(entries: list[Card], pictures: Mapping[str, str] | None = None) -> str:
     """A grid of cards, with pictures above where there are any."""
-    cards = []
+    grid = []
     for title, page, text in entries:
         picture = f":img-top: {pictures[page]}\n:img-alt: {title}\n" if pictures and page in pictures else ""
-        cards.append(f":::{{grid-item-card}} {title}\n:link: {page}\n:link-type: doc\n{picture}\n{text}\n:::\n")
-    return "::::{grid} 1 2 2 3\n:gutter: 3\n\n" + "\n".join(cards) + "::::\n"
+        grid.append(f":::{{grid-item-card}} {title}\n:link: {page}\n:link-type: doc\n{picture}\n{text}\n:::\n")
+    return "::::{grid} 1 2 2 3\n:gutter: 3\n\n" + "\n".join(grid) + "::::\n"
 
 
 def toctree(pages: list[str]) -> str:
@@ -128,7 +128,7 @@ def stage_sections(folder: Path, generated: Mapping[str, list[Card]]) -> list[Ca
 
     generated: by section, the pages that are generated for the site alone
     """
-    known, cards = places(), []
+    known, pages = places(), []
     for section, entries in sections().items():
         rows = [(entry.title, known[entry.page].rpartition(".")[0], entry.answer) for entry in entries]
         gallery = [row for row in rows if row[1] == GALLERY]  # a section of its own
@@ -136,8 +136,8 @@ def stage_sections(folder: Path, generated: Mapping[str, list[Card]]) -> list[Ca
         name = section.lower().replace(" ", "-")
         text = f"# {section}\n\n{cards(rows)}{toctree([page for _, page, _ in rows])}"
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
-        cards += [*gallery, (section, name, ", ".join(title for title, _, _ in rows))]
-    return cards
+        pages += [*gallery, (section, name, ", ".join(title for title, _, _ in rows))]
+    return pages
 
 
 def stage_first_page(folder: Path, head: str, below: list[Card]) -> None:
