@@ -7,10 +7,11 @@ alone would do it; here it is replaced, in LLVM's language, by what a GPU has fo
 import re
 
 from vibrocap.numerics.compiler.foreign import foreign_code
+from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.machine import Target, called_once_marked
 from vibrocap.numerics.compiler.own_functions import with_own_functions
-from vibrocap.numerics.compiler.subset import FLOATS, INT, INTS, LIBRARY
+from vibrocap.numerics.compiler.subset import LIBRARY
 
 GPU = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
 ENTRY = "run_all"

@@ -13,8 +13,9 @@ import threading
 from collections.abc import Iterable, Mapping, Sequence
 
 from vibrocap.numerics.compiler import cache
+from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
 from vibrocap.numerics.compiler.machine import Compiled, NoObject, Target, host, object_code
-from vibrocap.numerics.compiler.subset import FLOAT, FLOATS, INT, INTS, LIBRARY, Kind, Refused
+from vibrocap.numerics.compiler.subset import LIBRARY, Refused
 from vibrocap.progress import stage
 
 __all__ = [

@@ -3,23 +3,8 @@
 import functools
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler import lanes
-from vibrocap.numerics.compiler.subset import (
-    BOOL,
-    ELEMENTS,
-    FLOAT,
-    FLOATS,
-    INT,
-    NOTHING,
-    PLACES,
-    Kind,
-    Value,
-    float_text,
-    joined,
-    literal,
-    numbers,
-    tuple_of,
-)
+from vibrocap.numerics.compiler import kinds, lanes
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, NOTHING, PLACES, Kind, Value
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.expressions import WRITTEN_OUT
 from vibrocap.numerics.compiler.typed.nodes import WRITERS, Function, Typed
@@ -105,18 +90,18 @@ class Code:
             )
         if value.kind == PLACES:
             return value
-        assert joined(value.kind, kind) == kind
+        assert kinds.joined(value.kind, kind) == kind
         if kind.lanes:
             return self.spread(self.as_kind(value, FLOAT))
         if value.constant is not None:
-            return literal(float(value.constant) if kind == FLOAT else int(value.constant))
+            return kinds.literal(float(value.constant) if kind == FLOAT else int(value.constant))
         if kind == INT:
             return self.emit(INT, f"zext i1 {value.text} to i64")
         return self.emit(FLOAT, f"{'uitofp i1' if value.kind == BOOL else 'sitofp i64'} {value.text} to double")
 
     def spread(self, value: Value) -> Value:
         """A float in every lane."""
-        kind, width = numbers(self.module.width), self.module.width
+        kind, width = kinds.numbers(self.module.width), self.module.width
         if value.constant is not None:
             return Value(kind, f"<{', '.join([f'double {value.text}'] * width)}>")
         first = self.emit(kind, f"insertelement {kind.llvm} poison, double {value.text}, i32 0")
@@ -125,7 +110,7 @@ class Code:
 
     def tupled(self, items: list[Value]) -> Value:
         """A tuple of values."""
-        return Value(tuple_of(tuple(item.kind for item in items)), "", None, tuple(items))
+        return Value(kinds.tuple_of(tuple(item.kind for item in items)), "", None, tuple(items))
 
     def items(self, value: Value) -> tuple[Value, ...]:
         """The items of a tuple."""
@@ -158,7 +143,7 @@ class Code:
     # --- expressions -------------------------------------------------------------------------------------------------
 
     def _of_Number(self, node: nodes.Number) -> Value:
-        return literal(node.constant)
+        return kinds.literal(node.constant)
 
     def _of_Argument(self, node: nodes.Argument) -> Value:
         return Value(node.kind, f"%a.{node.name}")
@@ -198,7 +183,7 @@ class Code:
     def _of_Chosen(self, node: nodes.Chosen) -> Value:
         kind = node.kind
         name = "@tuple." + "".join(c if c.isalnum() else "_" for c in repr(node.base.constant))
-        items = [literal(item.constant) for item in node.base.items]
+        items = [kinds.literal(item.constant) for item in node.base.items]
         content = ", ".join(f"{kind.llvm} {item.text}" for item in items)
         array = f"[{len(items)} x {kind.llvm}]"
         self.need(f"{name} = internal unnamed_addr constant {array} [{content}], align 8")
@@ -252,7 +237,7 @@ class Code:
             return self.emit(FLOAT, f"call double {name}(double {base.text}, i64 {exponent.text})")
         left = abs(exponent.constant)
         kind, times = base.kind, "mul i64" if base.kind == INT else "fmul contract double"
-        power = Value(kind, "1" if kind == INT else float_text(1.0))
+        power = Value(kind, "1" if kind == INT else kinds.float_text(1.0))
         while left != 0:  # in this order to the last bit
             if left & 1:
                 power = self.emit(kind, f"{times} {power.text}, {base.text}")
@@ -260,7 +245,7 @@ class Code:
             if left:
                 base = self.emit(kind, f"{times} {base.text}, {base.text}")
         if exponent.constant < 0:
-            power = self.emit(FLOAT, f"fdiv contract double {float_text(1.0)}, {power.text}")
+            power = self.emit(FLOAT, f"fdiv contract double {kinds.float_text(1.0)}, {power.text}")
         return power
 
     def _of_Unary(self, node: nodes.Unary) -> Value:
@@ -326,7 +311,7 @@ class Code:
         return functools.reduce(functools.partial(self._extreme, node.operator), map(self.value, node.parts))
 
     def _extreme(self, op: str, one: Value, other: Value) -> Value:
-        kind = joined(one.kind, other.kind) or FLOAT
+        kind = kinds.joined(one.kind, other.kind) or FLOAT
         one, other = self.as_kind(one, kind), self.as_kind(other, kind)
         better = self._compared(op, other, one)
         return self.emit(

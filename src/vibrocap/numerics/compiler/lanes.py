@@ -10,17 +10,7 @@ what a lane gets does not depend on its neighbours.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.subset import (
-    INT,
-    NOTHING,
-    PLACES,
-    Kind,
-    Value,
-    choices,
-    float_text,
-    ints,
-    numbers,
-)
+from vibrocap.numerics.compiler.kinds import INT, NOTHING, PLACES, Kind, Value, choices, float_text, ints, numbers
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.code import Code

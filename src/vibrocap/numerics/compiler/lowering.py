@@ -3,23 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
+from vibrocap.numerics.compiler import kinds
 from vibrocap.numerics.compiler.code import ALIGNED, Code
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
-from vibrocap.numerics.compiler.subset import (
-    BOOL,
-    ELEMENTS,
-    FLOATS,
-    INT,
-    INTS,
-    NOTHING,
-    Kind,
-    Value,
-    element,
-    float_text,
-    parsed,
-    uncollected,
-)
+from vibrocap.numerics.compiler.subset import parsed, uncollected
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import NO_LIBRARY, Program
 
@@ -37,7 +26,7 @@ class Module:
         """The name of a table, which is written into the module when first asked for."""
         flat = table.constant.ravel()
         kind = "double" if flat.dtype.kind == "f" else "i64"
-        texts = (float_text(x) if kind == "double" else str(int(x)) for x in flat.tolist())
+        texts = (kinds.float_text(x) if kind == "double" else str(int(x)) for x in flat.tolist())
         items = ", ".join(f"{kind} {text}" for text in texts)
         content = f"internal unnamed_addr constant [{flat.size} x {kind}] [{items}], align 64"
         name = self.called(table.name, content)
@@ -170,7 +159,7 @@ class LLVMFunction(Code):
         self._store(node, pointer, self.value(node.value))
 
     def _store(self, node: nodes.Store | nodes.Augment, pointer: str, value: Value) -> None:
-        kind = element(node.array.kind, node.place.kind, self.module.width)
+        kind = kinds.element(node.array.kind, node.place.kind, self.module.width)
         self.do(f"store {kind.llvm} {self.as_kind(value, kind).text}, ptr {pointer}{ALIGNED if kind.lanes else ''}")
 
     def _do_If(self, node: nodes.If) -> None:

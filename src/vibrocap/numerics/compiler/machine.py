@@ -40,7 +40,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from vibrocap.arguments import SettingError
-from vibrocap.numerics.compiler.subset import FLOATS, INT, INTS, Kind
+from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS, Kind
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
 # First line of a text that is made by O1: quickly, put together; or small, for a page. Others take O2 as they are.

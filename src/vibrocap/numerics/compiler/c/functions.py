@@ -4,7 +4,8 @@ import functools
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.numerics.compiler.c.snippets import number_text
-from vibrocap.numerics.compiler.subset import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind, Refused
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind
+from vibrocap.numerics.compiler.subset import Refused
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.expressions import WRITTEN_OUT
 

@@ -10,21 +10,9 @@ from typing import Any
 
 from vibrocap.numerics.compiler.c.functions import CFunction
 from vibrocap.numerics.compiler.c.snippets import GUARDS, HELPERS, NEEDED, number_text
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, Kind
 from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
-from vibrocap.numerics.compiler.subset import (
-    BOOL,
-    ELEMENTS,
-    FLOAT,
-    FLOATS,
-    INT,
-    INTS,
-    LIBRARY,
-    NOTHING,
-    Kind,
-    Refused,
-    parsed,
-    uncollected,
-)
+from vibrocap.numerics.compiler.subset import LIBRARY, Refused, parsed, uncollected
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import Program
 

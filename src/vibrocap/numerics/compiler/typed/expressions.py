@@ -5,7 +5,8 @@ import functools
 import operator
 from collections.abc import Callable
 
-from vibrocap.numerics.compiler.subset import (
+from vibrocap.numerics.compiler import kinds
+from vibrocap.numerics.compiler.kinds import (
     BOOL,
     ELEMENTS,
     FLOAT,
@@ -17,30 +18,9 @@ from vibrocap.numerics.compiler.subset import (
     SCALARS,
     TABLE,
     Kind,
-    joined,
-    numbers,
 )
-from vibrocap.numerics.compiler.typed import lanes
-from vibrocap.numerics.compiler.typed.nodes import (
-    Argument,
-    Binary,
-    Call,
-    Choice,
-    Compared,
-    Extreme,
-    FloatPower,
-    Library,
-    Magnitude,
-    Number,
-    Power,
-    Truncated,
-    Typed,
-    Unary,
-    Viewed,
-    Within,
-    known,
-    named,
-)
+from vibrocap.numerics.compiler.typed import lanes, nodes
+from vibrocap.numerics.compiler.typed.nodes import Typed, known, named
 from vibrocap.numerics.compiler.typed.values import Values
 
 PYTHON: dict[type, Callable] = {
@@ -102,7 +82,7 @@ class Expressions(Values):
         if not isinstance(op, ARITHMETIC):
             raise self.refusal(node, f"no kernel has {named(op)}")
         kind = INT if left.kind is right.kind is INT and not isinstance(op, ast.Div) else FLOAT
-        return Binary(kind, type(op).__name__, kind, left, right)
+        return nodes.Binary(kind, type(op).__name__, kind, left, right)
 
     def _folded(self, op: ast.AST, *values: Typed) -> Typed | None:
         """What is known already, from constants alone, as Python has it."""
@@ -116,21 +96,21 @@ class Expressions(Values):
 
     def _bitwise(self, node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
         if left.kind is right.kind is BOOL and isinstance(op, (ast.BitAnd, ast.BitOr, ast.BitXor)):
-            return Binary(BOOL, type(op).__name__, BOOL, left, right)
+            return nodes.Binary(BOOL, type(op).__name__, BOOL, left, right)
         if FLOAT in (left.kind, right.kind):
             raise self.refusal(node, f"no {named(op)} of floats; take their bits by np.float64(x).view(np.int64)")
-        return Binary(INT, type(op).__name__, INT, left, right)
+        return nodes.Binary(INT, type(op).__name__, INT, left, right)
 
     def _power(self, node: ast.AST, base: Typed, exponent: Typed) -> Typed:
         if exponent.kind is FLOAT:
             base = self.converted(node, base, FLOAT)
             own = self._own(node, "pow")
-            return self._of_kernel(node, own, [base, exponent]) if own else FloatPower(FLOAT, base, exponent)
+            return self._of_kernel(node, own, [base, exponent]) if own else nodes.FloatPower(FLOAT, base, exponent)
         if base.kind is INT and (exponent.constant is None or exponent.constant > WRITTEN_OUT):
             raise self.refusal(node, "the power of an int has a constant exponent; take float(...) of the int")
         if base.kind is INT and exponent.constant < 0:
             raise self.refusal(node, "a power of an int that is no int; take float(...) of the int")
-        return Power(base.kind, base, exponent)
+        return nodes.Power(base.kind, base, exponent)
 
     def _of_UnaryOp(self, node: ast.UnaryOp) -> Typed:
         value = self.condition(node.operand) if isinstance(node.op, ast.Not) else self.value(node.operand)
@@ -140,10 +120,10 @@ class Expressions(Values):
         if value.kind.lanes:
             return lanes.unary(self, node, node.op, value)
         if isinstance(node.op, ast.Not):
-            return Unary(BOOL, "Not", value)
+            return nodes.Unary(BOOL, "Not", value)
         if value.kind not in (INT, FLOAT) or (isinstance(node.op, ast.Invert) and value.kind is FLOAT):
             raise self.refusal(node, f"no {named(node.op)} of {value.kind.name}; use `not` of a bool")
-        return value if isinstance(node.op, ast.UAdd) else Unary(value.kind, type(node.op).__name__, value)
+        return value if isinstance(node.op, ast.UAdd) else nodes.Unary(value.kind, type(node.op).__name__, value)
 
     def _of_Compare(self, node: ast.Compare) -> Typed:
         left = self.value(node.left)
@@ -170,12 +150,12 @@ class Expressions(Values):
             raise self.refusal(node, f"no kernel has {named(op)}")
         if left.kind.lanes or right.kind.lanes:
             return lanes.compared(self, node, op, left, right)
-        kind = joined(left.kind, right.kind)
+        kind = kinds.joined(left.kind, right.kind)
         if kind not in SCALARS or kind is None:
             raise self.refusal(node, f"{left.kind.name} and {right.kind.name} are not compared")
         if kind is BOOL and not isinstance(op, (ast.Eq, ast.NotEq)):
             raise self.refusal(node, "yes and no have no order")
-        return Compared(BOOL, type(op).__name__, kind, left, right)
+        return nodes.Compared(BOOL, type(op).__name__, kind, left, right)
 
     def _within(self, node: ast.AST, left: Typed, right: ast.expr) -> Typed:
         if not isinstance(right, ast.Tuple):
@@ -183,14 +163,14 @@ class Expressions(Values):
         left = self.shared(left)
         equal = [self._compared(node, ast.Eq(), left, self.value(item)) for item in right.elts]
         if any(part.constant is True for part in equal):
-            return Number(BOOL, constant=True)
+            return nodes.Number(BOOL, constant=True)
         asked = tuple(part for part in equal if part.constant is None)
         if not asked:
-            return Number(BOOL, constant=False)
-        return asked[0] if len(asked) == 1 else Within(BOOL, asked)
+            return nodes.Number(BOOL, constant=False)
+        return asked[0] if len(asked) == 1 else nodes.Within(BOOL, asked)
 
     def _negated(self, value: Typed) -> Typed:
-        return self._folded(ast.Not(), value) or Unary(BOOL, "Not", value)
+        return self._folded(ast.Not(), value) or nodes.Unary(BOOL, "Not", value)
 
     def _of_BoolOp(self, node: ast.BoolOp) -> Typed:
         parts = [functools.partial(self._choice, part) for part in node.values]
@@ -207,10 +187,10 @@ class Expressions(Values):
         if condition.constant is not None:
             return self.value(node.body if condition.constant else node.orelse)
         one, other = self.value(node.body), self.value(node.orelse)
-        kind = joined(one.kind, other.kind)
+        kind = kinds.joined(one.kind, other.kind)
         if kind is None or kind in (NOTHING, TABLE, FLOATS, INTS):
             raise self.refusal(node, f"{one.kind.name} or {other.kind.name}: both are to be of one kind")
-        return Choice(kind, condition, one, other)
+        return nodes.Choice(kind, condition, one, other)
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
@@ -246,16 +226,15 @@ class Expressions(Values):
         wanted = len(self.program.kernel.functions[name].args.args)
         if len(arguments) != wanted:
             raise self.refusal(node, f"`{name}` takes {wanted} arguments, not {len(arguments)}")
-        arrays = [
-            argument.name for argument in arguments if isinstance(argument, Argument) and argument.kind in ELEMENTS
-        ]
+        own = [argument for argument in arguments if isinstance(argument, nodes.Argument)]
+        arrays = [argument.name for argument in own if argument.kind in ELEMENTS]
         if len(set(arrays)) < len(arrays):
             raise self.refusal(node, "the arrays of a call are different ones; pass each once")
         if any(argument.kind in (TABLE, NOTHING) for argument in arguments):
             raise self.refusal(node, "a table is no argument; name it in the function that reads it")
         asked = functools.partial(self.refusal, node)
         function = self.program.function(name, tuple(argument.kind for argument in arguments), asked)
-        return Call(function.result, function, tuple(arguments))
+        return nodes.Call(function.result, function, tuple(arguments))
 
     def _extreme(self, node: ast.AST, name: str, parts: list[Typed]) -> Typed:
         op = ast.Gt() if name == "max" else ast.Lt()
@@ -269,12 +248,12 @@ class Expressions(Values):
             del rest[0]
         kind = first.kind
         for part in rest:
-            kind = self._numbers_of(node, name, Number(kind), part)
-        return Extreme(kind, type(op).__name__, (first, *rest)) if rest else first
+            kind = self._numbers_of(node, name, nodes.Number(kind), part)
+        return nodes.Extreme(kind, type(op).__name__, (first, *rest)) if rest else first
 
     def _numbers_of(self, node: ast.AST, name: str, one: Typed, other: Typed) -> Kind:
-        kind = joined(one.kind, other.kind)
-        if kind is None or (kind not in (INT, FLOAT) and kind != numbers(kind.lanes)):
+        kind = kinds.joined(one.kind, other.kind)
+        if kind is None or (kind not in (INT, FLOAT) and kind != kinds.numbers(kind.lanes)):
             raise self.refusal(node, f"`{name}` of {one.kind.name} and {other.kind.name}; it takes numbers")
         if kind.lanes and name not in self.program.kernel.primitives:
             raise self.refusal(node, f"import `{name}` of lanes from plain_vectors: that of Python takes none")
@@ -285,7 +264,8 @@ class Expressions(Values):
             return known(abs(value.constant)) or value
         if value.kind.lanes:
             return lanes.magnitude(self, node, value)
-        return Magnitude(INT, value) if value.kind is INT else Magnitude(FLOAT, self.converted(node, value, FLOAT))
+        value = value if value.kind is INT else self.converted(node, value, FLOAT)
+        return nodes.Magnitude(value.kind, value)
 
     def _float(self, node: ast.AST, value: Typed) -> Typed:
         return self.converted(node, value, FLOAT)
@@ -295,7 +275,7 @@ class Expressions(Values):
             return self.converted(node, value, INT)
         if value.constant is not None:
             return known(int(value.constant)) or value
-        return Truncated(INT, value)
+        return nodes.Truncated(INT, value)
 
     def _own(self, node: ast.AST, function: str) -> str | None:
         """The kernel's own function that stands for one of `math`; None where the target has one."""
@@ -316,14 +296,14 @@ class Expressions(Values):
         if name in ("np.float64", "np.int64"):
             return (self._float if name == "np.float64" else self._int)(node, value)
         if name in ("np.floor", "math.floor"):
-            floor = Library(FLOAT, "floor", self.converted(node, value, FLOAT))
-            return floor if module == "np" else Truncated(INT, floor)
+            floor = nodes.Library(FLOAT, "floor", self.converted(node, value, FLOAT))
+            return floor if module == "np" else nodes.Truncated(INT, floor)
         if module == "math" and function in FUNCTIONS:
             value, own = self.converted(node, value, FLOAT), self._own(node, function)
-            return self._of_kernel(node, own, [value]) if own else Library(FLOAT, function, value)
+            return self._of_kernel(node, own, [value]) if own else nodes.Library(FLOAT, function, value)
         raise self.refusal(node, f"no kernel can call `{name}`; of math it knows {', '.join((*FUNCTIONS, 'floor'))}")
 
     def _viewed(self, node: ast.Call, value: Typed, kind: str) -> Typed:
         if (kind, value.kind) in (("np.int64", FLOAT), ("np.float64", INT)):
-            return Viewed(INT if value.kind is FLOAT else FLOAT, value)
+            return nodes.Viewed(INT if value.kind is FLOAT else FLOAT, value)
         raise self.refusal(node, "view a np.float64 as np.int64 or a np.int64 as np.float64")

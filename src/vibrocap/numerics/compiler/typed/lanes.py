@@ -3,20 +3,10 @@
 import ast
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.subset import (
-    BOOL,
-    ELEMENTS,
-    FLOAT,
-    FLOATS,
-    INT,
-    INTS,
-    NOTHING,
-    PLACES,
-    Kind,
-    choices,
-    numbers,
-)
-from vibrocap.numerics.compiler.typed.nodes import Binary, Compared, Magnitude, Primitive, Typed, Unary
+from vibrocap.numerics.compiler import kinds
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, PLACES, Kind
+from vibrocap.numerics.compiler.typed import nodes
+from vibrocap.numerics.compiler.typed.nodes import Typed
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.typed.values import Values
@@ -47,7 +37,7 @@ OF_ONE = ("where", "bits", "floor", "square_root", "exponent", "mantissa", "powe
 
 def is_numbers(value: Typed) -> bool:
     """Whether it is a float per lane."""
-    return value.kind.lanes > 0 and value.kind is numbers(value.kind.lanes)
+    return value.kind.lanes > 0 and value.kind is kinds.numbers(value.kind.lanes)
 
 
 def is_choices(value: Typed) -> bool:
@@ -59,24 +49,24 @@ def binary(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right
     """left op right, of which at least one is of all lanes."""
     name = type(op).__name__
     if is_choices(left) and is_choices(right) and type(op) in LOGICAL:
-        return Binary(left.kind, name, left.kind, left, right)
+        return nodes.Binary(left.kind, name, left.kind, left, right)
     if type(op) not in ARITHMETIC or is_choices(left) or is_choices(right):
         raise within.refusal(node, "lanes have + - * / of numbers and & | ^ of choices; write where(...) for a choice")
-    kind = numbers(within.program.width)
-    return Binary(kind, name, kind, within.fitting(node, left, kind), within.fitting(node, right, kind))
+    kind = kinds.numbers(within.program.width)
+    return nodes.Binary(kind, name, kind, within.fitting(node, left, kind), within.fitting(node, right, kind))
 
 
 def moved(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
     """Places of all lanes that are an int further on."""
     if not isinstance(op, ast.Add) or {left.kind, right.kind} != {PLACES, INT}:
         raise within.refusal(node, "to places of all lanes an int is added")
-    return Binary(PLACES, "Add", INT, left, right)
+    return nodes.Binary(PLACES, "Add", INT, left, right)
 
 
 def unary(within: "Values", node: ast.AST, op: ast.unaryop, value: Typed) -> Typed:
     """op value."""
     if (is_numbers(value) and isinstance(op, ast.USub)) or (is_choices(value) and isinstance(op, ast.Invert)):
-        return Unary(value.kind, type(op).__name__, value)
+        return nodes.Unary(value.kind, type(op).__name__, value)
     raise within.refusal(node, "lanes have - of numbers and ~ of choices")
 
 
@@ -84,16 +74,16 @@ def compared(within: "Values", node: ast.AST, op: ast.cmpop, left: Typed, right:
     """Where a comparison holds."""
     if is_choices(left) or is_choices(right):
         raise within.refusal(node, "choices are not compared; use ^")
-    kind = numbers(within.program.width)
+    kind = kinds.numbers(within.program.width)
     left, right = within.fitting(node, left, kind), within.fitting(node, right, kind)
-    return Compared(choices(kind.lanes), type(op).__name__, kind, left, right)
+    return nodes.Compared(kinds.choices(kind.lanes), type(op).__name__, kind, left, right)
 
 
 def magnitude(within: "Values", node: ast.AST, value: Typed) -> Typed:
     """abs(value)."""
     if not is_numbers(value):
         raise within.refusal(node, "choices have no magnitude")
-    return Magnitude(value.kind, value)
+    return nodes.Magnitude(value.kind, value)
 
 
 def primitive(within: "Values", node: ast.Call, name: str, arguments: list[Typed]) -> Typed:
@@ -105,15 +95,15 @@ def primitive(within: "Values", node: ast.Call, name: str, arguments: list[Typed
     wanted, result = PRIMITIVES[name]
     if len(arguments) != len(wanted):
         raise within.refusal(node, f"`{name}` takes {len(wanted)} arguments")
-    kinds = {"numbers": numbers(within.program.width), "choices": choices(within.program.width)}
+    own = {"numbers": kinds.numbers(within.program.width), "choices": kinds.choices(within.program.width)}
     if name in OF_ONE and not any(argument.kind.lanes for argument in arguments):
-        kinds = {"numbers": FLOAT, "choices": BOOL}
+        own = {"numbers": FLOAT, "choices": BOOL}
     taken: list[Kind] = []
     for argument, kind in zip(arguments, wanted, strict=True):
         if kind in ELEMENTS and argument.kind != kind:
             raise within.refusal(node, f"`{name}` of {argument.kind.name}; it takes an {kind.name}")
-        kind = kinds[kind] if isinstance(kind, str) else kind
+        kind = own[kind] if isinstance(kind, str) else kind
         taken.append(BOOL if name == "where" and argument.kind is BOOL else kind)
         within.fitting(node, argument, taken[-1])
-    made = kinds[result] if isinstance(result, str) else result
-    return Primitive(made, name, tuple(arguments), tuple(taken))
+    made = own[result] if isinstance(result, str) else result
+    return nodes.Primitive(made, name, tuple(arguments), tuple(taken))

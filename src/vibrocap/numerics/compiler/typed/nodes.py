@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.compiler.subset import BOOL, FLOAT, INT, TABLE, Kind, tuple_of
+from vibrocap.numerics.compiler.kinds import BOOL, FLOAT, INT, TABLE, Kind, tuple_of
 
 
 @dataclasses.dataclass(slots=True, eq=False)

@@ -11,48 +11,13 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from vibrocap.numerics.compiler.subset import (
-    BOOL,
-    ELEMENTS,
-    FLOATS,
-    INT,
-    INTS,
-    NOTHING,
-    SCALARS,
-    TABLE,
-    Kernel,
-    Kind,
-    element,
-    joined,
-    names_assigned,
-)
+from vibrocap.numerics.compiler import kinds
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, SCALARS, TABLE, Kind
+from vibrocap.numerics.compiler.subset import Kernel, names_assigned
+from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.expressions import Expressions
-from vibrocap.numerics.compiler.typed.nodes import (
-    Argument,
-    Assign,
-    Augment,
-    Bind,
-    Break,
-    Continue,
-    Counter,
-    Evaluate,
-    For,
-    Function,
-    Held,
-    If,
-    Let,
-    Number,
-    Return,
-    Store,
-    Table,
-    Tuple,
-    Typed,
-    Unpack,
-    While,
-    known,
-    named,
-)
-from vibrocap.numerics.compiler.typed.values import known_item
+from vibrocap.numerics.compiler.typed.nodes import Typed, known, named
+from vibrocap.numerics.compiler.typed.values import AT_HAND, known_item
 
 WORD = re.compile(r"\b[A-Za-z_]\w*")
 NO_LIBRARY: Mapping[str, str] = MappingProxyType({})
@@ -71,16 +36,16 @@ class Program:
         kernel: Kernel,
         width: int,
         library: Mapping[str, str] = NO_LIBRARY,
-        shared: dict[tuple, Function] | None = None,
+        shared: dict[tuple, nodes.Function] | None = None,
     ):
         self.kernel, self.width, self.library = kernel, width, library
         self._shared = shared
         self._contents: dict[str, bytes] = {}
-        self._functions: dict[tuple, Function | None] = {}
+        self._functions: dict[tuple, nodes.Function | None] = {}
         self._values: dict[str, Typed | None] = {}
         self._assigned: dict[str, tuple[set[str], set[str]]] = {}
 
-    def entry(self, name: str, kinds: tuple[Kind, ...]) -> Function:
+    def entry(self, name: str, kinds: tuple[Kind, ...]) -> nodes.Function:
         """A function that is called from outside."""
         kernel = self.kernel
         if name not in kernel.functions:
@@ -94,7 +59,7 @@ class Program:
         """A constant of the kernel."""
         if name not in self._values:
             value = known(self.kernel.constants[name]) if name in self.kernel.constants else None
-            if isinstance(value, Table):
+            if isinstance(value, nodes.Table):
                 value.name = name
             self._values[name] = value
         return self._values[name]
@@ -105,7 +70,7 @@ class Program:
             self._assigned[name] = names_assigned(self.kernel.functions[name])
         return self._assigned[name]
 
-    def function(self, name: str, kinds: tuple[Kind, ...], asked: Callable[[str], Exception]) -> Function:
+    def function(self, name: str, kinds: tuple[Kind, ...], asked: Callable[[str], Exception]) -> nodes.Function:
         """A function of the kernel for arguments of these kinds; asked: what to raise where it is asked for."""
         key = (name, kinds)
         if key in self._functions:
@@ -148,20 +113,20 @@ VISITORS = {subclass: f"_do_{subclass.__name__}" for subclass in ast.stmt.__subc
 class Statements(Expressions):
     """The statements of one function; each `_do` says whether what follows can be reached, unless it always can."""
 
-    def typed(self, name: str) -> Function:
+    def typed(self, name: str) -> nodes.Function:
         """The function, typed anew until no name that has been read becomes one of another kind."""
         arguments = [argument.arg for argument in self.node.args.args]
         body = self._typed(arguments)
         while self.widened:
             body = self._typed(arguments)
         pairs = tuple(zip(arguments, self.kinds, strict=True))
-        return Function(name, pairs, self.variables, self.result or NOTHING, body)
+        return nodes.Function(name, pairs, self.variables, self.result or NOTHING, body)
 
     def _typed(self, arguments: list[str]) -> list[Any]:
         self.bound, self.loops, self.widened = {}, [], False
         body: list[Any] = []
         for argument, kind in zip(arguments, self.kinds, strict=True):
-            value = Argument(kind, argument)
+            value = nodes.Argument(kind, argument)
             if argument not in self._assigned:
                 self.bound[argument] = value
             elif kind in ELEMENTS:
@@ -172,7 +137,7 @@ class Statements(Expressions):
             if self.result not in (None, NOTHING):
                 raise self.refusal(self.node, "its end can be reached without a return; return a value there too")
             self.result = NOTHING
-            body.append(Return(None))
+            body.append(nodes.Return(None))
         return body
 
     def _block(self, statements: list[ast.stmt], into: list[Any]) -> bool:
@@ -200,7 +165,7 @@ class Statements(Expressions):
             return  # a docstring
         if not isinstance(node.value, ast.Call):
             raise self.refusal(node, "a statement that is an expression calls a function; leave it out")
-        into.append(Evaluate(self.call(node.value)))
+        into.append(nodes.Evaluate(self.call(node.value)))
 
     def _do_Assign(self, node: ast.Assign, into: list[Any]) -> None:
         if len(node.targets) != 1:
@@ -213,59 +178,59 @@ class Statements(Expressions):
             return self._assign(node, target.id, value)
         if isinstance(target, ast.Subscript):
             array, place = self.entry(target)
-            return [Store(array, place, self._stored(node, array, place, value))]
+            return [nodes.Store(array, place, self._stored(node, array, place, value))]
         if not isinstance(target, ast.Tuple):
             raise self.refusal(node, "assign to a name, an entry of an array or a tuple of these")
         if len(value.kind.items) != len(target.elts):
             raise self.refusal(node, f"{len(target.elts)} names cannot take {value.kind.name}")
         held = tuple(self._held(value, i) for i in range(len(target.elts)))
         puts = [self._put(node, part, item) for part, item in zip(target.elts, held, strict=True)]
-        return [Unpack(value, held, tuple(statement for put in puts for statement in put))]
+        return [nodes.Unpack(value, held, tuple(statement for put in puts for statement in put))]
 
     def _held(self, value: Typed, place: int) -> Typed:
         """An item of a tuple that is being unpacked."""
         item = known_item(value, place)
         if item is not None:
             return item
-        if isinstance(value, Tuple) and isinstance(value.items[place], Tuple):
+        if isinstance(value, nodes.Tuple) and isinstance(value.items[place], nodes.Tuple):
             inner = value.items[place]
-            return Tuple(inner.kind, tuple(self._held(inner, i) for i in range(len(inner.kind.items))))
-        return Held(value.kind.items[place])
+            return nodes.Tuple(inner.kind, tuple(self._held(inner, i) for i in range(len(inner.kind.items))))
+        return nodes.Held(value.kind.items[place])
 
     def _assign(self, node: ast.AST, name: str, value: Typed) -> list[Any]:
         if value.kind in (NOTHING, FLOATS, INTS, TABLE):
             raise self.refusal(node, f"`{name}` cannot stand for {value.kind.name}; use it where it is")
         if name in self._once:
-            if isinstance(value, (Number, Argument, Held, Counter, Let)) or value.constant is not None:
+            if isinstance(value, (*AT_HAND, nodes.Held, nodes.Counter)) or value.constant is not None:
                 self.bound[name] = value
                 return []
-            self.bound[name] = let = Let(value.kind, value)
-            return [Bind(let)]
+            self.bound[name] = let = nodes.Let(value.kind, value)
+            return [nodes.Bind(let)]
         kind = value.kind
         if name in self.variables:
-            both = joined(self.variables[name], kind)
+            both = kinds.joined(self.variables[name], kind)
             if both is None:
                 before = self.variables[name].name
                 raise self.refusal(node, f"`{name}` is {before} elsewhere, {kind.name} here; use two names")
             self.widened = self.widened or both is not self.variables[name]
             kind = both
         self.variables[name] = kind
-        return [Assign(name, kind, self.fitting(node, value, kind))]
+        return [nodes.Assign(name, kind, self.fitting(node, value, kind))]
 
     def _do_AugAssign(self, node: ast.AugAssign, into: list[Any]) -> None:
         if isinstance(node.target, ast.Subscript):
             array, place = self.entry(node.target)
-            held = Held(element(array.kind, place.kind, self.program.width))
+            held = nodes.Held(kinds.element(array.kind, place.kind, self.program.width))
             value = self.binary(node, node.op, held, self.value(node.value))
-            into.append(Augment(array, place, held, self._stored(node, array, place, value)))
+            into.append(nodes.Augment(array, place, held, self._stored(node, array, place, value)))
             return
         if not isinstance(node.target, ast.Name):
             raise self.refusal(node, "augment a name or an entry of an array")
         before = self.name(node, node.target.id)
         into += self._assign(node, node.target.id, self.binary(node, node.op, before, self.value(node.value)))
 
-    def _stored(self, node: ast.AST, array: Argument, place: Typed, value: Typed) -> Typed:
-        kind = element(array.kind, place.kind, self.program.width)
+    def _stored(self, node: ast.AST, array: nodes.Argument, place: Typed, value: Typed) -> Typed:
+        kind = kinds.element(array.kind, place.kind, self.program.width)
         if kind.lanes:
             return self.fitting(node, value, kind)
         if value.kind not in SCALARS or (kind is INT and value.kind not in (INT, BOOL)):
@@ -278,7 +243,7 @@ class Statements(Expressions):
             return self._block(node.body if condition.constant else node.orelse, into)
         body, reached = self._inner(node.body)
         orelse, also = self._inner(node.orelse)
-        into.append(If(condition, body, orelse))
+        into.append(nodes.If(condition, body, orelse))
         return reached or also
 
     def _do_While(self, node: ast.While, into: list[Any]) -> bool:
@@ -287,7 +252,7 @@ class Statements(Expressions):
         condition = self.condition(node.test)
         if condition.constant is False:
             return True
-        loop = While(condition, [], condition.constant is None)
+        loop = nodes.While(condition, [], condition.constant is None)
         into.append(loop)
         self.loops.append(loop)
         self._block(node.body, loop.body)
@@ -303,15 +268,15 @@ class Statements(Expressions):
         if call.func.id != "range" or call.keywords or not 1 <= len(call.args) <= 3:
             raise self.refusal(node, "loop with one name over range(...)")
         bounds = [self.converted(node, self.value(argument), INT) for argument in call.args]
-        first = bounds[0] if len(bounds) > 1 else Number(INT, constant=0)
+        first = bounds[0] if len(bounds) > 1 else nodes.Number(INT, constant=0)
         last = bounds[min(1, len(bounds) - 1)]
         step = bounds[2].constant if len(bounds) == 3 else 1
         if not step:
             raise self.refusal(node, "the step of a range is a constant other than 0; write it as one")
         if first.constant is not None and last.constant is not None and not range(first.constant, last.constant, step):
             return None
-        counter = Counter(INT)
-        loop = For(counter, first, last, step, self._assign(node, node.target.id, counter))
+        counter = nodes.Counter(INT)
+        loop = nodes.For(counter, first, last, step, self._assign(node, node.target.id, counter))
         into.append(loop)
         self.loops.append(loop)
         self._block(node.body, loop.body)
@@ -320,19 +285,19 @@ class Statements(Expressions):
 
     def _do_Break(self, node: ast.Break, into: list[Any]) -> bool:
         self.loops[-1].left = True
-        into.append(Break())
+        into.append(nodes.Break())
         return False
 
     def _do_Continue(self, node: ast.Continue, into: list[Any]) -> bool:
-        into.append(Continue())
+        into.append(nodes.Continue())
         return False
 
     def _do_Return(self, node: ast.Return, into: list[Any]) -> bool:
         value = None if node.value is None else self.value(node.value)
         kind = NOTHING if value is None else value.kind
-        both = kind if self.result is None else joined(self.result, kind)
+        both = kind if self.result is None else kinds.joined(self.result, kind)
         if both is None or kind in (FLOATS, INTS, TABLE):
             raise self.refusal(node, f"returns {kind.name}, elsewhere {(self.result or NOTHING).name}")
         self.result = both
-        into.append(Return(value))
+        into.append(nodes.Return(value))
         return False

@@ -6,43 +6,14 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.subset import (
-    BOOL,
-    ELEMENTS,
-    FLOAT,
-    FLOATS,
-    INT,
-    PLACES,
-    Kind,
-    element,
-    joined,
-    tuple_of,
-)
-from vibrocap.numerics.compiler.typed.nodes import (
-    Argument,
-    Chosen,
-    Converted,
-    Entry,
-    For,
-    Item,
-    Junction,
-    Let,
-    Number,
-    Shared,
-    Table,
-    TableEntry,
-    Truth,
-    Tuple,
-    Typed,
-    Variable,
-    While,
-    known,
-    named,
-)
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, PLACES, Kind, element, joined, tuple_of
+from vibrocap.numerics.compiler.typed import nodes
+from vibrocap.numerics.compiler.typed.nodes import Typed, known, named
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.typed.program import Program
 
+AT_HAND = (nodes.Number, nodes.Argument, nodes.Let)  # values that may be read again and again
 VISITORS = {subclass: f"_of_{subclass.__name__}" for subclass in ast.expr.__subclasses__()}
 
 
@@ -54,7 +25,7 @@ class Values:
         self.variables: dict[str, Kind] = {}
         self.result: Kind | None = None
         self.bound: dict[str, Typed] = {}  # names that are a value, no variable
-        self.loops: list[While | For] = []
+        self.loops: list[nodes.While | nodes.For] = []
         self.widened = False  # whether a name became one of another kind after it had been read, perhaps, as the former
         self._assigned, self._once = program.assigned(node.name)
 
@@ -86,7 +57,7 @@ class Values:
             return value
         if value.constant is not None and kind in (INT, FLOAT):
             return known(float(value.constant) if kind is FLOAT else int(value.constant)) or value
-        return Converted(kind, value)
+        return nodes.Converted(kind, value)
 
     def condition(self, node: ast.expr) -> Typed:
         """An expression as yes or no."""
@@ -98,7 +69,7 @@ class Values:
             return value
         if value.kind not in (INT, FLOAT):
             raise self.refusal(node, f"{value.kind.name} is neither yes nor no; use bits(...) != 0 of choices")
-        return Truth(BOOL, value) if value.constant is None else Number(BOOL, constant=bool(value.constant))
+        return nodes.Truth(BOOL, value) if value.constant is None else nodes.Number(BOOL, constant=bool(value.constant))
 
     def one_after_another(self, node: ast.AST, parts: list[Callable[[], Typed]], all_of: bool) -> Typed:
         """Conditions of which the next is asked only while all (or none) so far hold."""
@@ -117,11 +88,11 @@ class Values:
             asked.append(value)
             if last:
                 break
-        return asked[0] if len(asked) == 1 else Junction(BOOL, all_of, tuple(asked))
+        return asked[0] if len(asked) == 1 else nodes.Junction(BOOL, all_of, tuple(asked))
 
     def shared(self, value: Typed) -> Typed:
         """A value that is read at two places, evaluated once."""
-        return value if isinstance(value, (Number, Argument, Let)) else Shared(value.kind, value)
+        return value if isinstance(value, AT_HAND) else nodes.Shared(value.kind, value)
 
     def _of_Constant(self, node: ast.Constant) -> Typed:
         value = known(node.value)
@@ -137,7 +108,7 @@ class Values:
         if name in self.bound:
             return self.bound[name]
         if name in self.variables:
-            return Variable(self.variables[name], name)
+            return nodes.Variable(self.variables[name], name)
         if name in self._assigned:
             raise self.refusal(node, f"`{name}` is read where it need not have a value yet; assign it before")
         value = self.program.constant(name)
@@ -148,19 +119,19 @@ class Values:
 
     def _of_Tuple(self, node: ast.Tuple) -> Typed:
         items = tuple(self.value(item) for item in node.elts)
-        return Tuple(tuple_of(tuple(item.kind for item in items)), items)
+        return nodes.Tuple(tuple_of(tuple(item.kind for item in items)), items)
 
     def _of_Attribute(self, node: ast.Attribute) -> Typed:
         if isinstance(node.value, ast.Name) and node.value.id == "math" and node.attr in ("inf", "nan", "pi", "e"):
-            return Number(FLOAT, constant=getattr(math, node.attr))
+            return nodes.Number(FLOAT, constant=getattr(math, node.attr))
         raise self.refusal(node, f"no kernel has `{ast.unparse(node)}`")
 
     def _of_Subscript(self, node: ast.Subscript) -> Typed:
         base = self.value(node.value)
         if base.kind in ELEMENTS:
             array, place = self.entry(node)
-            return Entry(element(array.kind, place.kind, self.program.width), array, place)
-        if isinstance(base, Table):
+            return nodes.Entry(element(array.kind, place.kind, self.program.width), array, place)
+        if isinstance(base, nodes.Table):
             return self._of_table(node, base)
         if not base.kind.items:
             raise self.refusal(node, f"{base.kind.name} has no items")
@@ -169,12 +140,13 @@ class Values:
         if isinstance(place, int) and not isinstance(place, bool) and -len(kinds) <= place < len(kinds):
             place %= len(kinds)
             item = known_item(base, place)
-            return item or Item(kinds[place], base, place)
-        if not isinstance(base, Tuple) or base.constant is None or len(set(kinds)) != 1 or kinds[0] not in (INT, FLOAT):
+            return item or nodes.Item(kinds[place], base, place)
+        same = len(set(kinds)) == 1 and kinds[0] in (INT, FLOAT)
+        if not isinstance(base, nodes.Tuple) or base.constant is None or not same:
             raise self.refusal(node, "the place of an item of a tuple is a constant within it")
-        return Chosen(kinds[0], base, self._place(node.slice))
+        return nodes.Chosen(kinds[0], base, self._place(node.slice))
 
-    def _of_table(self, node: ast.Subscript, base: Table) -> Typed:
+    def _of_table(self, node: ast.Subscript, base: nodes.Table) -> Typed:
         table = base.constant
         parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if len(parts) != table.ndim:
@@ -184,7 +156,7 @@ class Values:
             constant = known(table[tuple(place.constant for place in places)])
             if constant is not None:
                 return constant
-        return TableEntry(FLOAT if table.dtype.kind == "f" else INT, base, places)
+        return nodes.TableEntry(FLOAT if table.dtype.kind == "f" else INT, base, places)
 
     def _place(self, node: ast.expr) -> Typed:
         return self._whole(node, self.value(node))
@@ -194,10 +166,10 @@ class Values:
             raise self.refusal(node, f"a place in an array is an int, not {place.kind.name}")
         return place
 
-    def entry(self, node: ast.Subscript) -> tuple[Argument, Typed]:
+    def entry(self, node: ast.Subscript) -> tuple[nodes.Argument, Typed]:
         """(array, place of an entry of it)."""
         array = self.value(node.value)
-        if not isinstance(array, Argument) or array.kind not in ELEMENTS:
+        if not isinstance(array, nodes.Argument) or array.kind not in ELEMENTS:
             raise self.refusal(node, f"an entry of {array.kind.name} cannot be set")
         if isinstance(node.slice, (ast.Slice, ast.Tuple)):
             raise self.refusal(node, "an array has one place at a time; write a loop")
@@ -209,9 +181,9 @@ class Values:
 
 def known_item(base: Typed, place: int) -> Typed | None:
     """An item of a tuple where it is known: a number, or of a tuple that is known as a whole."""
-    while isinstance(base, Let):
+    while isinstance(base, nodes.Let):
         base = base.value
-    if not isinstance(base, Tuple):
+    if not isinstance(base, nodes.Tuple):
         return None
     item = base.items[place]
-    return item if isinstance(item, Number) or base.constant is not None else None
+    return item if isinstance(item, nodes.Number) or base.constant is not None else None
