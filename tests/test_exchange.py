@@ -231,8 +231,8 @@ def advance(floats, ints, trace, rounds):
             x, y, i, j = floats[a], floats[b], ints[a], ints[b]
             s, (p, above) = bits(x, y)
             trace[n] = s - p / 3.0 + (1.0 if above else -0.25)
-            trace[n + 1] = x // y if y != 0.0 else 0.0
-            trace[n + 2] = x % y if y != 0.0 else 0.0
+            trace[n + 1] = np.floor(x / y) if y != 0.0 else 0.0
+            trace[n + 2] = abs(x) ** (j % 70000)
             trace[n + 3] = x**3 + y**-2 if y != 0.0 else -x
             trace[n + 4] = max(x, y, 0.5) - min(abs(x), y)
             trace[n + 5] = math.sqrt(abs(x)) + math.floor(y)

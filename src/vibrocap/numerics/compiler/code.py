@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 from vibrocap.numerics.compiler import kinds, lanes
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, NOTHING, PLACES, Kind, Value
 from vibrocap.numerics.compiler.typed import nodes
-from vibrocap.numerics.compiler.typed.expressions import WRITTEN_OUT
 from vibrocap.numerics.compiler.typed.nodes import WRITERS, Function, Typed
 
 if TYPE_CHECKING:
@@ -15,12 +14,7 @@ if TYPE_CHECKING:
 ARITHMETIC = {"Add": "add", "Sub": "sub", "Mult": "mul", "Div": "div"}
 BITWISE = {"BitAnd": "and", "BitOr": "or", "BitXor": "xor", "LShift": "shl", "RShift": "ashr"}
 COMPARED = {"Lt": "lt", "LtE": "le", "Gt": "gt", "GtE": "ge", "Eq": "eq", "NotEq": "ne"}
-DIVIDED = {  # by operator and kind
-    ("FloorDiv", INT): "floor_divided",
-    ("Mod", INT): "floor_rest",
-    ("FloorDiv", FLOAT): "float_floor_divided",
-    ("Mod", FLOAT): "float_rest",
-}
+DIVIDED = {"FloorDiv": "floor_divided", "Mod": "floor_rest"}
 OF_C = ("tanh", "atan")  # functions that are called by name; LLVM has intrinsics for the others
 ALIGNED = ", align 8"  # of all lanes, of which the first may stand anywhere
 
@@ -220,8 +214,8 @@ class Code:
         if op in BITWISE:
             return self.emit(kind, f"{BITWISE[op]} {kind.llvm} {left.text}, {right.text}")
         if op not in ARITHMETIC:
-            name = self.module.helper(DIVIDED[op, kind])
-            return self.emit(kind, f"call {kind.llvm} {name}({kind.llvm} {left.text}, {kind.llvm} {right.text})")
+            name = self.module.helper(DIVIDED[op])
+            return self.emit(INT, f"call i64 {name}(i64 {left.text}, i64 {right.text})")
         code = f"{ARITHMETIC[op]} i64" if kind == INT else f"f{ARITHMETIC[op]} contract double"
         return self.emit(node.kind, f"{code} {left.text}, {right.text}")
 
@@ -232,9 +226,6 @@ class Code:
 
     def _of_Power(self, node: nodes.Power) -> Value:
         base, exponent = self.value(node.base), self.value(node.exponent)
-        if exponent.constant is None or abs(exponent.constant) > WRITTEN_OUT:
-            name = self.module.helper("whole_power")
-            return self.emit(FLOAT, f"call double {name}(double {base.text}, i64 {exponent.text})")
         left = abs(exponent.constant)
         kind, times = base.kind, "mul i64" if base.kind == INT else "fmul contract double"
         power = Value(kind, "1" if kind == INT else kinds.float_text(1.0))

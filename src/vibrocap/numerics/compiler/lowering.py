@@ -7,10 +7,45 @@ from vibrocap.numerics.compiler import kinds
 from vibrocap.numerics.compiler.code import ALIGNED, Code
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value
 from vibrocap.numerics.compiler.machine import SHORT
-from vibrocap.numerics.compiler.snippets import HELPERS
 from vibrocap.numerics.compiler.subset import parsed, uncollected
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import NO_LIBRARY, Program
+
+# What LLVM has no instruction for; the division of the least int by -1, which has no result, is none.
+HELPERS = {
+    "floor_divided": """define internal i64 @floor_divided(i64 %x, i64 %y) alwaysinline nounwind {
+  %zero = icmp eq i64 %y, 0
+  %minus = icmp eq i64 %y, -1
+  %special = or i1 %zero, %minus
+  %divisor = select i1 %special, i64 1, i64 %y
+  %q = sdiv i64 %x, %divisor
+  %r = srem i64 %x, %divisor
+  %rest = icmp ne i64 %r, 0
+  %signs = xor i64 %r, %divisor
+  %opposite = icmp slt i64 %signs, 0
+  %below = and i1 %rest, %opposite
+  %one = zext i1 %below to i64
+  %floor = sub i64 %q, %one
+  %negated = sub i64 0, %x
+  %ordinary = select i1 %minus, i64 %negated, i64 %floor
+  %result = select i1 %zero, i64 0, i64 %ordinary
+  ret i64 %result
+}""",
+    "floor_rest": """define internal i64 @floor_rest(i64 %x, i64 %y) alwaysinline nounwind {
+  %zero = icmp eq i64 %y, 0
+  %minus = icmp eq i64 %y, -1
+  %special = or i1 %zero, %minus
+  %divisor = select i1 %special, i64 1, i64 %y
+  %r = srem i64 %x, %divisor
+  %rest = icmp ne i64 %r, 0
+  %signs = xor i64 %r, %divisor
+  %opposite = icmp slt i64 %signs, 0
+  %below = and i1 %rest, %opposite
+  %added = add i64 %r, %divisor
+  %result = select i1 %below, i64 %added, i64 %r
+  ret i64 %result
+}""",
+}
 
 
 class Module:
@@ -39,10 +74,7 @@ class Module:
 
     def helper(self, name: str) -> str:
         """A helper, put into the module; its name."""
-        definition, *declarations = HELPERS[name].split("\ndeclare ")
-        self.need(definition)
-        for declaration in declarations:
-            self.need(f"declare {declaration}")
+        self.need(HELPERS[name])
         return f"@{name}"
 
     def written(self, function: nodes.Function) -> str:

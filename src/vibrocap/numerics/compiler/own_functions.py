@@ -1,4 +1,4 @@
-"""What targets without a library of `math` have instead: functions of the kernel itself, in its own language."""
+"""Functions in the language of kernels: what it has no operator for; what targets without a library of `math` have."""
 
 from vibrocap.numerics.compiler.subset import defines
 
@@ -7,21 +7,16 @@ OWN = {
     "cosine": "def cosine(x):\n    return sine_cosine(x)[1]\n",
     "power": "def power(x, y):\n    return exponential(y * logarithm(x))\n",
 }
-# The rest of a division, towards zero, which LLVM asks of a library.
-REST = """
-import math
-
-
-def rest(x, y):
-    left, least = abs(x), abs(y)
-    if not (least > 0.0 and left < math.inf):
-        return math.nan
-    while left >= least:  # each difference is exact
-        times = least
-        while left - times >= times:
-            times = times * 2.0
-        left = left - times
-    return left if x > 0.0 else -left
+# A power whose exponent is not known: repeated squaring, in the order in which a known one is written out.
+WHOLE_POWER = """
+def whole_power(x, k):
+    power, left = 1.0, abs(k)
+    while left != 0:
+        if left & 1:
+            power = power * x
+        x = x * x
+        left >>= 1
+    return 1.0 / power if k < 0 else power
 """
 
 

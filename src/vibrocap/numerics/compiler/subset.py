@@ -15,8 +15,8 @@ A kernel is one text: constants, then functions, of which one is called from out
   ones that share no memory. An index counts from 0, and nothing checks it.
 - Statements: assignment to one name, entry or tuple of these; augmented assignment; if, while, `for ... in range(...)`
   (the step is a constant), break, continue, return, pass, calls. No else after a loop, no try, with, assert, import.
-- Expressions: + - * / // % **, & | ^ << >> ~, comparisons (chains too), `x in (a, b)`, and, or, not, `a if c else b`,
-  tuples and their items at constant places.
+- Expressions: + - * / **, of ints // and %, & | ^ << >> ~, comparisons (chains too), `x in (a, b)`, and, or, not,
+  `a if c else b`, tuples and their items at constant places.
 - Calls: functions of the kernel; abs, min, max, float, int; sin, cos, exp, log, sqrt, tanh, atan, floor of math;
   np.floor, np.float64(x).view(np.int64) and back; what `lanes.py` of this package lists.
 - A condition that is known from constants alone is decided before types are: the other branch need not compile.

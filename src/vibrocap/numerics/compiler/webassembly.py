@@ -13,10 +13,10 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 
 from vibrocap.numerics.compiler.foreign import foreign_code
-from vibrocap.numerics.compiler.kinds import FLOAT, Kind
+from vibrocap.numerics.compiler.kinds import Kind
 from vibrocap.numerics.compiler.lowering import Module, entry_text
 from vibrocap.numerics.compiler.machine import SMALL, Target
-from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
+from vibrocap.numerics.compiler.own_functions import with_own_functions
 from vibrocap.numerics.compiler.subset import LIBRARY, parsed, uncollected
 from vibrocap.numerics.compiler.typed.nodes import Function
 from vibrocap.numerics.compiler.typed.program import Program
@@ -42,10 +42,6 @@ def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]
                 function = program.entry(entry, kinds)
                 entries.append(entry_text(written.written(function), function.result, kinds, name, "i32"))
                 exports.append(name)
-        if any(" frem " in part for part in (*written.needed, *written.bodies.values())):
-            own = Program(parsed(REST), 0).function("rest", (FLOAT, FLOAT), ValueError)
-            called = f"%r = call double {written.written(own)}(double %x, double %y)"
-            entries.append(f"define double @fmod(double %x, double %y) nounwind {{\n  {called}\n  ret double %r\n}}\n")
     text = SMALL + written.text.replace(" contract ", " ") + "".join(entries)
     return module_of(foreign_code(text, BROWSER, "object", HEAD), exports)
 

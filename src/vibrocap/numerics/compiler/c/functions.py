@@ -7,14 +7,13 @@ from vibrocap.numerics.compiler.c.snippets import number_text
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind
 from vibrocap.numerics.compiler.subset import Refused
 from vibrocap.numerics.compiler.typed import nodes
-from vibrocap.numerics.compiler.typed.expressions import WRITTEN_OUT
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.c.text import Module
 
 SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "BitAnd": "&", "BitOr": "|", "BitXor": "^"}
 WRAPPED = {"Add": "add", "Sub": "sub", "Mult": "mul", "LShift": "shl", "RShift": "shr"}
-DIVIDED = {"FloorDiv": "floor_divided", "Mod": "floor_rest"}
+WRAPPED |= {"FloorDiv": "floor_divided", "Mod": "floor_rest"}
 COMPARED = {"Lt": "<", "LtE": "<=", "Gt": ">", "GtE": ">=", "Eq": "==", "NotEq": "!="}
 OF_MATH = ("floor", "sqrt")
 
@@ -138,8 +137,6 @@ class CFunction:
         kind, op = node.operands, node.operator
         left = self.of_kind(node.left, kind)
         right = self.of_kind(node.right, kind)
-        if op in DIVIDED:
-            return f"{self.module.helper('float_' * (kind is FLOAT) + DIVIDED[op])}({left}, {right})"
         if kind is INT and op in WRAPPED:
             return f"{self.module.helper(WRAPPED[op])}({left}, {right})"
         return f"({left} {SIGNS[op]} {right})"
@@ -150,8 +147,6 @@ class CFunction:
     def _of_Power(self, node: nodes.Power) -> str:
         exponent = node.exponent.constant
         base = self.value(node.base)
-        if exponent is None or abs(exponent) > WRITTEN_OUT:
-            return f"{self.module.helper('whole_power')}({base}, {self.value(node.exponent)})"
         kind, left, power = node.base.kind, abs(exponent), ""
         times = f"{self.module.helper('mul')}({{}}, {{}})" if kind is INT else "({} * {})"
         base = self.held(kind, base)

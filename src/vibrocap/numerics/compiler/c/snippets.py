@@ -23,7 +23,7 @@ GUARDS = """#include <float.h>
 #pragma GCC diagnostic ignored "-Wunused-but-set-variable"
 #endif
 """
-# What C has no operator for; a name in braces gets the prefix. An int divided by 0 gives 0.
+# What C has no operator for; its name in braces gets the prefix. An int divided by 0 gives 0.
 HELPERS = {
     "add": "int64_t {add}(int64_t x, int64_t y) { return (int64_t)((uint64_t)x + (uint64_t)y); }",
     "sub": "int64_t {sub}(int64_t x, int64_t y) { return (int64_t)((uint64_t)x - (uint64_t)y); }",
@@ -46,38 +46,6 @@ HELPERS = {
   int64_t r = y == 0 || y == -1 ? 0 : x % y;
   return r != 0 && (r < 0) != (y < 0) ? r + y : r;
 }""",
-    "zero": "double {zero}(double sign) { return {bits}(sign) < 0 ? -0.0 : 0.0; }",
-    # As Python does it (`float_divmod` of its source).
-    "float_floor_rest": """double {float_floor_rest}(double x, double y) {
-  double r = {rest}(x, y);
-  if (r == 0.0) return {zero}(y);
-  return (r < 0.0) != (y < 0.0) ? r + y : r;
-}""",
-    "float_floor_divided": """double {float_floor_divided}(double x, double y) {
-  double r, q, whole;
-  if (y == 0.0) return x / y;
-  r = {rest}(x, y);
-  q = (x - r) / y;
-  if (r != 0.0 && (y < 0.0) != (r < 0.0)) q = q - 1.0;
-  if (q == 0.0) return {zero}(x / y);
-  whole = floor(q);
-  return q - whole > 0.5 ? whole + 1.0 : whole;
-}""",
-    # Repeated squaring, in the order in which a constant exponent is written out.
-    "whole_power": """double {whole_power}(double x, int64_t k) {
-  double power = 1.0;
-  uint64_t left = k < 0 ? 0 - (uint64_t)k : (uint64_t)k;
-  for (; left != 0; left >>= 1) {
-    if (left & 1) power = power * x;
-    x = x * x;
-  }
-  return k < 0 ? 1.0 / power : power;
-}""",
-}
-NEEDED = {  # helpers that a helper calls
-    "zero": ("bits",),
-    "float_floor_rest": ("zero",),
-    "float_floor_divided": ("zero",),
 }
 
 

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.compiler.c.functions import CFunction
-from vibrocap.numerics.compiler.c.snippets import GUARDS, HELPERS, NEEDED, number_text
+from vibrocap.numerics.compiler.c.snippets import GUARDS, HELPERS, number_text
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, Kind
-from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
+from vibrocap.numerics.compiler.own_functions import with_own_functions
 from vibrocap.numerics.compiler.subset import LIBRARY, Refused, parsed, uncollected
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import Program
@@ -45,7 +45,6 @@ class Module:
         self.needed: dict[str, str] = {}  # helpers and tables
         self.bodies: list[str] = []
         self.names: dict[nodes.Function, str] = {}
-        self.rest = ""
 
     @property
     def text(self) -> str:
@@ -67,15 +66,7 @@ class Module:
     def helper(self, name: str) -> str:
         """The name of a helper, put into the text."""
         if name not in self.needed:
-            for other in NEEDED.get(name, ()):
-                self.helper(other)
-            if "{rest}" in HELPERS[name] and not self.rest:
-                self.rest = self.written(Program(parsed(REST), 0).function("rest", (FLOAT, FLOAT), Refused))
-                self.needed["rest"] = self.bodies.pop()
-            body = HELPERS[name].replace("{rest}", self.rest)
-            for other in HELPERS:
-                body = body.replace(f"{{{other}}}", f"{self.prefix}_c_{other}")
-            self.needed[name] = f"static {body}"
+            self.needed[name] = "static " + HELPERS[name].replace(f"{{{name}}}", f"{self.prefix}_c_{name}")
         return f"{self.prefix}_c_{name}"  # a function of the kernel may have the same name
 
     def table(self, name: str, numbers: list[Any]) -> str:

@@ -82,6 +82,8 @@ class Expressions(Values):
         if not isinstance(op, ARITHMETIC):
             raise self.refusal(node, f"no kernel has {named(op)}")
         kind = INT if left.kind is right.kind is INT and not isinstance(op, ast.Div) else FLOAT
+        if kind is FLOAT and isinstance(op, (ast.FloorDiv, ast.Mod)):
+            raise self.refusal(node, "// and % are of ints; write np.floor(x / y) of floats")
         return nodes.Binary(kind, type(op).__name__, kind, left, right)
 
     def _folded(self, op: ast.AST, *values: Typed) -> Typed | None:
@@ -110,6 +112,8 @@ class Expressions(Values):
             raise self.refusal(node, "the power of an int has a constant exponent; take float(...) of the int")
         if base.kind is INT and exponent.constant < 0:
             raise self.refusal(node, "a power of an int that is no int; take float(...) of the int")
+        if exponent.constant is None or abs(exponent.constant) > WRITTEN_OUT:
+            return nodes.Call(FLOAT, self.program.whole_power(), (base, exponent))
         return nodes.Power(base.kind, base, exponent)
 
     def _of_UnaryOp(self, node: ast.UnaryOp) -> Typed:

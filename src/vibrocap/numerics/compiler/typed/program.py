@@ -12,8 +12,9 @@ from types import MappingProxyType
 from typing import Any
 
 from vibrocap.numerics.compiler import kinds
-from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, SCALARS, TABLE, Kind
-from vibrocap.numerics.compiler.subset import Kernel, names_assigned
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, SCALARS, TABLE, Kind
+from vibrocap.numerics.compiler.own_functions import WHOLE_POWER
+from vibrocap.numerics.compiler.subset import Kernel, Refused, names_assigned, parsed
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.expressions import Expressions
 from vibrocap.numerics.compiler.typed.nodes import Typed, known, named
@@ -40,6 +41,7 @@ class Program:
     ):
         self.kernel, self.width, self.library = kernel, width, library
         self._shared = shared
+        self._whole_power: nodes.Function | None = None
         self._contents: dict[str, bytes] = {}
         self._functions: dict[tuple, nodes.Function | None] = {}
         self._values: dict[str, Typed | None] = {}
@@ -89,6 +91,13 @@ class Program:
         typed = statements.typed(name if number == 1 else f"{name}.{number}")
         self._functions[key] = shared[content] = typed
         return typed
+
+    def whole_power(self) -> nodes.Function:
+        """The function for a power that is not known; a function of the kernel may have its name."""
+        if self._whole_power is None:
+            self._whole_power = Program(parsed(WHOLE_POWER), 0).function("whole_power", (FLOAT, INT), Refused)
+            self._whole_power.name = "whole_power.0"
+        return self._whole_power
 
     def _content(self, name: str) -> bytes:
         """A digest of all that decides a function: its text, and the constants and functions that it names."""
