@@ -80,7 +80,7 @@ class Code:
         if kind.items and len(kind.items) == len(value.kind.items):
             items = self.items(value) or ()
             return self.packed(
-                self.tupled([self.as_kind(item, part) for item, part in zip(items, kind.items, strict=True)]),
+                self.tupled([self.as_kind(item, part) for item, part in zip(items, kind.items, strict=True)])
             )
         if value.kind == PLACES:
             return value

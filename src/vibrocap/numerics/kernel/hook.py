@@ -1,8 +1,8 @@
 """Hooks: what a kernel calls without knowing which module answers, as `hook.on_event(...)`.
 
-Linking puts the functions of the module in their place that a recipe (`linker/recipes.py`) has chosen; it defines all
-functions of a section, with these arguments. Where no module does, what stands here is what happens: nothing, for the
-most part. What cannot be done without raises an error here.
+Linking puts the functions of the module in their place that a recipe (`linker/recipes.py`) has chosen, with these
+arguments. Where none does, what stands here is what happens: nothing, for the most part. What cannot be done without
+raises an error here: a module defines all of those of a section, or none.
 """
 
 from vibrocap.numerics.kernel.generated.equations import jet
@@ -157,7 +157,7 @@ def tangents_wait(ints, plain):
 
 def has_room(floats, ints, trace, lane) -> bool:
     """Whether one more step can be kept; if not, the lane waits."""
-    raise NotImplementedError
+    return True
 
 
 def on_piece(floats, ints, trace, lane, h) -> None:
@@ -167,12 +167,10 @@ def on_piece(floats, ints, trace, lane, h) -> None:
 
 def on_event(floats, ints, trace, lane, kind, contact, s) -> None:
     """At an event of this kind of a contact (0: the first, -1: of none), s after the start of the present step."""
-    raise NotImplementedError
 
 
 def on_jump(floats, ints, lane, gained) -> None:
     """At an impact, which changes the energy of the machine at one instant."""
-    raise NotImplementedError
 
 
 def on_period(floats, ints, trace, lane) -> None:
@@ -287,7 +285,7 @@ def set_out(floats, ints, trace, length) -> None:
 
 def under_way(floats, ints) -> bool:
     """Whether a further step is needed, of a motion that runs."""
-    raise NotImplementedError
+    return True
 
 
 def come_in(floats, ints, trace, length) -> None:

@@ -182,10 +182,18 @@ class Gathered:
 
 
 class Rows:
-    """Places of whole series: of the first coefficient, the next ones LANES further on each."""
+    """Series: the places of their first coefficients, the next ones LANES further on each; of contacts these too."""
 
     row: list[int]  # [series rows] those of the states first
     guard_row: list[int]  # [guards]
+    guess_row: list[int]  # [manifolds]
+    load_row: list[int]  # [loads] that are watched
+    velocity_row: list[int]  # [contacts]
+    sticking_force_row: list[int]
+    limit_row: list[int]
+    velocity: list[float]  # [contacts]
+    sticking_force: list[float]  # [contacts] that would hold it
+    limit: list[float]  # [contacts] the largest one that can
 
 
 class Lane(int, Wholes, Numbers, Gathered, Rows):

@@ -9,8 +9,9 @@ ARRAYS = {
     for array, entries in (("ints", Wholes), ("floats", Numbers), ("floats", Gathered))
     for name in entries.__annotations__
 }
-ROWS = {"row": "SERIES", "guard_row": "SWITCH"}  # of whole series: the place of the first coefficient
-assert ROWS.keys() == Rows.__annotations__.keys()
+ROWS = {"row": "SERIES", "guard_row": "SWITCH", "guess_row": "GUESS", "load_row": "REACTION"}
+OF_CONTACT = {"velocity": "VELOCITY_OF", "sticking_force": "HOLD_OF", "limit": "LIMIT_OF"}
+assert Rows.__annotations__.keys() == {*ROWS, *OF_CONTACT, *(f"{name}_row" for name in OF_CONTACT)}
 ENTRY = re.compile(r"\b(lane|lanes|at|shared|stepper|alone)\.(\w+)(\[?)")
 HOOK = re.compile(r"\bhook\.(?=\w+\()")
 SIMPLE = re.compile(r"\w+|\w+\[\w+\]")  # an index that needs no brackets before `* LANES`
@@ -22,6 +23,7 @@ def with_places(text: str) -> str:
         lane.time        floats[TIME + lane]             lane.side[c]     floats[SIDE + c * LANES + lane]
         lanes.time       load(floats, TIME)              lane.row[i]      SERIES + i * (ORDER + 1) * LANES + lane
         at.side[c]       SIDE + c * LANES                alone.side[c]    floats[SIDE + c]
+        lane.velocity[c] floats[VELOCITY_OF[c] + lane]   lane.velocity_row[c]    VELOCITY_OF[c] + lane
 
     Raises ValueError for an entry that no lane has.
     """
@@ -29,24 +31,32 @@ def with_places(text: str) -> str:
     for match in ENTRY.finditer(text):
         if match.start() < start:
             continue  # within an index that is done
-        owner, name, bracket = match.groups()
-        if name not in ARRAYS and name not in ROWS:
+        (owner, name, bracket), end, index = match.groups(), match.end(), ""
+        if name not in ARRAYS and name not in Rows.__annotations__:
             raise ValueError(f"`{match[0]}`: {Lane.__module__} has no entry of this name")
-        place, end = ROWS.get(name, name.upper()), match.end()
-        several = owner in ("lane", "lanes", "at")
         if bracket:
             end = _closing(text, end)
             index = with_places(text[match.end() : end - 1])
-            if several or name in ROWS:
-                index = index if SIMPLE.fullmatch(index) else f"({index})"
-            place += f" + {index}{' * (ORDER + 1)' if name in ROWS else ''}{' * LANES' if several else ''}"
-        if owner == "lane":
-            place += " + lane"
-        if name in ARRAYS and owner != "at":
-            place = f"load({ARRAYS[name]}, {place})" if owner == "lanes" else f"{ARRAYS[name]}[{place}]"
+        place = _place(owner, name, index)
+        if owner != "at" and not name.endswith("row"):
+            array = ARRAYS.get(name, "floats")
+            place = f"load({array}, {place})" if owner == "lanes" else f"{array}[{place}]"
         done += [text[start : match.start()], place]
         start = end
     return HOOK.sub("", "".join([*done, text[start:]]).replace("every_lane()", "range(LANES)"))
+
+
+def _place(owner: str, name: str, index: str) -> str:
+    """The place of an entry, or of the item of it at an index."""
+    several, lane = owner in ("lane", "lanes", "at"), " + lane" if owner == "lane" else ""
+    of_contact = OF_CONTACT.get(name.removesuffix("_row"))
+    if of_contact:
+        return f"{of_contact}[{index}]{lane}"
+    if not index:
+        return name.upper() + lane
+    factors = (" * (ORDER + 1)" if name in ROWS else "") + (" * LANES" if several else "")
+    index = index if not factors or SIMPLE.fullmatch(index) else f"({index})"
+    return f"{ROWS.get(name, name.upper())} + {index}{factors}{lane}"
 
 
 def _closing(text: str, start: int) -> int:

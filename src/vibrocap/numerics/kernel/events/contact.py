@@ -12,31 +12,12 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
-from vibrocap.numerics.kernel.generated.facts import (
-    KINKS,
-    MANIFOLDS,
-    SEVERAL,
-    SHARED,
-    SLOWED,
-    STATE_OF,
-    STICKS,
-)
-from vibrocap.numerics.kernel.generated.places import (
-    CAME_FROM,
-    DECAY_RATE,
-    OWN_DECAY,
-    SCALE,
-    SIDE,
-    SLOW,
-    STATE,
-    TO_DECIDE,
-    WORK,
-    ZEROS,
-)
-from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.places import GUARD, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.lane import alone, at
 from vibrocap.numerics.kernel.step.resolved import excursion
-from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step
+from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step, write_state
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the step before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
@@ -66,17 +47,17 @@ def open_still(floats, ints, lane):
     """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
     for c in range(CONTACTS):
         rests = STICKS[c] == 1 and lane.side[c] == 0.0 and lane.to_decide[c] == 0
-        if rests and abs(floats[HOLD_OF[c] + lane]) > (1.0 + BEYOND) * floats[LIMIT_OF[c] + lane]:
+        if rests and abs(lane.sticking_force[c]) > (1.0 + BEYOND) * lane.limit[c]:
             lane.to_decide[c] = 1
     return open_arrivals(ints, lane)
 
 
 def side_holds(floats, ints, trace, lane, c):
     """Whether contact c really sticks, or really moves to its side."""
-    side, velocity = lane.side[c], floats[VELOCITY_OF[c] + lane]
+    side, velocity = lane.side[c], lane.velocity[c]
     if side == 0.0:
         # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
-        clear = abs(floats[HOLD_OF[c] + lane]) < (1.0 - 1e-12) * floats[LIMIT_OF[c] + lane]
+        clear = abs(lane.sticking_force[c]) < (1.0 - 1e-12) * lane.limit[c]
         return (clear and lane.to_decide[c] == 0) or not decide(floats, ints, trace, lane, c)
     if lane.zeros[c] > 0:
         return leaves(floats, ints, lane, c)
@@ -99,13 +80,13 @@ def beyond_rounding(floats, ints, lane, c):
     h = min(taylor_step(floats, ints, lane), lane.period)
     if SLOWED and LANES == 1:  # one on manifolds of others is longer
         for m in range(MANIFOLDS):
-            rate = max(floats[DECAY_RATE], floats[OWN_DECAY + m] * floats[SLOW + m])
+            rate = max(alone.decay_rate, alone.own_decay[m] * alone.slow[m])
             h = min(h, STABLE / rate) if rate > 0.0 else h
     least = SLIGHT * lane.scale[STATE_OF[c]]
     zeros = 0
     power = 1.0
     for k in range(ORDER):
-        if zeros == k and abs(floats[VELOCITY_OF[c] + k * LANES + lane]) * power <= least:
+        if zeros == k and abs(floats[at.velocity_row[c] + k * LANES + lane]) * power <= least:
             zeros = k + 1
         power *= h
     return zeros
@@ -143,10 +124,10 @@ def leaves(floats, ints, lane, c):
 
     A contact leaves stick without acceleration, unless its law drops from a static to a kinetic level there.
     """
-    side, row = lane.side[c], VELOCITY_OF[c] + lane
+    side, row = lane.side[c], lane.velocity_row[c]
     if lane.zeros[c] == 2:
         growth = abs(floats[row + 2 * LANES]) * taylor_step(floats, ints, lane)
-        if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * floats[LIMIT_OF[c] + lane]):
+        if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * lane.limit[c]):
             lane.zeros[c] = 1
     first = lane.zeros[c]
     if SEVERAL and STICKS[c] == 0:
@@ -166,9 +147,7 @@ def leaves(floats, ints, lane, c):
             return True  # at rest for good: nothing will happen on either side
     lane.zero_progress += 1
     if STICKS[c] == 1:
-        lane.came_from[c] = side
-        lane.side[c] = 0.0
-        lane.to_decide[c] = 1
+        arrive(floats, ints, lane, c)
     else:
         lane.side[c] = -side
         hook.turned(floats, lane, c)
@@ -180,7 +159,7 @@ def guard_series(floats, lane, c, direction, h):
 
     A coefficient is rounding where, over the step h, it moves the guard by no more than the rounding of the forces.
     """
-    hold, limit = HOLD_OF[c] + lane, LIMIT_OF[c] + lane
+    hold, limit = lane.sticking_force_row[c], lane.limit_row[c]
     noise = ROUNDINGS * EPSILON * (floats[limit] + abs(floats[hold]))
     zeros = 0
     power = 1.0
@@ -238,7 +217,7 @@ def meet(floats, ints, lane, c, h):
         turn_round(floats, ints, lane, c)
     for d in range(CONTACTS):
         if d != c and STICKS[d] == 1 and lane.side[d] != 0.0:
-            row = VELOCITY_OF[d] + lane
+            row = lane.velocity_row[d]
             size = abs(floats[row]) + excursion(floats, row, h) + lane.scale[STATE_OF[d]]
             if abs(series_value(floats, row, h)) <= SLIGHT * size:
                 come_to_rest(floats, ints, lane, d, h)
@@ -259,7 +238,10 @@ def give_way_together(floats, ints, lane, h):
     """All contacts at rest whose forces are at their limits at time h of the series give way there."""
     for d in range(CONTACTS):
         if STICKS[d] == 1 and lane.side[d] == 0.0:
-            hold, limit = series_value(floats, HOLD_OF[d] + lane, h), series_value(floats, LIMIT_OF[d] + lane, h)
+            hold, limit = (
+                series_value(floats, lane.sticking_force_row[d], h),
+                series_value(floats, lane.limit_row[d], h),
+            )
             if limit - abs(hold) <= SLIGHT * limit:
                 lane.side[d] = 1.0 if hold > 0.0 else -1.0
                 lane.zeros[d] = 2
@@ -273,8 +255,7 @@ def rest(floats, ints, lane):
     asked. Where that force is near the limit, `decide` looks at the series of the contact held at rest.
     """
     came_from = lane.side
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     holding(floats, lane.time, WORK, lane, WORK + STATES)
     hold, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
     if came_from * hold < -(1.0 + DOUBT) * limit:
@@ -283,9 +264,7 @@ def rest(floats, ints, lane):
     elif abs(hold) < (1.0 - DOUBT) * limit:
         lane.side = 0.0
     else:
-        lane.came_from = came_from
-        lane.side = 0.0
-        lane.to_decide = 1
+        arrive(floats, ints, lane, 0)
 
 
 def jumped(floats, ints, trace, lane):
@@ -295,8 +274,7 @@ def jumped(floats, ints, trace, lane):
     before. A set-valued contact whose velocity is zero to rounding is set to rest, where the force decides, see
     `decide`; one that rested and does not move rests on, but of several all are asked again. A smooth law has no side.
     """
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     for c in range(CONTACTS):
         if STICKS[c] + KINKS[c] > 0:
             v = contact_velocity(floats, lane.time, WORK, c, lane)
@@ -315,44 +293,42 @@ def open_arrivals(ints, lane):
 
 def jumped_to(floats, ints, trace, lane, c, v):
     """The velocity of contact c has jumped to v."""
-    state, place = STATE_OF[c] * LANES + lane, c * LANES + lane
-    ints[ZEROS + place] = 0
+    lane.zeros[c] = 0
     if STICKS[c] == 1 and abs(v) <= velocity_rounding(floats, lane, c, v):
-        if floats[SIDE + place] != 0.0:
+        if lane.side[c] != 0.0:
             if not rests_beside(floats, lane, c):
-                floats[STATE + state] -= v
+                lane.state[STATE_OF[c]] -= v
             arrive(floats, ints, lane, c)
             hook.stay_in_piece(ints, lane)
         elif SEVERAL:
-            ints[TO_DECIDE + place] = 1
+            lane.to_decide[c] = 1
         return
-    floats[CAME_FROM + place] = 0.0
-    ints[TO_DECIDE + place] = 0
+    lane.came_from[c] = 0.0
+    lane.to_decide[c] = 0
     if v == 0.0:  # of a kinked law: its rates tell, see `side_holds`
         return
     side = 1.0 if v > 0.0 else -1.0
-    if side == floats[SIDE + place]:
+    if side == lane.side[c]:
         return
     lane.events += 1
     if lane.events > lane.event_limit:
         lane.status = TOO_MANY_EVENTS
         return
-    floats[SIDE + place] = side
+    lane.side[c] = side
     if STICKS[c] == 0:
         hook.turned(floats, lane, c)
 
 
 def velocity_rounding(floats, lane, c, v):
     """By how much v, the velocity of a contact at the state in WORK, may be rounding: of its state, and of the time."""
-    state = STATE_OF[c] * LANES + lane
     later = lane.time + ROUNDINGS * EPSILON * lane.period
-    size = abs(floats[STATE + state]) + floats[SCALE + state]
+    size = abs(lane.state[STATE_OF[c]]) + lane.scale[STATE_OF[c]]
     return ROUNDINGS * EPSILON * size + abs(contact_velocity(floats, later, WORK, c, lane) - v)
 
 
 def come_to_rest(floats, ints, lane, c, h):
     """Set a contact velocity to exactly zero at the end of a step of length h, after noting what it was."""
-    v = series_value(floats, VELOCITY_OF[c] + lane, h)
+    v = series_value(floats, lane.velocity_row[c], h)
     lane.contact_residual = max(lane.contact_residual, abs(v))
     if not rests_beside(floats, lane, c):
         lane.state[STATE_OF[c]] -= v
@@ -374,7 +350,6 @@ def pin(floats, lane):
     """
     for c in range(CONTACTS):
         if STICKS[c] == 1 and lane.side[c] == 0.0:
-            for i in range(STATES):
-                floats[WORK + i] = lane.state[i]
+            write_state(floats, lane, WORK)
             lane.state[STATE_OF[c]] -= contact_velocity(floats, lane.time, WORK, c, lane)
             return

@@ -48,7 +48,8 @@ from vibrocap.numerics.kernel.events.tried_mode import (
 from vibrocap.numerics.kernel.generated.equations import contact_rows
 from vibrocap.numerics.kernel.generated.facts import DYNAMIC, GROUP, SHARED, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS
+from vibrocap.numerics.kernel.step.taylor import write_state
 
 UNDECIDED_SHARE = 1e-9  # of forces and of accelerations: what is nearer to a limit, or to none, is left to the series
 FITTING = 1e-11  # of them: what is within while pivoting
@@ -60,8 +61,7 @@ NONE_FITS, ONE_FITS, SEVERAL_FIT = 0, 1, 2
 def decide_together(floats, ints, lane):
     """Decide the sides of all contacts that are to be asked, and of those at rest on which they act, at the lane's
     present state."""
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     contact_rows(floats, lane.time, WORK, lane, FREE_ROWS)
     count = pose(floats, ints, lane)
     for _ in range(CONTACTS + 1):

@@ -44,7 +44,7 @@ from vibrocap.numerics.kernel.generated.equations import (
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
+from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points, write_state
 
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -131,8 +131,7 @@ def begin_branch(floats, ints, trace, lane, which):
     if lane.events > lane.event_limit:
         lane.status = TOO_MANY_EVENTS
         return
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     after_switch(floats, lane.time, WORK, lane, which, WORK + STATES)
     for i in range(STATES):
         lane.state[i] = floats[WORK + STATES + i]
@@ -171,8 +170,7 @@ def hits(floats, ints, lane):
 
 def turned(floats, lane, contact):
     """The states become those after a reversal of a contact to its present side."""
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     after_reversal(floats, lane.time, WORK, lane, contact, WORK + STATES)
     for i in range(STATES):
         lane.state[i] = floats[WORK + STATES + i]

@@ -21,9 +21,9 @@ from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.lane import at
+from vibrocap.numerics.kernel.step.taylor import write_state
 
 
 def tangent_waits(ints, lane):
@@ -36,7 +36,7 @@ def leave_piece(floats, ints, lane, event, contact, h):
     if lane.pending == 1:  # two events at one instant, to rounding
         enter_piece(floats, ints, lane)
     out = guards_along(floats, lane)
-    velocity = VELOCITY_OF[contact]
+    velocity = at.velocity_row[contact]
     if event == 1:
         change, slope = floats[out + 3 * contact], polynomial_slope(floats, velocity + lane, LANES, ORDER, h)
     elif event >= FIRST_SWITCH:
@@ -48,8 +48,8 @@ def leave_piece(floats, ints, lane, event, contact, h):
     else:
         push = 1.0 if event > 0 else -1.0
         change = floats[out + 3 * contact + 2] - push * floats[out + 3 * contact + 1]
-        slope = polynomial_slope(floats, LIMIT_OF[contact] + lane, LANES, ORDER, h)
-        slope -= push * polynomial_slope(floats, HOLD_OF[contact] + lane, LANES, ORDER, h)
+        slope = polynomial_slope(floats, lane.limit_row[contact], LANES, ORDER, h)
+        slope -= push * polynomial_slope(floats, lane.sticking_force_row[contact], LANES, ORDER, h)
     delay = -change / slope if slope != 0.0 else 0.0
     for i in range(BASE):
         rate = polynomial_slope(floats, lane.row[i], LANES, ORDER, h)
@@ -80,8 +80,7 @@ def enter_piece(floats, ints, lane):
 
 def guards_along(floats, lane):
     """Where `guard_tangents` of the present state were written."""
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     guard_tangents(floats, lane.time, WORK, lane, WORK + STATES)
     return WORK + STATES
 

@@ -1,9 +1,8 @@
-"""Places of entries (`lane.py`) where a text needs the place itself: of all lanes, of a row, of work space."""
+"""Places of entries (`lane.py`) where a text needs the place itself, of work rows, and among what is integrated."""
 
-BACKUP = CAME_FROM = DAMPED_STEP = DECAY_RATE = DRIFT = EVENT_CONTACT = GAVE_WAY = GUESS = 0
-IMPLICIT_STEP = IMPLICIT_STEPS = INT_COUNT = KEPT = KICK = LETTERS = LIFTED = MARKS = 0
-OWN_DECAY = PARAMETER = PATIENCE = PAUSE = PEAK = PENDING = PERIOD = PERIOD_BUDGET = 0
-RETURN_MARKS = RUN = SCALE = SEGMENT = SEGMENT_COUNT = SERIES = SHOWN = SIDE = 0
-SLOW = STATE = STATUS = STEP = STEP_LIMIT = STIFF = SWEEPS = TAYLOR_STEPS = 0
-TIME = TOLERANCE = TO_DECIDE = UNTIL = WAIT = WAITING = WINDOW_START = WORK = 0
-ZEROS = ZERO_PROGRESS = 0
+BACKUP = INT_COUNT = KEPT = LETTERS = MARKS = PARAMETER = PEAK = PERIOD_BUDGET = RETURN_MARKS = 0
+RUN = SEGMENT = SEGMENT_COUNT = SERIES = SHOWN = STATUS = WAITING = WORK = 0
+GUARD = 0  # a work row of the event search
+SHIFT = 0  # what all velocities are ahead of the state that they share, see `shifts`
+SHIFTS = 0  # how many these are
+FRICTION = 0  # of R among the functions of the instant that are gathered

@@ -16,7 +16,6 @@ from vibrocap.numerics.kernel.generated.facts import (
     STICKS,
 )
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.loop.one_step import NEAR
@@ -60,7 +59,7 @@ def first_events(floats, ints, plain, slow, longest, h):
                 if SLOWED and SLOW_CONTACT[m] == c:
                     fine = fine & (ahead | ~(lanes.slow[m] > 0.0))
             if SHARP and c == SHARP_CONTACT:
-                fine = fine & resolved_simd(floats, own, load(floats, VELOCITY_OF[c]), change, h, plain & fine)
+                fine = fine & resolved_simd(floats, own, lanes.velocity[c], change, h, plain & fine)
             ahead = ahead | stays
             if SEVERAL:
                 open_still = asked & chosen & ~(ahead & fine)
@@ -70,7 +69,19 @@ def first_events(floats, ints, plain, slow, longest, h):
             plain = plain & (fine | ~asked)
             asked = asked & plain & ~ahead
             if bits(asked) != 0:
-                guard_simd(floats, asked, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h)
+                guard_simd(
+                    floats,
+                    asked,
+                    at.velocity_row[c],
+                    at.sticking_force_row[c],
+                    at.limit_row[c],
+                    own,
+                    stuck,
+                    push,
+                    one,
+                    two,
+                    h,
+                )
                 chosen = chosen | asked
                 held = held | (asked & stuck)
                 looked = where(asked, 1.0 * c, looked)
@@ -96,15 +107,15 @@ def first_events(floats, ints, plain, slow, longest, h):
 def hold_simd(floats, c, stuck, two, longest, h):
     """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for, where it
     stays beyond doubt)."""
-    limit = load(floats, LIMIT_OF[c])
-    hold = load(floats, HOLD_OF[c])
+    limit = lanes.limit[c]
+    hold = lanes.sticking_force[c]
     growth = 0.0 * h
     change = 0.0 * h
     for k in range(ORDER - 1, 0, -1):
-        force = load(floats, HOLD_OF[c] + k * LANES)
+        force = load(floats, at.sticking_force_row[c] + k * LANES)
         term = abs(force)
         if not LIMIT_CONSTANT:
-            term = term + abs(load(floats, LIMIT_OF[c] + k * LANES))
+            term = term + abs(load(floats, at.limit_row[c] + k * LANES))
         growth = growth * h + term
         change = change * h + force
     push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
@@ -113,15 +124,15 @@ def hold_simd(floats, c, stuck, two, longest, h):
     if bits(stuck & held & ~sure) != 0:
         sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = max(1e-4 * limit, abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest)
-    steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
+    threshold = max(1e-4 * limit, abs(load(floats, at.velocity_row[c] + 2 * LANES)) * longest)
+    steady = ~two | (abs(load(floats, at.velocity_row[c] + LANES)) <= JUMP * threshold)
     fine = where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
     return push, fine, stuck & (limit - abs(hold) > growth * h)
 
 
 def least_of_guard(floats, c, push, h):
     """A bound from below of limit + push * hold over the step, as `taylor.least_of_cubic`."""
-    hold, limit = HOLD_OF[c], LIMIT_OF[c]
+    hold, limit = at.sticking_force_row[c], at.limit_row[c]
     others = 0.0 * h
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))

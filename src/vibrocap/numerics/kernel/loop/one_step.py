@@ -13,18 +13,10 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, first_root
-from vibrocap.numerics.kernel.codes import (
-    DONE,
-    GRAZE,
-    NOT_FINITE,
-    PLACE_PASSED,
-    RUNNING,
-    STEP_UNDERFLOW,
-    UNDECIDED,
-)
+from vibrocap.numerics.kernel.codes import DONE, GRAZE, NOT_FINITE, PLACE_PASSED, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.places import GUARD
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.loop.start import ends_open
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved
@@ -184,7 +176,7 @@ def first_event(floats, ints, lane, h):
 
 def first_rest(floats, ints, lane, c, side, h):
     """(event, time, touch) of a contact that slides: where its velocity falls to zero."""
-    row, zeros = VELOCITY_OF[c] + lane, lane.zeros[c]
+    row, zeros = lane.velocity_row[c], lane.zeros[c]
     if SEVERAL and zeros >= ORDER - 1:
         return 0, h, -1.0
     if SEVERAL and STICKS[c] == 0 and zeros == 0:
@@ -199,7 +191,7 @@ def first_rest(floats, ints, lane, c, side, h):
 
 def first_release(floats, lane, c, h):
     """(event, time, touch) of a contact that sticks: where its hold gives way."""
-    hold, limit = HOLD_OF[c] + lane, LIMIT_OF[c] + lane
+    hold, limit = lane.sticking_force_row[c], lane.limit_row[c]
     event = 0
     earliest = -1.0
     growth = 0.0

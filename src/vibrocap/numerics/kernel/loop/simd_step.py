@@ -38,17 +38,11 @@ from vibrocap.numerics.kernel.generated.facts import (
     STICKS,
     WATCHED,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.lane import at, every_lane, lanes
 from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
 from vibrocap.numerics.kernel.loop.one_step import step, turn
-from vibrocap.numerics.kernel.loop.turning_simd import (
-    before_turning,
-    out_of_doubt,
-    passing_simd,
-    still_simd,
-)
+from vibrocap.numerics.kernel.loop.turning_simd import before_turning, out_of_doubt, passing_simd, still_simd
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd, taylor_steps
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
@@ -100,10 +94,10 @@ def step_simd(floats, ints, trace, running):
         reach = where(rate * longest > PLAIN_REACH, PLAIN_REACH / rate, longest)
     for c in range(CONTACTS):
         if KINKS[c] == 1:
-            tolerance, speed = lanes.tolerance, abs(load(floats, VELOCITY_OF[c]))
+            tolerance, speed = lanes.tolerance, abs(lanes.velocity[c])
             if SEVERAL:
                 tolerance = tolerance * lanes.scale[STATE_OF[c]]
-            counts = 0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance
+            counts = 0.1 * (speed + abs(load(floats, at.velocity_row[c] + LANES)) * longest) >= tolerance
             if SEVERAL and bits(moving & ~counts) != 0:
                 if SLOWED and bits(slow & ~counts) != 0:
                     reach = out_of_doubt(floats, c, slow & ~counts, reach)
@@ -145,8 +139,8 @@ def step_simd(floats, ints, trace, running):
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     if SHARP and STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0:
-        side, start = lanes.side[SHARP_CONTACT], load(floats, VELOCITY_OF[SHARP_CONTACT])
-        change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + every, h)
+        side, start = lanes.side[SHARP_CONTACT], lanes.velocity[SHARP_CONTACT]
+        change = excursion(floats, at.velocity_row[SHARP_CONTACT] + every, h)
         plain = plain & resolved_simd(floats, side, start, change, h, plain)
     plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
     for i in range(BRANCHES):
@@ -205,7 +199,7 @@ def move_simd(floats, ints, trace, plain, h):
             if (measuring >> lane) & 1:
                 hook.on_piece(floats, ints, trace, lane, lane.step)
         for w in range(WATCHED):
-            above = within_piece(floats, REACTION + w * (ORDER + 1) * LANES, h)
+            above = within_piece(floats, at.load_row[w], h)
             doubtful = bits(measured & (lanes.lifted[w] == 0.0) & ~above)
             if doubtful != 0:
                 for lane in every_lane():
@@ -245,7 +239,7 @@ def finish_simd(floats, ints, trace, events, turns):
                     event = FIRST_SWITCH + c - CONTACTS
                     c = 0
                 elif lane.side[c] == 0.0:
-                    event = 2 if series_value(floats, HOLD_OF[c] + lane, lane.step) > 0.0 else -2
+                    event = 2 if series_value(floats, lane.sticking_force_row[c], lane.step) > 0.0 else -2
                 cross(floats, ints, trace, lane, event, c, lane.step)
             if (turns >> lane) & 1 and lane.status == RUNNING:
                 turn(floats, ints, trace, lane, event, lane.step)

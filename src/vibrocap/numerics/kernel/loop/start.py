@@ -9,11 +9,10 @@ from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, ST
 from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import SIDE, WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.places import WORK
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, ORDER, STATES
 from vibrocap.numerics.kernel.step.resolved import forget
-from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
+from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value, write_state
 
 NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
 
@@ -79,7 +78,10 @@ def ends_open(floats, ints, lane, h):
     for c in range(CONTACTS):
         side = lane.side[c]
         if STICKS[c] == 1 and side == 0.0:
-            hold, limit = series_value(floats, HOLD_OF[c] + lane, h), series_value(floats, LIMIT_OF[c] + lane, h)
+            hold, limit = (
+                series_value(floats, lane.sticking_force_row[c], h),
+                series_value(floats, lane.limit_row[c], h),
+            )
             opens = opens or abs(hold) >= (1.0 - DOUBT) * limit
         elif STICKS[c] + KINKS[c] > 0 and lane.zeros[c] == 0:
             v = present_velocity(floats, lane, c)
@@ -110,18 +112,17 @@ def rests_to_rounding(floats, ints, lane, c, v, share):
 
 def told_from_rest(floats, lane, c, v):
     """Whether friction tells v, the velocity of a contact at the state in WORK, from rest: rock creeps at 1e-11 m/s."""
-    place, state, side = SIDE + c * LANES + lane, WORK + STATE_OF[c], lane.side[c]
-    floats[place] = 1.0 if v > 0.0 else -1.0
+    side = lane.side[c]
+    lane.side[c] = 1.0 if v > 0.0 else -1.0
     rates(floats, lane.time, WORK, lane, WORK + STATES)
-    floats[state] -= v
+    floats[WORK + STATE_OF[c]] -= v
     rates(floats, lane.time, WORK, lane, WORK + 2 * STATES)
-    floats[place] = side
+    lane.side[c] = side
     moving, still = floats[WORK + STATES + STATE_OF[c]], floats[WORK + 2 * STATES + STATE_OF[c]]
     return abs(moving - still) > SLIGHT * (abs(moving) + abs(still))
 
 
 def present_velocity(floats, lane, c):
     """Velocity of a contact at the present state and time."""
-    for i in range(STATES):
-        floats[WORK + i] = lane.state[i]
+    write_state(floats, lane, WORK)
     return contact_velocity(floats, lane.time, WORK, c, lane)

@@ -12,7 +12,6 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_STATE,
     STATE_OF,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.resolved import excursion
@@ -29,7 +28,7 @@ def still_simd(floats, ints, c, h):
     As `one_step.first_rest`: it does not turn.
     """
     every = all_lanes()
-    row = VELOCITY_OF[c]
+    row = at.velocity_row[c]
     reach = abs(load(floats, row)) + excursion(floats, row + every, h)
     return (reach <= NO_MOTION * lanes.scale[STATE_OF[c]]) & whole_equal(ints, at.zeros[c], 0)
 
@@ -60,7 +59,7 @@ def before_turning(floats, slow, h):
                 ahead, change = ahead_simd(floats, c, side, none, none, none, h)
                 fine = fine & (off | ahead)
                 if SHARP and c == SHARP_CONTACT:
-                    fine = fine & resolved_simd(floats, side, load(floats, VELOCITY_OF[c]), change, h, slow)
+                    fine = fine & resolved_simd(floats, side, lanes.velocity[c], change, h, slow)
         fine = fine | ~slow
         if bits(~fine) == 0:
             break
@@ -73,7 +72,7 @@ def ahead_simd(floats, c, side, stuck, one, two, h):
 
     It lasts where the velocity's first four terms stay above the sum of all others.
     """
-    velocity = VELOCITY_OF[c]
+    velocity = at.velocity_row[c]
     others = abs(load(floats, velocity + ORDER * LANES))
     for k in range(ORDER - 1, 5, -1):
         others = others * h + abs(load(floats, velocity + k * LANES))

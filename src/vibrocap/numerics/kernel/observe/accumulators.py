@@ -16,16 +16,10 @@ from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomi
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
-from vibrocap.numerics.kernel.generated.places import PEAK, WORK
-from vibrocap.numerics.kernel.generated.rows import FRICTION
+from vibrocap.numerics.kernel.generated.places import FRICTION, PEAK, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.lane import shared
-from vibrocap.numerics.kernel.observe.turning_points import (
-    CELLS,
-    may_turn,
-    sign_change,
-    turning_point,
-)
+from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, sign_change, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 # Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).

@@ -18,7 +18,6 @@ from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
 from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
@@ -58,10 +57,10 @@ def take_evidence(floats, ints, lane, h):
 def decisive(floats, lane, c, h):
     """Whether, by the first terms of the series, a contact loses a good part of its speed within the piece, or the
     force that holds it goes through a good part of what is left to its limit."""
-    row, share, level = VELOCITY_OF[c] + lane, SLOWER, -floats[VELOCITY_OF[c] + lane]
+    row, share, level = lane.velocity_row[c], SLOWER, -lane.velocity[c]
     if STICKS[c] == 1 and lane.side[c] == 0.0:
-        row, share = HOLD_OF[c] + lane, CLOSER
-        level = floats[LIMIT_OF[c] + lane] - abs(floats[HOLD_OF[c] + lane])
+        row, share = lane.sticking_force_row[c], CLOSER
+        level = lane.limit[c] - abs(lane.sticking_force[c])
         return (abs(floats[row + LANES]) + abs(floats[row + 2 * LANES]) * h) * h >= share * level
     towards = 1.0 if level > 0.0 else -1.0
     slower = towards * floats[row + LANES]
@@ -70,9 +69,9 @@ def decisive(floats, lane, c, h):
 
 def extreme(floats, lane, c, h):
     """Within the piece, where a contact is slowest or the force that holds it turns; -1.0 where that is at an end."""
-    row, degree = VELOCITY_OF[c] + lane, ORDER
+    row, degree = lane.velocity_row[c], ORDER
     if STICKS[c] == 1 and lane.side[c] == 0.0:
-        row, degree = HOLD_OF[c] + lane, ORDER - 1
+        row, degree = lane.sticking_force_row[c], ORDER - 1
     end, slope = value_and_rate(floats, row, LANES, degree, h, False)
     if STICKS[c] + KINKS[c] == 0 and floats[row] * end < 0.0:
         return sign_change(floats, row, LANES, degree, 0.0, h, False)
@@ -106,7 +105,7 @@ def ask(floats, ints, lane, s, h):
             if force > lane.hold_share * limit:
                 lane.hold_share = force / limit if limit > 0.0 else HUGE
         elif STICKS[c] + KINKS[c] > 0:
-            row = VELOCITY_OF[c] + lane
+            row = lane.velocity_row[c]
             v0, v1, v2 = floats[row], floats[row + LANES], floats[row + 2 * LANES]
             terms = max(1.0, abs(v0) + (abs(v1) + abs(v2) * h) * h)  # whose rounding is that of the velocity at rest
             lane.least_velocity = min(lane.least_velocity, side * series_value(floats, row, s) / terms)

@@ -8,7 +8,6 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.equations import reaction
 from vibrocap.numerics.kernel.generated.facts import WATCHED
-from vibrocap.numerics.kernel.generated.rows import REACTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.observe.accumulators import FITTED, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
 from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turning_point
@@ -26,7 +25,7 @@ def watch_load(floats, ints, lane, h):
 
 def loads_row(lane, w):
     """Row of the series of a true load."""
-    return REACTION + w * (ORDER + 1) * LANES + lane
+    return lane.load_row[w]
 
 
 def line_outweighs(floats, row, h):

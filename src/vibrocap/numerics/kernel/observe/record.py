@@ -90,10 +90,6 @@ def write_event(floats, ints, trace, lane, kind, contact, s):
     lane.recorded_events += 1
 
 
-def on_jump(floats, ints, lane, gained):
-    """Pieces and events tell it."""
-
-
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
     for i in range(STATES):

@@ -12,7 +12,6 @@ one, of its returns (`observe/returns.py`), for which "period" below means a ret
 import math
 
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
-from vibrocap.numerics.kernel.generated.places import SCALE, STATE
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
 from vibrocap.numerics.kernel.observe.limit_of_marks import RANK, largest_way, unexplained_step
 
@@ -34,9 +33,9 @@ def remember(floats, marks, lane, mark):
         size = 0.0 if i == CYCLIC else lane.state[i] / lane.scale[i]
         floats[place + i * LANES] = size
     for k in range(TURN_COUNT):
-        state = TURN_STATES[k] * LANES + lane
-        angle, radius = floats[STATE + state] / TURN_RADII[k], TURN_RADII[k] / floats[SCALE + state]
-        floats[place + TURN_STATES[k] * LANES] = radius * math.cos(angle)
+        state = TURN_STATES[k]
+        angle, radius = lane.state[state] / TURN_RADII[k], TURN_RADII[k] / lane.scale[state]
+        floats[place + state * LANES] = radius * math.cos(angle)
         floats[place + (STATES + k) * LANES] = radius * math.sin(angle)
 
 

@@ -20,11 +20,6 @@ from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begi
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 
-def has_room(floats, ints, trace, lane):
-    """Nothing is recorded, so there is always room."""
-    return True
-
-
 def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
     asked = shared.asked
@@ -45,10 +40,6 @@ def on_piece(floats, ints, trace, lane, h):
         half = 0.5 * lane.period
         if lane.time <= half < lane.time + h:
             lane.asymmetry = min(lane.asymmetry, asymmetry(floats, lane, half - lane.time))
-
-
-def on_event(floats, ints, trace, lane, kind, contact, s):
-    """Events are not recorded."""
 
 
 def on_jump(floats, ints, lane, gained):

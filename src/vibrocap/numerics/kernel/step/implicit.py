@@ -14,8 +14,7 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, polynomial_value
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.places import SHIFT, SHIFTS, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.linear_system import (
@@ -31,7 +30,7 @@ from vibrocap.numerics.kernel.step.linear_system import (
     solve,
 )
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five, through_points
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five, through_points, write_state
 
 GAMMA = 0.21193756319429014
 # fmt: off
@@ -162,13 +161,13 @@ def implicit_series(floats, ints, lane, h):
 def velocity_series(floats, ints, lane, h):
     """Write contact velocities along the step to their rows, interpolated at five points of the dense output."""
     for c in range(CONTACTS):
-        if VELOCITY_OF[c] != at.row[STATE_OF[c]]:  # it is no state
+        if at.velocity_row[c] != at.row[STATE_OF[c]]:  # it is no state
             v0 = velocity_at(floats, ints, lane, c, 0.0)
             v1 = velocity_at(floats, ints, lane, c, 0.25 * h)
             v2 = velocity_at(floats, ints, lane, c, 0.5 * h)
             v3 = velocity_at(floats, ints, lane, c, 0.75 * h)
             v4 = velocity_at(floats, ints, lane, c, h)
-            through_five(floats, VELOCITY_OF[c] + lane, v0, v1, v2, v3, v4, h)
+            through_five(floats, lane.velocity_row[c], v0, v1, v2, v3, v4, h)
 
 
 def velocity_at(floats, ints, lane, c, s):
@@ -203,8 +202,8 @@ def holding_series(floats, lane, h):
         holding(floats, lane.time + s, WORK, lane, out + 2 * CONTACTS * point)
     for c in range(CONTACTS):
         if STICKS[c] == 1:
-            through_points(floats, HOLD_OF[c] + lane, out + 2 * c, 2 * CONTACTS, h)
-            through_points(floats, LIMIT_OF[c] + lane, out + 2 * c + 1, 2 * CONTACTS, h)
+            through_points(floats, lane.sticking_force_row[c], out + 2 * c, 2 * CONTACTS, h)
+            through_points(floats, lane.limit_row[c], out + 2 * c + 1, 2 * CONTACTS, h)
 
 
 def moving_series(floats, ints, lane, h):
@@ -220,7 +219,7 @@ def moving_series(floats, ints, lane, h):
     for i in range(SHIFTS):
         for k in range(1, ORDER + 1):
             shift = floats[SHIFT + (i * (ORDER + 1) + k) * LANES + lane]
-            floats[VELOCITY_OF[i] + k * LANES + lane] = floats[state + k * LANES] + shift
+            floats[at.velocity_row[i] + k * LANES + lane] = floats[state + k * LANES] + shift
 
 
 def choose_reference(floats, lane):
@@ -230,7 +229,7 @@ def choose_reference(floats, lane):
     """
     slowest, largest = math.inf, 0.0
     for i in range(SHIFTS):
-        speed = abs(floats[VELOCITY_OF[i] + lane])
+        speed = abs(lane.velocity[i])
         if STICKS[i] == 0 and speed < slowest:
             slowest, largest = speed, float(i)
     floats[REFERENCE] = largest
@@ -251,7 +250,7 @@ def doubt_of_signs(floats, lane, h):
     doubt = 0.0
     for c in range(CONTACTS):
         if KINKS[c] == 1:
-            row, side = VELOCITY_OF[c] + lane, lane.side[c]
+            row, side = lane.velocity_row[c], lane.side[c]
             start, end = floats[row], series_value(floats, row, h)
             doubt = max(doubt, doubt_of_sign(floats, STATE_OF[c], lane, start, end))
             none = NO_SPEED * lane.scale[STATE_OF[c]]
@@ -273,8 +272,7 @@ def implicit_step(floats, ints, lane, longest):
 
 def attempted_step(floats, ints, lane, longest, tries):
     """The same in at most so many attempts, each shorter than the one before."""
-    for i in range(STATES):
-        floats[POINT + i] = lane.state[i]
+    write_state(floats, lane, POINT)
     jacobian(floats, lane.time, POINT, lane, JACOBIAN)
     h = min(lane.implicit_step, longest)
     for _ in range(tries):
@@ -303,8 +301,7 @@ def attempted_step(floats, ints, lane, longest, tries):
 
 def spectral_radius(floats, ints, lane):
     """Estimate of the largest |eigenvalue| of the Jacobian: the eighth root of a norm of its eighth power."""
-    for i in range(STATES):
-        floats[POINT + i] = lane.state[i]
+    write_state(floats, lane, POINT)
     jacobian(floats, lane.time, POINT, lane, JACOBIAN)
     for i in range(STATES):
         for j in range(STATES):

@@ -21,12 +21,8 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_STATE,
     STATE_OF,
 )
-from vibrocap.numerics.kernel.generated.places import (
-    GUESS,
-)
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.lane import alone
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.lane import alone, at
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
 from vibrocap.numerics.kernel.step.slow_manifold import (
@@ -39,7 +35,7 @@ from vibrocap.numerics.kernel.step.slow_manifold import (
     slow_lanes,
 )
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
-from vibrocap.numerics.kernel.step.taylor import least_of_four
+from vibrocap.numerics.kernel.step.taylor import least_of_four, write_state
 
 WORTH = 20.0  # fastest of several rates times the length of a step: from there on it is worth some sweeps
 TOGETHER = 6.0  # ratio of rates up to which manifolds of several contacts are entered together
@@ -93,7 +89,7 @@ def resolved_for_long(floats, h):
         return False
     if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or alone.side[SHARP_CONTACT] == 0.0:
         return True
-    return seen(floats, 0, h, excursion(floats, VELOCITY_OF[SHARP_CONTACT], h))
+    return seen(floats, 0, h, excursion(floats, at.velocity_row[SHARP_CONTACT], h))
 
 
 def pays(floats, h):
@@ -158,8 +154,7 @@ def enter_manifolds(floats, h):
     Of a contact that creeps velocity and bristle may be one damped oscillation, or decay nearly as fast as each other.
     Out of such a pair none is slaved alone, as the other still bounds the step; where that would not pay, both are.
     """
-    for i in range(STATES):
-        floats[POINT + i] = alone.state[i]
+    write_state(floats, 0, POINT)
     jacobian(floats, alone.time, POINT, 0, JACOBIAN)
     if PAIR:
         one, two = JACOBIAN + SLOW_STATE[0] * WIDTH, JACOBIAN + SLOW_STATE[1] * WIDTH
@@ -201,7 +196,7 @@ def enter(floats, m):
     alone.slow[m] = 1.0
     alone.sweeps[m] = 0.0
     for k in range(ORDER + 1):
-        floats[GUESS + m * (ORDER + 1) + k] = 0.0
+        floats[alone.guess_row[m] + k] = 0.0
 
 
 def fastest_decay(floats):
@@ -226,7 +221,7 @@ def slide_lasts_on(floats, m, h):
     last = True
     for c in range(CONTACTS):
         if KINKS[c] == 1 and (c == SLOW_CONTACT[m] or STATE_OF[c] == SLOW_STATE[m]):
-            last = last and slide_lasts(floats, VELOCITY_OF[c], alone.side[c], h)
+            last = last and slide_lasts(floats, at.velocity_row[c], alone.side[c], h)
     return last
 
 

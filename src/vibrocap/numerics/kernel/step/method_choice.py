@@ -7,8 +7,8 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_roo
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,
     dense_output,
@@ -103,7 +103,7 @@ def time_to_rest(floats, lane):
     time = math.inf
     for c in range(CONTACTS):
         if KINKS[c] == 1 or not SEVERAL:
-            v, slope = floats[VELOCITY_OF[c] + lane], floats[VELOCITY_OF[c] + LANES + lane]
+            v, slope = lane.velocity[c], floats[at.velocity_row[c] + LANES + lane]
             none = NO_SPEED * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
             if abs(v) > none and v * slope < 0.0:
                 time = min(time, -v / slope)
@@ -154,7 +154,7 @@ def polished_step(floats, ints, lane, h, longest):
         h *= max(0.2, min(0.8, 0.9 * error ** (-0.2)))
         v = lane.side * end_velocity(floats, ints, lane, h)
         error = implicit_stages(floats, ints, lane, h)
-        root, _touch = first_root(floats, VELOCITY_OF[0] + lane, ORDER, lane.side, 0, h)
+        root, _touch = first_root(floats, lane.velocity_row[0], ORDER, lane.side, 0, h)
         if error <= 1.0 and v > 0.0 and root < 0.0:
             break
     lane.implicit_step = h
@@ -200,7 +200,7 @@ def length_to_rest(floats, ints, lane, h, longest):
             low = h
         else:
             high = h
-        slope = side * polynomial_slope(floats, VELOCITY_OF[0] + lane, LANES, ORDER, h)
+        slope = side * polynomial_slope(floats, lane.velocity_row[0], LANES, ORDER, h)
         newton = slope != 0.0 and abs(v) < 0.5 * before
         following = h - v / slope if newton else low
         if newton and abs(following - h) <= EPSILON * (lane.time + h):
@@ -219,4 +219,4 @@ def end_velocity(floats, ints, lane, h):
     implicit_stages(floats, ints, lane, h)
     implicit_series(floats, ints, lane, h)
     velocity_series(floats, ints, lane, h)
-    return series_value(floats, VELOCITY_OF[0] + lane, h)
+    return series_value(floats, lane.velocity_row[0], h)

@@ -10,16 +10,7 @@ import math
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import max, min
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
-from vibrocap.numerics.kernel.generated.facts import (
-    GAPS,
-    KINKS,
-    SHARP,
-    SHARP_CONTACT,
-    SHARP_INTERNAL,
-    STICKS,
-)
-from vibrocap.numerics.kernel.generated.places import SIDE
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
+from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP, SHARP_CONTACT, SHARP_INTERNAL, STICKS
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
@@ -37,8 +28,8 @@ def resolved(floats, lane, h):
     """Whether the series in memory sees all that the law holds over a step of length h."""
     if not SHARP or (lane.side[SHARP_CONTACT] == 0.0 and not SHARP_INTERNAL):
         return True  # nothing to see; or at rest for the whole step
-    start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
-    change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, h)
+    start = lane.velocity[SHARP_CONTACT]
+    change = excursion(floats, lane.velocity_row[SHARP_CONTACT], h)
     if not SHARP_INTERNAL and not (GAPS and abs(start) <= FAINT * change):
         if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
@@ -50,7 +41,7 @@ def resolved(floats, lane, h):
 
 def seen(floats, lane, h, change):
     """The same by the proof for this very step, over which the contact velocity changes by so much at most."""
-    start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
+    start = lane.velocity[SHARP_CONTACT]
     low, high = start - change, start + change
     if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] > 0:  # the side lasts the step
         if lane.side[SHARP_CONTACT] > 0.0:
@@ -93,13 +84,12 @@ def hidden(floats, lane, h, lasting, least, most):
     """How many functions might hide within some step whose speed stays between these two, to either side."""
     if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0 and least == 0.0:
         return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE)
-    place = SIDE + SHARP_CONTACT * LANES + lane
-    side = floats[place]
-    floats[place] = 1.0
+    side = lane.side[SHARP_CONTACT]
+    lane.side[SHARP_CONTACT] = 1.0
     count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
-    floats[place] = -1.0
+    lane.side[SHARP_CONTACT] = -1.0
     count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
-    floats[place] = side
+    lane.side[SHARP_CONTACT] = side
     return count
 
 

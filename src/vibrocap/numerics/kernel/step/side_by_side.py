@@ -5,10 +5,8 @@ from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCHES
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP_CONTACT, SHARP_INTERNAL, STICKS
-from vibrocap.numerics.kernel.generated.places import TOLERANCE
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.lane import at, every_lane
+from vibrocap.numerics.kernel.lane import at, every_lane, lanes
 from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn
 from vibrocap.numerics.kernel.step.taylor import (
     clear_of_bounds,
@@ -31,7 +29,7 @@ def taylor_steps(floats):
     h, newest = series_length(floats, every, last, before)
     clear = clear_of_bounds(floats, every, h)
     if BRANCHES < SWITCHES and bits(~clear) != 0:
-        wanted = rough_logarithm(floats[TOLERANCE + every])
+        wanted = rough_logarithm(lanes.tolerance)
         for i in range(BRANCHES, SWITCHES):
             if LOCATED[i] == 1:
                 row = at.guard_row[i] + every
@@ -61,8 +59,8 @@ def resolved_simd(floats, side, start, change, h, moving):
             for lane in every_lane():
                 if (open_still >> lane) & 1:
                     length = lane.step
-                    reached = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, length)
-                    own = abs(floats[VELOCITY_OF[SHARP_CONTACT] + lane])
+                    reached = excursion(floats, lane.velocity_row[SHARP_CONTACT], length)
+                    own = abs(lane.velocity[SHARP_CONTACT])
                     learn(floats, lane, length, own - reached, own + reached)
             fine = fine | asked_before(floats, resting, least, most)
     if bits(~fine) == 0:

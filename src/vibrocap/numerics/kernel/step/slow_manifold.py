@@ -13,9 +13,6 @@ be decided, or where
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
-from vibrocap.numerics.kernel.generated.places import (
-    GUESS,
-)
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.taylor import unlike
@@ -53,7 +50,7 @@ def settled_lanes(floats, h, longest):
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
             slow = lanes.slow[m] > 0.0
-            row, guess = at.row[SLOW_STATE[m]], GUESS + m * (ORDER + 1) * LANES
+            row, guess = at.row[SLOW_STATE[m]], at.guess_row[m]
             allowed = lanes.tolerance * lanes.scale[SLOW_STATE[m]]
             change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
             for k in range(ORDER - 1, 0, -1):
@@ -119,7 +116,7 @@ def follow_manifold(floats, m, slow, settled, near, far, plain, enters, h):
 
 def guess_series(floats, m, again, moved, enters, h):
     """The guess of the next sweep: the present series, the same from the end of a step of length h on, or none."""
-    row, guess = at.row[SLOW_STATE[m]], GUESS + m * (ORDER + 1) * LANES
+    row, guess = at.row[SLOW_STATE[m]], at.guess_row[m]
     if bits(again | moved | enters) == 0:
         return
     for k in range(ORDER + 1):

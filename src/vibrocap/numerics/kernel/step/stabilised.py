@@ -22,7 +22,6 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, wh
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SERIES
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
@@ -69,7 +68,7 @@ def series_step(floats, ints, lane, remaining):
     if not (stretch > PLAIN_REACH):
         return longest, False
     if KINKS[0] == 1 and not SEVERAL:  # close to rest the sign of the velocity counts, see `taylor_step`
-        speed, slope = abs(floats[VELOCITY_OF[0] + lane]), abs(floats[VELOCITY_OF[0] + LANES + lane])
+        speed, slope = abs(lane.velocity[0]), abs(floats[at.velocity_row[0] + LANES + lane])
         allowed = min(allowed, 0.1 * (speed + slope * longest))
     if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
         return PLAIN_REACH / lane.decay_rate, False  # the forces that hold one are known to one term less
@@ -90,7 +89,7 @@ def starts_from_rest(ints, lane):
 def near_turning(floats, lane, h):
     """Whether within a step of length h a contact is so close to rest that the sign of its velocity counts."""
     for c in range(CONTACTS):
-        row = VELOCITY_OF[c] + lane
+        row = lane.velocity_row[c]
         reach = abs(floats[row]) + abs(floats[row + LANES]) * h
         if KINKS[c] == 1 and 0.1 * reach < lane.tolerance * lane.scale[STATE_OF[c]]:
             return True
@@ -155,8 +154,8 @@ def damp_series(floats, lane, damped):
     for i in range(STATES):
         damp_row(floats, lane.row[i], damped)
     for c in range(CONTACTS):
-        if VELOCITY_OF[c] != at.row[STATE_OF[c]]:
-            damp_row(floats, VELOCITY_OF[c] + lane, damped)
+        if at.velocity_row[c] != at.row[STATE_OF[c]]:
+            damp_row(floats, lane.velocity_row[c], damped)
     for i in range(SWITCHES):
         damp_row(floats, lane.guard_row[i], damped)
 

@@ -21,7 +21,6 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.lane import at
 
@@ -59,7 +58,7 @@ def taylor_step(floats, ints, lane):
     for c in range(CONTACTS):
         if KINKS[c] == 1:
             # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
-            row, scale = VELOCITY_OF[c] + lane, 1.0
+            row, scale = lane.velocity_row[c], 1.0
             if SEVERAL:
                 scale = lane.scale[STATE_OF[c]]
             speed, slope = abs(floats[row]), abs(floats[row + LANES])
@@ -170,11 +169,11 @@ def last_terms(floats, lane):
         last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
     for c in range(CONTACTS):
-        row, inverse = VELOCITY_OF[c] + lane, hook.inverse_scale(floats, STATE_OF[c], lane)
+        row, inverse = lane.velocity_row[c], hook.inverse_scale(floats, STATE_OF[c], lane)
         if ROUGH[c] == 1:
             speed = where(lane.side[c] != 0.0, abs(floats[row]), 0.0)
             inverse = inverse / leaving(where(speed > 0.0, speed * inverse, 1.0))
-        if ROUGH[c] == 1 or VELOCITY_OF[c] != at.row[STATE_OF[c]]:
+        if ROUGH[c] == 1 or at.velocity_row[c] != at.row[STATE_OF[c]]:
             # With an imposed part of a contact velocity, that is another series; its zeros are what ends a mode.
             last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
             before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
@@ -199,10 +198,10 @@ def holding_terms(floats, lane, last, before):
     """
     for c in range(CONTACTS):
         if STICKS[c] == 1:
-            limit = floats[LIMIT_OF[c] + lane]
+            limit = lane.limit[c]
             holding = (lane.side[c] == 0.0) & (limit > 0.0)
             inverse = 1.0 / where(holding, limit, 1.0)
-            row = HOLD_OF[c] + lane
+            row = lane.sticking_force_row[c]
             share = abs(floats[row + (ORDER - 1) * LANES]) * inverse
             before = where(holding, max(before, share), before)
             share = abs(floats[row + (ORDER - 2) * LANES]) * inverse * lane.hold_rate
@@ -221,7 +220,7 @@ def largest_term(floats, lane, k):
 
 def sign_in_doubt(floats, c, lane, h):
     """Whether the last terms of a contact velocity are not small against its first ones at time h."""
-    row = VELOCITY_OF[c] + lane
+    row = lane.velocity_row[c]
     first = abs(floats[row]) + abs(floats[row + LANES]) * h + abs(floats[row + 2 * LANES]) * h * h
     none = NO_SPEED * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
     return series_tail(floats, row, h) > 0.01 * first + none
@@ -286,6 +285,12 @@ def through_points(floats, row, first, stride, h):
     """The same through the values at floats[first], floats[first + stride] and so on."""
     v0, v1, v2 = floats[first], floats[first + stride], floats[first + 2 * stride]
     through_five(floats, row, v0, v1, v2, floats[first + 3 * stride], floats[first + 4 * stride], h)
+
+
+def write_state(floats, lane, out):
+    """Write the present state of a lane to floats[out:out + STATES]."""
+    for i in range(STATES):
+        floats[out + i] = lane.state[i]
 
 
 def move_to(floats, ints, lane, s):

@@ -5,19 +5,10 @@ all contacts, then those of none. The last one is remembered.
 """
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.codes import (
-    GRAZE,
-    MACHINE_SWITCHED,
-    SWITCHED,
-)
+from vibrocap.numerics.kernel.codes import GRAZE, MACHINE_SWITCHED, SWITCHED
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import change_of_side
-
-
-def has_room(floats, ints, trace, lane):
-    """Always: nothing is recorded."""
-    return True
 
 
 def on_piece(floats, ints, trace, lane, h):
@@ -67,10 +58,6 @@ def count_event(floats, ints, kind, contact, time):
     stepper.counted[place] += 1
     stepper.last_kind, stepper.last_contact = number, contact + 1
     stepper.last_time = time
-
-
-def on_jump(floats, ints, lane, gained):
-    """An event tells it."""
 
 
 def on_period(floats, ints, trace, lane):

@@ -25,20 +25,6 @@ def begin_drive(floats, ints, trace, lane, run):
     take_input(floats, ints)
 
 
-def at_corner(floats, ints, trace, lane):
-    """Never: the input jumps between two lengths."""
-    return False
-
-
-def begin_drive_period(floats, ints, trace, lane):
-    """There is no period."""
-
-
-def drive_goes_over(floats, ints, trace, lane):
-    """Never, as there is no period."""
-    return False
-
-
 def take_input(floats, ints):
     """The input that was set becomes the present one, from the time of the lane on."""
     if stepper.new_input == 1:
@@ -66,11 +52,6 @@ def set_out(floats, ints, trace, length):
             start_sides(floats, ints, 0)  # the motion begins with this input
         elif VELOCITY_JUMPS:
             jumped(floats, ints, trace, 0)
-
-
-def under_way(floats, ints):
-    """Until the status tells."""
-    return True
 
 
 def come_in(floats, ints, trace, length):

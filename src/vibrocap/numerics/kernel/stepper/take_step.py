@@ -4,14 +4,7 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
 from vibrocap.numerics.kernel.generated.places import SHOWN, WORK
-from vibrocap.numerics.kernel.generated.sizes import (
-    COEFFICIENTS,
-    CONTACTS,
-    OBSERVABLES,
-    PRESENT,
-    STATES,
-    TABLE_NUMBERS,
-)
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, OBSERVABLES, PRESENT, STATES, TABLE_NUMBERS
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.observe.drive_table import write_table
