@@ -216,8 +216,7 @@ ABREAST = """
 import math
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
-    align_stack, bits, exponent, floor, load, mantissa, power_of_two, square_root, store, where, whole_above, whole_add,
-    whole_equal, whole_reached, whole_set
+    align_stack, bits, exponent, floor, load, mantissa, power_of_two, square_root, store, where
 )
 
 LANES = {width}
@@ -240,10 +239,11 @@ def advance(floats, ints, trace, rounds):
     store(trace, 7 * LANES, floor(x) + square_root(abs(y)))
     store(trace, 8 * LANES, 3.5)
     store(trace, 9 * LANES, exponent(abs(x) + 1.0) * mantissa(abs(y) + 1.0) + power_of_two(floor(x)))
-    odd = whole_equal(ints, 0, 3)
-    whole_set(ints, 0, 50 + rounds, odd)
-    whole_add(ints, LANES, 7, whole_above(ints, LANES, 0) & ~odd)
-    reached = whole_reached(ints, 0, LANES, 2 * LANES)
+    odd = load(ints, 0) == 3
+    store(ints, 0, where(odd, 50 + rounds, load(ints, 0)))
+    second = load(ints, LANES)
+    store(ints, LANES, where((second > 0) & ~odd, second + 7, second))
+    reached = load(ints, 0) + load(ints, LANES) - 1 >= load(ints, 2 * LANES) - 1
     total = x
     for k in range(rounds):
         total = total + where(reached, y, 0.0)
@@ -532,7 +532,8 @@ def test_what_is_outside_the_language_is_refused_with_its_place(lines):
         (ABREAST.replace("{width}", "4").replace("x + y", "chosen + y"), "write where"),
         (ABREAST.replace("{width}", "4").replace("chosen &", "chosen and"), "joined by &|join yes and no"),
         (ABREAST.replace("{width}", "4").replace("-x, abs", "-x, ~abs"), "lanes have"),
-        (ABREAST.replace("{width}", "4").replace("load(floats, 0)", "load(ints, 0)"), "takes an array of floats"),
+        (ABREAST.replace("{width}", "4").replace("load(floats, 0)", "load(rounds, 0)"), "takes an array of floats"),
+        (ABREAST.replace("{width}", "4").replace("load(floats, 0)", "load(ints, 0)"), "ints of lanes have"),
     ],
 )
 def test_whole_texts_are_refused(text, what):

@@ -86,20 +86,19 @@ class Code:
             return value
         assert kinds.joined(value.kind, kind) == kind
         if kind.lanes:
-            return self.spread(self.as_kind(value, FLOAT))
+            return self.spread(self.as_kind(value, INT if kind is kinds.ints(kind.lanes) else FLOAT), kind)
         if value.constant is not None:
             return kinds.literal(float(value.constant) if kind == FLOAT else int(value.constant))
         if kind == INT:
             return self.emit(INT, f"zext i1 {value.text} to i64")
         return self.emit(FLOAT, f"{'uitofp i1' if value.kind == BOOL else 'sitofp i64'} {value.text} to double")
 
-    def spread(self, value: Value) -> Value:
-        """A float in every lane."""
-        kind, width = kinds.numbers(self.module.width), self.module.width
+    def spread(self, value: Value, kind: Kind) -> Value:
+        """A number in every lane."""
         if value.constant is not None:
-            return Value(kind, f"<{', '.join([f'double {value.text}'] * width)}>")
-        first = self.emit(kind, f"insertelement {kind.llvm} poison, double {value.text}, i32 0")
-        places = f"<{width} x i32> zeroinitializer"
+            return Value(kind, f"<{', '.join([f'{value.kind.llvm} {value.text}'] * kind.lanes)}>")
+        first = self.emit(kind, f"insertelement {kind.llvm} poison, {value.kind.llvm} {value.text}, i32 0")
+        places = f"<{kind.lanes} x i32> zeroinitializer"
         return self.emit(kind, f"shufflevector {kind.llvm} {first.text}, {kind.llvm} poison, {places}")
 
     def tupled(self, items: list[Value]) -> Value:

@@ -46,13 +46,18 @@ def choices(lanes: int) -> Kind:
 
 @functools.cache
 def ints(lanes: int) -> Kind:
-    """An int per lane: only on the way from memory and back."""
-    return Kind("ints of all lanes", f"<{lanes} x i64>")
+    """An int per lane."""
+    return Kind("ints of all lanes", f"<{lanes} x i64>", lanes)
 
 
 def element(array: Kind, place: Kind, lanes: int) -> Kind:
     """The kind of what stands at a place of an array, or at the places of all lanes."""
-    return numbers(lanes) if place is PLACES else ELEMENTS[array]
+    return of_lanes(array, lanes) if place is PLACES else ELEMENTS[array]
+
+
+def of_lanes(array: Kind, lanes: int) -> Kind:
+    """The kind of what stands in an array for all lanes."""
+    return ints(lanes) if array is INTS else numbers(lanes)
 
 
 @functools.cache
@@ -70,10 +75,10 @@ def joined(one: Kind, other: Kind) -> Kind | None:
         return SCALARS[max(SCALARS.index(one), SCALARS.index(other))]
     if one.lanes and one.lanes == other.lanes:
         return None
-    if one.lanes and one == numbers(one.lanes) and other in (INT, FLOAT):
-        return one
-    if other.lanes and other == numbers(other.lanes) and one in (INT, FLOAT):
-        return other
+    for lanes, number in ((one, other), (other, one)):
+        taken = {numbers(lanes.lanes): (INT, FLOAT), ints(lanes.lanes): (INT,)}
+        if lanes.lanes and number in taken.get(lanes, ()):
+            return lanes
     if one.items and len(one.items) == len(other.items):
         items = [joined(a, b) for a, b in zip(one.items, other.items, strict=True)]
         return None if None in items else tuple_of(tuple(item for item in items if item is not None))

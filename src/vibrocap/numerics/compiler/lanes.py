@@ -10,7 +10,7 @@ what a lane gets does not depend on its neighbours.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.kinds import INT, NOTHING, PLACES, Kind, Value, choices, float_text, ints, numbers
+from vibrocap.numerics.compiler.kinds import INT, NOTHING, PLACES, Kind, Value, choices, float_text, ints, of_lanes
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.code import Code
@@ -19,13 +19,17 @@ ALIGNED_STACK = "noinline alignstack(64)"
 ARITHMETIC = {"Add": "fadd", "Sub": "fsub", "Mult": "fmul", "Div": "fdiv"}
 LOGICAL = {"BitAnd": "and", "BitOr": "or", "BitXor": "xor"}
 FLIPPED = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
+OF_INTS = {"lt": "slt", "le": "sle", "gt": "sgt", "ge": "sge", "eq": "eq", "ne": "ne"}
 
 
 def binary(code: "Code", op: str, left: Value, right: Value) -> Value:
-    """left op right, of numbers or choices of all lanes."""
-    if op in LOGICAL:
-        return code.emit(left.kind, f"{LOGICAL[op]} {left.kind.llvm} {left.text}, {right.text}")
-    return code.emit(left.kind, f"{ARITHMETIC[op]} contract {left.kind.llvm} {left.text}, {right.text}")
+    """left op right, of numbers, ints or choices of all lanes."""
+    code_of = LOGICAL.get(op) or (op.lower() if _is_ints(left) else f"{ARITHMETIC[op]} contract")
+    return code.emit(left.kind, f"{code_of} {left.kind.llvm} {left.text}, {right.text}")
+
+
+def _is_ints(value: Value) -> bool:
+    return value.kind is ints(value.kind.lanes)
 
 
 def unary(code: "Code", op: str, value: Value) -> Value:
@@ -37,8 +41,9 @@ def unary(code: "Code", op: str, value: Value) -> Value:
 
 
 def compared(code: "Code", name: str, left: Value, right: Value) -> Value:
-    """Where a comparison of numbers holds."""
-    return code.emit(choices(left.kind.lanes), f"fcmp {FLIPPED[name]} {left.kind.llvm} {left.text}, {right.text}")
+    """Where a comparison of numbers or ints holds."""
+    condition = f"icmp {OF_INTS[name]}" if _is_ints(left) else f"fcmp {FLIPPED[name]}"
+    return code.emit(choices(left.kind.lanes), f"{condition} {left.kind.llvm} {left.text}, {right.text}")
 
 
 def magnitude(code: "Code", value: Value) -> Value:
@@ -62,22 +67,6 @@ def _of_bits(x: Value) -> tuple[int, Kind]:
     return x.kind.lanes, ints(x.kind.lanes) if x.kind.lanes else INT
 
 
-def _ints_at(code: "Code", array: Value, place: Value) -> tuple[str, Value]:
-    """(pointer, ints of all lanes there)."""
-    pointer = code.pointer(array, place)
-    kind = ints(code.module.width)
-    return pointer, code.emit(kind, f"load {kind.llvm}, ptr {pointer}, align 8")
-
-
-def _spread_int(code: "Code", value: Value) -> str:
-    kind, width = ints(code.module.width), code.module.width
-    if value.constant is not None:
-        return _same("i64", value.text, width)
-    first = code.emit(kind, f"insertelement {kind.llvm} poison, i64 {value.text}, i32 0")
-    places = f"<{width} x i32> zeroinitializer"
-    return code.emit(kind, f"shufflevector {kind.llvm} {first.text}, {kind.llvm} poison, {places}").text
-
-
 def _align_stack(code: "Code") -> Value:
     """The stack of this function begins a cache line, and no vector on it straddles two.
 
@@ -94,46 +83,12 @@ def _all_lanes(code: "Code") -> Value:
 
 
 def _load(code: "Code", array: Value, place: Value) -> Value:
-    return code.read(numbers(code.module.width), code.pointer(array, place))
+    return code.read(of_lanes(array.kind, code.module.width), code.pointer(array, place))
 
 
 def _store(code: "Code", array: Value, place: Value, value: Value) -> Value:
     code.do(f"store {value.kind.llvm} {value.text}, ptr {code.pointer(array, place)}, align 8")
     return Value(NOTHING, "")
-
-
-def _whole_compared(condition: str) -> Callable:
-    def compared_ints(code: "Code", array: Value, place: Value, value: Value) -> Value:
-        _, values = _ints_at(code, array, place)
-        return code.emit(
-            choices(code.module.width), f"icmp {condition} {values.kind.llvm} {values.text}, {_spread_int(code, value)}"
-        )
-
-    return compared_ints
-
-
-def _whole_reached(code: "Code", array: Value, first: Value, second: Value, least: Value) -> Value:
-    (_, one), (_, other), (_, bound) = (_ints_at(code, array, place) for place in (first, second, least))
-    total = code.emit(one.kind, f"add {one.kind.llvm} {one.text}, {other.text}")
-    return code.emit(choices(code.module.width), f"icmp sge {one.kind.llvm} {total.text}, {bound.text}")
-
-
-def _chosen_ints(code: "Code", pointer: str, found: Value, new: str, chosen: Value) -> Value:
-    kind = found.kind.llvm
-    result = code.emit(found.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {new}, {kind} {found.text}")
-    code.do(f"store {kind} {result.text}, ptr {pointer}, align 8")
-    return Value(NOTHING, "")
-
-
-def _whole_add(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
-    pointer, values = _ints_at(code, array, place)
-    added = code.emit(values.kind, f"add {values.kind.llvm} {values.text}, {_spread_int(code, value)}")
-    return _chosen_ints(code, pointer, values, added.text, chosen)
-
-
-def _whole_set(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
-    pointer, values = _ints_at(code, array, place)
-    return _chosen_ints(code, pointer, values, _spread_int(code, value), chosen)
 
 
 def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:
@@ -187,11 +142,6 @@ PRIMITIVES: dict[str, Callable[..., Value]] = {
     "all_lanes": _all_lanes,
     "load": _load,
     "store": _store,
-    "whole_equal": _whole_compared("eq"),
-    "whole_above": _whole_compared("sgt"),
-    "whole_reached": _whole_reached,
-    "whole_add": _whole_add,
-    "whole_set": _whole_set,
     "where": _where,
     "bits": _bits,
     "floor": _of_each("floor"),

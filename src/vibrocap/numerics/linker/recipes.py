@@ -31,7 +31,7 @@ MOVING = ("events.contact", "loop.start", "loop.one_step")
 SIMD = ("step.side_by_side", "step.slow_manifold", "loop.turning_simd", "loop.first_events", "loop.simd_step")
 LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
-    *("square_root", "store", "where", "whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
+    *("square_root", "store", "where"),
 )
 STORED = ("observe.instants", "observe.stored_pieces")
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion

@@ -18,11 +18,6 @@ PRIMITIVES: dict[str, tuple[tuple, Kind | str]] = {
     "all_lanes": ((), PLACES),
     "load": ((FLOATS, INT), "numbers"),
     "store": ((FLOATS, INT, "numbers"), NOTHING),
-    "whole_equal": ((INTS, INT, INT), "choices"),
-    "whole_above": ((INTS, INT, INT), "choices"),
-    "whole_reached": ((INTS, INT, INT, INT), "choices"),
-    "whole_add": ((INTS, INT, INT, "choices"), NOTHING),
-    "whole_set": ((INTS, INT, INT, "choices"), NOTHING),
     "where": (("choices", "numbers", "numbers"), "numbers"),
     "bits": (("choices",), INT),
     "floor": (("numbers",), "numbers"),
@@ -31,6 +26,7 @@ PRIMITIVES: dict[str, tuple[tuple, Kind | str]] = {
     "mantissa": (("numbers",), "numbers"),
     "power_of_two": (("numbers",), "numbers"),
 }
+OF_INTS = ("load", "store", "where")  # those that are of ints too
 # Those that are also of one number, in kernels of lanes.
 OF_ONE = ("where", "bits", "floor", "square_root", "exponent", "mantissa", "power_of_two")
 
@@ -42,7 +38,13 @@ def is_numbers(value: Typed) -> bool:
 
 def is_choices(value: Typed) -> bool:
     """Whether it is a yes or no per lane."""
-    return value.kind.lanes > 0 and not is_numbers(value)
+    return value.kind.lanes > 0 and value.kind is kinds.choices(value.kind.lanes)
+
+
+def number_kind(within: "Values", *values: Typed) -> Kind:
+    """The kind in which an operation of these is done, of which at least one is of all lanes."""
+    width = within.program.width
+    return kinds.ints(width) if any(value.kind is kinds.ints(width) for value in values) else kinds.numbers(width)
 
 
 def binary(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
@@ -52,7 +54,9 @@ def binary(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right
         return nodes.Binary(left.kind, name, left.kind, left, right)
     if type(op) not in ARITHMETIC or is_choices(left) or is_choices(right):
         raise within.refusal(node, "lanes have + - * / of numbers and & | ^ of choices; write where(...) for a choice")
-    kind = kinds.numbers(within.program.width)
+    kind = number_kind(within, left, right)
+    if kind is kinds.ints(within.program.width) and not isinstance(op, (ast.Add, ast.Sub)):
+        raise within.refusal(node, "ints of lanes have + and - alone")
     return nodes.Binary(kind, name, kind, within.fitting(node, left, kind), within.fitting(node, right, kind))
 
 
@@ -74,7 +78,7 @@ def compared(within: "Values", node: ast.AST, op: ast.cmpop, left: Typed, right:
     """Where a comparison holds."""
     if is_choices(left) or is_choices(right):
         raise within.refusal(node, "choices are not compared; use ^")
-    kind = kinds.numbers(within.program.width)
+    kind = number_kind(within, left, right)
     left, right = within.fitting(node, left, kind), within.fitting(node, right, kind)
     return nodes.Compared(kinds.choices(kind.lanes), type(op).__name__, kind, left, right)
 
@@ -98,6 +102,9 @@ def primitive(within: "Values", node: ast.Call, name: str, arguments: list[Typed
     own = {"numbers": kinds.numbers(within.program.width), "choices": kinds.choices(within.program.width)}
     if name in OF_ONE and not any(argument.kind.lanes for argument in arguments):
         own = {"numbers": FLOAT, "choices": BOOL}
+    whole = kinds.ints(within.program.width)
+    if name in OF_INTS and any(argument.kind in (INTS, whole) for argument in arguments):
+        own["numbers"], wanted = whole, tuple(INTS if kind is FLOATS else kind for kind in wanted)
     taken: list[Kind] = []
     for argument, kind in zip(arguments, wanted, strict=True):
         if kind in ELEMENTS and argument.kind != kind:

@@ -48,38 +48,13 @@ def min(*numbers):
 
 
 def load(floats, place):
-    """The numbers of all lanes at a place."""
+    """The numbers of all lanes at a place of `floats`, or of `ints`."""
     return floats[place : place + WIDTH].copy()
 
 
 def store(floats, place, numbers):
     """Write the numbers of all lanes."""
     floats[place : place + WIDTH] = numbers
-
-
-def whole_equal(ints, place, value):
-    """In which lanes the entry of `ints` is the value."""
-    return ints[place : place + WIDTH] == value
-
-
-def whole_above(ints, place, value):
-    """In which lanes the entry of `ints` is greater than the value."""
-    return ints[place : place + WIDTH] > value
-
-
-def whole_reached(ints, first, second, least):
-    """Where the sum of two entries is at least a third."""
-    return ints[first : first + WIDTH] + ints[second : second + WIDTH] >= ints[least : least + WIDTH]
-
-
-def whole_add(ints, place, value, choices):
-    """Add the value to the entry of the chosen lanes."""
-    ints[place : place + WIDTH][choices] += value
-
-
-def whole_set(ints, place, value, choices):
-    """Put the value into the entry of the chosen lanes."""
-    ints[place : place + WIDTH][choices] = value
 
 
 def bits(choices):

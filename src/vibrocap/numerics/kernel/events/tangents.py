@@ -15,14 +15,13 @@ then: at a reversal v_y delta = -v_t dt is left of it, which is zero where the v
 where a part of it is imposed.
 """
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.lane import at
+from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.taylor import write_state
 
 
@@ -87,4 +86,4 @@ def guards_along(floats, lane):
 
 def tangents_wait(ints, plain):
     """The plain lanes whose tangents are within a piece."""
-    return plain & whole_equal(ints, at.pending, 0)
+    return plain & (lanes.pending == 0)

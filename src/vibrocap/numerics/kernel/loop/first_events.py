@@ -1,6 +1,6 @@
 """The first event of a contact within the steps of all lanes: one search for all contacts and lanes."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, max, square_root, where, whole_equal
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, max, square_root, where
 from vibrocap.numerics.kernel.events.contact import JUMP
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, signs_simd
 from vibrocap.numerics.kernel.generated.facts import (
@@ -43,8 +43,8 @@ def first_events(floats, ints, plain, slow, longest, h):
             if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
                 continue
             own = lanes.side[c]
-            one = whole_equal(ints, at.zeros[c], 1)
-            two = whole_equal(ints, at.zeros[c], 2)
+            one = lanes.zeros[c] == 1
+            two = lanes.zeros[c] == 2
             if LACUNARY:
                 plain = plain & ~two
             stuck, push, fine, stays = none, own, ~none, none

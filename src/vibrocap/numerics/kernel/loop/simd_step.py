@@ -6,20 +6,7 @@ is to be decided than that takes `one_step.step`, like a single motion; the othe
 """
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
-    align_stack,
-    all_lanes,
-    bits,
-    load,
-    min,
-    store,
-    where,
-    whole_above,
-    whole_add,
-    whole_equal,
-    whole_reached,
-    whole_set,
-)
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import align_stack, all_lanes, bits, load, min, store, where
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import cross, pin
@@ -52,7 +39,7 @@ from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, series_
 
 def advance(floats, ints, trace, rounds):
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
-    running = whole_equal(ints, at.status, RUNNING)
+    running = lanes.status == RUNNING
     all_running = bits(running)
     for _ in range(rounds):
         slow = 0
@@ -67,9 +54,9 @@ def advance(floats, ints, trace, rounds):
             for lane in every_lane():
                 if (waiting >> lane) & 1:
                     step(floats, ints, trace, lane)
-        running = whole_equal(ints, at.status, RUNNING)
-        over = running & whole_reached(ints, at.taylor_steps, at.implicit_steps, at.step_limit)
-        whole_set(ints, at.status, TOO_MANY_STEPS, over)
+        running = lanes.status == RUNNING
+        over = running & (lanes.taylor_steps + lanes.implicit_steps >= lanes.step_limit)
+        store(ints, at.status, where(over, TOO_MANY_STEPS, lanes.status))
         if bits(running & ~over) != all_running:
             return
 
@@ -111,8 +98,8 @@ def step_simd(floats, ints, trace, running):
         gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
         gentle = gentle | (longest >= remaining)
         for c in range(CONTACTS):
-            gentle = gentle | whole_above(ints, at.zeros[c], 0)
-        moving = moving & whole_equal(ints, at.stiff, 0) & (gentle | slow | whole_above(ints, at.patience, 1))
+            gentle = gentle | (lanes.zeros[c] > 0)
+        moving = moving & (lanes.stiff == 0) & (gentle | slow | (lanes.patience > 1))
         if SEVERAL:
             moving = moving & (gentle | ~one_rests(floats, every))
             longest = where(turning, reach, longest)
@@ -123,7 +110,7 @@ def step_simd(floats, ints, trace, running):
     h = min(remaining, longest)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
-        plain = plain & ~whole_above(ints, at.zeros[c], 2) & whole_equal(ints, at.to_decide[c], 0)
+        plain = plain & (lanes.zeros[c] <= 2) & (lanes.to_decide[c] == 0)
     plain = hook.tangents_wait(ints, plain)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
@@ -192,7 +179,7 @@ def move_simd(floats, ints, trace, plain, h):
     """Put the lanes at the ends of their steps, after the hook for measuring saw the pieces."""
     every = all_lanes()
     store(floats, at.step, h)
-    measured = plain & whole_above(ints, at.window_start, -1)
+    measured = plain & (lanes.window_start > -1)
     measuring = bits(measured)
     if measuring != 0:
         for lane in every_lane():
@@ -213,15 +200,15 @@ def move_simd(floats, ints, trace, plain, h):
         store(floats, at.state[i], where(plain, following, lanes.state[i]))
     time = lanes.time
     store(floats, at.time, where(plain, time + h, time))
-    whole_set(ints, at.status, NOT_FINITE, plain & ~finite)
+    store(ints, at.status, where(plain & ~finite, NOT_FINITE, lanes.status))
     for c in range(CONTACTS):
-        whole_set(ints, at.zeros[c], 0, plain)
+        store(ints, at.zeros[c], where(plain, 0, lanes.zeros[c]))
         if SEVERAL:
-            whole_set(ints, at.gave_way[c], 0, plain)
-    whole_set(ints, at.zero_progress, 0, plain)
-    whole_add(ints, at.taylor_steps, 1, plain)
+            store(ints, at.gave_way[c], where(plain, 0, lanes.gave_way[c]))
+    store(ints, at.zero_progress, where(plain, 0, lanes.zero_progress))
+    store(ints, at.taylor_steps, where(plain, lanes.taylor_steps + 1, lanes.taylor_steps))
     if MAYBE_STIFF:
-        whole_add(ints, at.patience, -1, plain)
+        store(ints, at.patience, where(plain, lanes.patience - 1, lanes.patience))
 
 
 def finish_simd(floats, ints, trace, events, turns):

@@ -1,6 +1,6 @@
 """Whether contacts turn within a step of all lanes, or are too near rest to tell."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, floor, load, where, whole_equal
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, floor, load, where
 from vibrocap.numerics.kernel.events.contact import NO_MOTION
 from vibrocap.numerics.kernel.generated.facts import (
     MANIFOLDS,
@@ -30,7 +30,7 @@ def still_simd(floats, ints, c, h):
     every = all_lanes()
     row = at.velocity_row[c]
     reach = abs(load(floats, row)) + excursion(floats, row + every, h)
-    return (reach <= NO_MOTION * lanes.scale[STATE_OF[c]]) & whole_equal(ints, at.zeros[c], 0)
+    return (reach <= NO_MOTION * lanes.scale[STATE_OF[c]]) & (lanes.zeros[c] == 0)
 
 
 def out_of_doubt(floats, c, slow, h):
