@@ -126,9 +126,11 @@ def turns(part: Any) -> str | None:
         i = part.states.index(name)
         for machine, t, y, drive, frictions in _moving(part):
             moved = (*y[:i], y[i] + period, *y[i + 1 :])
-            loads = [contact.reaction or () for at in (y, moved) for contact in machine.contacts(t, at, drive)]
-            values = [*machine.rates(t, y, drive, frictions), machine.energy(t, y), *loads[0]]
-            after_turn = [*machine.rates(t, moved, drive, frictions), machine.energy(t, moved), *loads[len(loads) // 2]]
+            values, after_turn = (
+                [*machine.rates(t, at, drive, frictions), machine.energy(t, at), *(first.reaction or ())]
+                for at in (y, moved)
+                for first in machine.contacts(t, at, drive)[:1]
+            )
             bound = 64 * EPSILON * (1.0 + period) * max(map(abs, (1.0, *values))) ** 2
             if not all(abs(a - b) <= bound for a, b in zip(after_turn, values, strict=True)):
                 values_shown = f"{_shown(values)}, got {_shown(after_turn)}"

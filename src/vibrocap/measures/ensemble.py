@@ -8,14 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import (
-    ArgumentError,
-    check_choice,
-    check_threshold,
-    check_whole,
-    is_number,
-    suggestion,
-)
+from vibrocap.arguments import ArgumentError, check_choice, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, unavailable, values
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands

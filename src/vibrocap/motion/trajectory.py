@@ -295,13 +295,16 @@ class Trajectory(Result):
         distances = self.piece_integrals(np.arange(len(self.piece_start) - 1), self.piece_length[:-1], names)
         return np.concatenate((np.zeros((len(names), 1)), np.cumsum(distances, axis=1)), axis=1)
 
+    def _gained(self, name: str, later: np.ndarray) -> np.ndarray:
+        """What an observable gains where these pieces begin, over the ends of those before: array [n]."""
+        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[later - 1], 0.0 * later))
+        before, after = self.piece_observables((name,), index, s).reshape(2, -1)
+        return after - before
+
     @functools.cached_property
     def piece_jumps(self) -> np.ndarray:
         """Energy that the machine gains where each piece but the first begins, in impacts: array [pieces - 1]."""
-        later = np.arange(1, len(self.piece_start))
-        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[:-1], 0.0 * later))
-        before, after = self.piece_observables(("energy",), index, s).reshape(2, -1)
-        return after - before
+        return self._gained("energy", np.arange(1, len(self.piece_start)))
 
     @functools.cached_property
     def piece_blows(self) -> np.ndarray:
@@ -309,12 +312,10 @@ class Trajectory(Result):
 
         It does where it strikes a wall on the ground (`Machine.strikes_ground`), at one instant.
         """
-        blows, later = np.zeros(max(len(self.piece_start) - 1, 0)), np.arange(1, len(self.piece_start))
         struck = self.event_times[np.isin(self.event_kinds, self.system.machine.strikes_ground)]
-        later = later[np.isin(self.piece_start[1:], struck)]
-        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[later - 1], 0.0 * later))
-        before, after = self.piece_observables(("momentum",), index, s).reshape(2, -1)
-        blows[later - 1] = after - before
+        later = 1 + np.flatnonzero(np.isin(self.piece_start[1:], struck))
+        blows = np.zeros(max(len(self.piece_start) - 1, 0))
+        blows[later - 1] = self._gained("momentum", later)
         return blows
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:

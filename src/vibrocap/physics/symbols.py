@@ -115,10 +115,7 @@ QUANTITIES = {
     "holding_centre": ("R_mid", "their middle"),
     **{f"{name}_rate": (f"{symbol}'", f"rate of {name}") for name, (symbol, _) in OF_LAWS.items()},
     **{f"{name}_rate_2": (f"{symbol}_2'", f"rate of {name}_2") for name, (symbol, _) in OF_LAWS.items()},
-    "controller_work": (
-        "W_control",
-        "work of the command of a controller since the start, in place of the drive's",
-    ),
+    "controller_work": ("W_control", "work of the command of a controller since the start, in place of the drive's"),
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
@@ -144,10 +141,7 @@ QUANTITIES = {
     },
     "bristle_rate_3": ("xi_3'", "rate of bristle_3"),
     "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
-    "reaction_2": (
-        "N_2",
-        "normal reaction of the ground at contact 2, where loads follow the motion",
-    ),
+    "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion"),
     "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
     "holding_centre_2": ("R_mid2", "their middle"),
     "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),

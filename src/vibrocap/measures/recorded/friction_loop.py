@@ -12,19 +12,7 @@ from vibrocap.measures.recorded.sticking import law_of
 from vibrocap.measures.recorded.stretch import Stretch, bisected, contact_place, stretches
 from vibrocap.measures.recorded.windows import period_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
-from vibrocap.quantities.declared import (
-    Force,
-    Forces,
-    In,
-    Length,
-    Lengths,
-    Numbers,
-    Speed,
-    Speeds,
-    Time,
-    Times,
-    Work,
-)
+from vibrocap.quantities.declared import Force, Forces, In, Length, Lengths, Numbers, Speed, Speeds, Time, Times, Work
 from vibrocap.quantities.dimensional import Dimensional
 
 SPEEDS = 256  # at which the branches are compared

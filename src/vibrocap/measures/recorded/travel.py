@@ -75,6 +75,6 @@ def travelling(system: System) -> str:
     if system.cyclic is None:
         raise ValueError(
             f"the {system.machine.name} is held to its place: it has no travel, drift or mean velocity; measure its "
-            f"states instead, such as largest_{system.machine.place}",
+            f"states instead, such as largest_{system.machine.place}"
         )
     return system.cyclic

@@ -17,19 +17,12 @@ class SampledReference(Piecewise):
     """
 
     name: ClassVar[str] = "sampled"
+    odd = continuous = False  # type: ignore[override,assignment]
+    degree = 2  # type: ignore[override,assignment]
 
     def __init__(self, drive: Any, controller: Any):
         """controller: whose `sample_time` and `delay` from a sample to its action count, None: it acts at once"""
         self.drive, self.sample_time, self.delay = drive, controller.sample_time, controller.delay
-
-    @property
-    def parts(self) -> Any:
-        """How many samples a period of the drive has, to rounding."""
-        return self.period / self.sample_time
-
-    @property
-    def count(self) -> int:
-        return round(self.parts)
 
     @property
     def period(self) -> Any:
@@ -40,12 +33,13 @@ class SampledReference(Piecewise):
         return self.drive.time_scale
 
     @property
-    def odd(self) -> bool:
-        return False
+    def parts(self) -> Any:
+        """How many samples a period of the drive has, to rounding."""
+        return self.period / self.sample_time
 
     @property
-    def degree(self) -> int:
-        return 2
+    def count(self) -> int:
+        return round(self.parts)
 
     def segments(self, t: Any = 0.0) -> tuple[Segment, ...]:
         period, whole = self.period, self.sample_time / self.period
@@ -73,10 +67,6 @@ class SampledReference(Piecewise):
 
     def slope(self, t):
         return self._coefficients(t)[2]
-
-    @property
-    def continuous(self) -> bool:
-        return False
 
 
 def check_smooth(system: Any) -> None:

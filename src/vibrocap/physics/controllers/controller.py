@@ -126,6 +126,11 @@ class Limited(Controller):
         return (name, f"{name}_rate") if self.uses_slope else (name,)
 
 
+def anti_windup(role: str) -> Any:
+    """How strongly a controller of this role feeds the excess of its command back, as a parameter of it."""
+    return parameter(0.0, "a", "error that a unit of cut-off command counts as; 0: none", role)
+
+
 class Linear(Limited):
     """A linear law of the error e = r - y with the integral S of it, behind a limit of the command.
 

@@ -2,7 +2,7 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.controllers.controller import CURVATURE, INTEGRAL, OWN, SATURATED, SIDE, Linear
+from vibrocap.physics.controllers.controller import CURVATURE, INTEGRAL, OWN, SATURATED, SIDE, Linear, anti_windup
 from vibrocap.physics.elementary import bristle_slip, stribeck_curve
 from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
@@ -38,9 +38,7 @@ class FrictionObserver(Linear):
         0.1, "v_s", "speed over which friction drops from static to Coulomb force", "Stribeck velocity"
     )
     observer_gain: NonNegative = parameter(0.0, "k", "rate of the bristles' deflection per length of error", unit="1/s")
-    anti_windup: NonNegative = parameter(
-        0.0, "a", "error that a unit of cut-off command counts as; 0: none", "position anti-windup"
-    )
+    anti_windup: NonNegative = anti_windup("position anti-windup")
     limit: Positive | None = parameter(None, "u_max", "largest command; none where there is no limit", "effort")
     measured: str = parameter(OWN, "x", "the state that is measured; own: the place of the machine")
 

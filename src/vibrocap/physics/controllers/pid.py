@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from vibrocap.physics.controllers.controller import INTEGRAL, OWN, Linear
+from vibrocap.physics.controllers.controller import INTEGRAL, OWN, Linear, anti_windup
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
@@ -27,9 +27,7 @@ class PositionPID(Linear):
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per speed of error; none where its rate is not measured", "position rate gain"
     )
-    anti_windup: NonNegative = parameter(
-        0.0, "a", "error that a unit of cut-off command counts as; 0: none", "position anti-windup"
-    )
+    anti_windup: NonNegative = anti_windup("position anti-windup")
     limit: Positive | None = parameter(None, "u_max", "largest command; none where there is no limit", "effort")
     measured: str = parameter(OWN, "x", "the state that is measured; own: the place of the machine")
 
@@ -50,9 +48,7 @@ class AnglePID(Linear):
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per rad/s of error; none where its rate is not measured", "angle rate gain"
     )
-    anti_windup: NonNegative = parameter(
-        0.0, "a", "error that a unit of cut-off command counts as; 0: none", "angle anti-windup"
-    )
+    anti_windup: NonNegative = anti_windup("angle anti-windup")
     limit: Positive | None = parameter(None, "u_max", "largest command; none where there is no limit", "effort")
     measured: str = parameter(OWN, "theta", "the state that is measured; own: the state angle of the machine")
 
@@ -71,9 +67,7 @@ class VelocityPI(Linear):
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per speed of error", "position rate gain")
     integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per speed of error", "position gain")
-    anti_windup: NonNegative = parameter(
-        0.0, "a", "error that a unit of cut-off command counts as; 0: none", "velocity anti-windup"
-    )
+    anti_windup: NonNegative = anti_windup("velocity anti-windup")
     limit: Positive | None = parameter(None, "u_max", "largest command; none where there is no limit", "effort")
     measured: str = parameter(OWN, "v", "the state that is measured; own: sliding velocity at the first contact")
 
@@ -101,20 +95,14 @@ class Sampled(Linear):
     all_states: ClassVar = (HELD, PENDING, INTEGRAL, SAMPLING)
     effort_states: ClassVar = (HELD, PENDING, INTEGRAL)
     sampled: ClassVar[bool] = True
+    # SAMPLING is 1 after a sample, -1 after its action, 0 before the first
+    switched: ClassVar = (SAMPLING,)  # type: ignore[override,assignment]
+    switch_events: ClassVar = ("sample",)  # type: ignore[override,assignment]
 
     @property
     def states(self) -> tuple[str, ...]:
         """u that acts, u that is to act where there is a delay, S, and whether a sample or an action came last."""
         return (HELD, *(() if self.delay is None else (PENDING,)), INTEGRAL, SAMPLING)
-
-    @property
-    def switched(self) -> tuple[str, ...]:
-        """1 after a sample, -1 after its action, 0 before the first."""
-        return (SAMPLING,)
-
-    @property
-    def switch_events(self) -> tuple[str, ...]:
-        return ("sample",)
 
     def command(self, t, measured, own, reference, slope):
         return own[0]

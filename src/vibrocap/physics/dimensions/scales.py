@@ -56,17 +56,9 @@ class Scales:
         """One unit of mass (kg), of length (m) and of time (s)."""
         raise NotImplementedError
 
-    @property
-    def mass_kg(self) -> float:
-        return self.units[0]
-
-    @property
-    def length_m(self) -> float:
-        return self.units[1]
-
-    @property
-    def time_s(self) -> float:
-        return self.units[2]
+    mass_kg = property(lambda self: self.units[0])
+    length_m = property(lambda self: self.units[1])
+    time_s = property(lambda self: self.units[2])
 
     def of(self, dimension: Dimension, effort: str = "force") -> float:
         """What one dimensionless unit of a quantity is in SI: m^a l^b t^c for its exponents of mass, length and time.

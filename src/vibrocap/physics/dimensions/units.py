@@ -349,30 +349,28 @@ def written(
     values: Mapping[str, Any], keys: Mapping[str, Key], units: Units, exactly: bool = True
 ) -> dict[str, Any] | None:
     """Values by name as values by keys in SI, see `written_in_si`."""
-    written_numbers: dict[str, Any] = {}
+    numbers_in_si: dict[str, Any] = {}
     for name, value in values.items():
         own_keys = [key for key in keys.values() if key.name == name]
-        if not own_keys and not isinstance(value, str):
+        if isinstance(value, str):
+            numbers_in_si[name] = value
+            continue
+        if not own_keys:
             raise ValueError(f"{name}: {UNDECLARED}")
-        if isinstance(value, str) or not own_keys[0].has_unit:
-            written_numbers[name if isinstance(value, str) else own_keys[0].key] = value
+        if not own_keys[0].has_unit:
+            numbers_in_si[own_keys[0].key] = value
             continue
-        if isinstance(value, tuple):
-            listed = [shortest(number, units.per_key(own_keys[0])) for number in value]
-            if exactly and None in listed:
-                return None
-            pairs = zip(listed, value, strict=True)
-            written_numbers[own_keys[0].key] = [
-                number * units.per_key(own_keys[0]) if one is None else one for one, number in pairs
-            ]
-            continue
-        numbers = {digits.key: shortest(float(value), units.per_key(digits)) for digits in own_keys}
-        exact = {key: number for key, number in numbers.items() if number is not None}
-        if exact:
-            key = min(exact, key=lambda number: len(repr(exact[number])))
-            written_numbers[key] = exact[key]
-        elif exactly:
+        several = isinstance(value, tuple)
+        numbers = [float(number) for number in (value if several else (value,))]
+        shortest_by_key = {
+            key: [shortest(number, units.per_key(key)) for number in numbers]
+            for key in (own_keys[:1] if several else own_keys)
+        }
+        exact = [key for key, short in shortest_by_key.items() if None not in short]
+        if exactly and not exact:
             return None
-        else:
-            written_numbers[own_keys[0].key] = float(value) * units.per_key(own_keys[0])
-    return written_numbers
+        key = min(exact, key=lambda key: len(repr(shortest_by_key[key])), default=own_keys[0])
+        pairs = zip(shortest_by_key[key], numbers, strict=True)
+        shown = [number * units.per_key(key) if short is None else short for short, number in pairs]
+        numbers_in_si[key.key] = shown if several else shown[0]
+    return numbers_in_si

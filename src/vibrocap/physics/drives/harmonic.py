@@ -13,6 +13,7 @@ class Harmonic(Wave):
 
     name: ClassVar[str] = "harmonic"
     source: ClassVar[str] = "liu2019"
+    odd: ClassVar = True  # type: ignore[override,assignment]
 
     def value(self, t):
         return self.amplitude * cos(self.frequency * t)
@@ -22,7 +23,3 @@ class Harmonic(Wave):
 
     def curvature(self, t):
         return -(self.amplitude * self.frequency * self.frequency * cos(self.frequency * t))
-
-    @property
-    def odd(self) -> bool:
-        return True

@@ -15,7 +15,7 @@ push of the actuator. The row of time is the power that supports put in, for tim
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
@@ -31,12 +31,13 @@ class Derivation(Motion):
 
     def inertia(self, i: Direction, j: Direction) -> Sum:
         """M_ij."""
-        inertia = []
-        for m in self.masses:
-            for along, size in m.moved:
-                if i in along.slopes and j in along.slopes:
-                    inertia.append(as_sum(size) * (along.slope(i) * along.slope(j)))
-        return total(inertia)
+        both = ((x, size) for x, size in self.moved if i in x.slopes and j in x.slopes)
+        return total(size * (x.slope(i) * x.slope(j)) for x, size in both)
+
+    @property
+    def moved(self) -> Iterator[tuple[Quantity, Sum]]:
+        """Every place and angle of a body, with the mass or the inertia that it moves."""
+        return ((x, as_sum(size)) for m in self.masses for x, size in m.moved)
 
     def applied(self, i: Direction) -> Sum:
         """Force of drive, springs, dampers and elastic stops along a direction."""
@@ -64,11 +65,8 @@ class Derivation(Motion):
 
     def push(self, i: Direction) -> Sum:
         """h_i."""
-        force = self.applied(i) + self.weight(i)
-        for m in self.masses:
-            bent = m.along.slope(i) * m.along.curvature + m.height.slope(i) * m.height.curvature
-            force = force - as_sum(m.mass) * bent - as_sum(m.inertia) * (m.turn.slope(i) * m.turn.curvature)
-        return force
+        bent = total(size * (x.slope(i) * x.curvature) for x, size in self.moved)
+        return self.applied(i) + self.weight(i) - bent
 
     def mass_matrix(self) -> tuple:
         return tuple(tuple(written(self.inertia(i, j)) for j in self.names) for i in self.names)
@@ -176,11 +174,10 @@ class Derivation(Motion):
     def _told(self, i: Direction) -> tuple:
         """A row by velocities of places, whose rates take fewer products than M u' and h, or by a momentum."""
         free, moved = self._free(i), dict[Any, Sum]()
-        for m in self.masses:
-            for direction, size in m.moved:
-                slope, size = direction.slope(i), as_sum(size)
-                factor, size = (1.0, size * slope) if self._constant([slope]) else (written(slope), size)
-                moved[factor] = moved.get(factor, Sum()) + size * direction.rate
+        for direction, size in self.moved:
+            slope = direction.slope(i)
+            factor, size = (1.0, size * slope) if self._constant([slope]) else (written(slope), size)
+            moved[factor] = moved.get(factor, Sum()) + size * direction.rate
         pairs = tuple((written(free * Sum.of(factor)), written(rate)) for factor, rate in moved.items() if rate)
         return written(free * (self.applied(i) + self.weight(i))), pairs, written(1.0 - free)
 
@@ -287,12 +284,8 @@ class Derivation(Motion):
         if self.imposes:  # of the common centre: that of all relative motion is the drive's
             (name,) = self.names
             return written(0.5 * self.inertia(name, name) * (self.speed[name] * Sum.of(self.speed[name])))
-        energy = total(
-            0.5 * as_sum(m.mass) * (m.along.rate * m.along.rate + m.height.rate * m.height.rate)
-            + 0.5 * as_sum(m.inertia) * (m.turn.rate * m.turn.rate)
-            + as_sum(m.mass) * (self.normal * m.height.value)
-            for m in self.masses
-        )
+        energy = total(0.5 * size * (x.rate * x.rate) for x, size in self.moved)
+        energy = energy + total(as_sum(m.mass) * (self.normal * m.height.value) for m in self.masses)
         for spring in self.springs:
             stretch = self.stretches[id(spring)].value
             energy = energy + 0.5 * as_sum(spring.stiffness) * (stretch * stretch)
@@ -303,11 +296,7 @@ class Derivation(Motion):
 
     def momentum(self, i: Direction) -> Sum:
         """Momentum along a direction."""
-        return total(
-            as_sum(m.mass) * (m.along.slope(i) * m.along.rate + m.height.slope(i) * m.height.rate)
-            + as_sum(m.inertia) * (m.turn.slope(i) * m.turn.rate)
-            for m in self.masses
-        )
+        return total(size * (x.slope(i) * x.rate) for x, size in self.moved)
 
     def common_momentum(self) -> Any:
         """Momentum along the speeds of all contacts together: of all that moves over one ground the common one."""
@@ -325,11 +314,11 @@ class Derivation(Motion):
         for value, rate in moving:
             inputs[value.operands[0]] = Quantity(value, rate=rate)
         bent = Sum()
-        for direction, size in (moved for m in self.masses for moved in m.moved):
+        for direction, size in self.moved:
             slope = total(map(direction.slope, self.rubbing))
             if not self._constant([slope]):
                 (slope,) = Program((written(slope),), self.inputs.count)(inputs)
-                bent = bent + as_sum(size) * (direction.rate * slope.rate)
+                bent = bent + size * (direction.rate * slope.rate)
         return bent
 
     def line_momentum(self) -> Any:
