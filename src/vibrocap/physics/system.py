@@ -41,7 +41,8 @@ from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_tabl
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
-OPTIONAL = ("environment", "actuator", "controller")  # besides laws of further contacts
+# Besides laws of further contacts, each with one that may be given.
+OPTIONAL = {"environment": "Environment", "actuator": "Actuator", "controller": "PositionPID"}
 CONTRACTS = {
     "machine": Machine,
     "friction": Law,
@@ -176,11 +177,12 @@ class System:
 
     def _check_imposed(self) -> None:
         """ArgumentError for a drive that cannot impose a motion."""
+        name, what = self.machine.name, ""
         if type(self.drive).slope is Drive.slope:
-            what = f"imposes a motion on the {self.machine.name}, but does not say how fast that is (slope, curvature)"
-            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
-        if not self.drive.continuous:
-            what = f"jumps, while the {self.machine.name} takes it for a displacement, of which only the rate may jump"
+            what = f"imposes a motion on the {name}, but does not say how fast that is (slope, curvature)"
+        elif not self.drive.continuous:
+            what = f"jumps, while the {name} takes it for a displacement, of which only the rate may jump"
+        if what:
             raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
 
     @classmethod
@@ -378,13 +380,10 @@ class System:
 
     def _resolved(self, path: str) -> tuple[str, str]:
         if path not in self.parameter_paths:
-            if str(path).startswith("environment.") and self.environment is None:
-                raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
-            if str(path).startswith("actuator.") and self.actuator is None:
-                raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
-            if str(path).startswith("controller.") and self.controller is None:
-                raise ArgumentError(str(path), "this system has no controller; give it one, controller=PositionPID()")
             part = split_path(str(path))[0]
+            if part in OPTIONAL and getattr(self, part) is None:
+                what = f"this system has no {part}; give it one, {part}={OPTIONAL[part]}()"
+                raise ArgumentError(str(path), what)
             if 2 <= number_in(part, "friction") <= len(self.machine.contact_states):
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {what}")

@@ -27,16 +27,14 @@ class BlockRow(Row):
 
     One block of it is the `Oscillator`; more are the models of chattering brakes and of earthquakes (Burridge and
     Knopoff 1967; Galvanetto and Bishop 1994; Pascal 2008). x_i is how far block i is from where no spring is stretched,
-    v_i its velocity over the belt, which is exactly zero while it sticks, and friction R_i acts on it:
+    v_i its velocity over the belt, exactly zero while it sticks:
 
         x_i' = v_i + v_b,     m_i v_i' = a_i drive - k_i x_i - c_i x_i' + F_i - F_(i-1) - R_i
         F_i = kappa_i (x_(i+1) - x_i) + gamma_i (x_(i+1)' - x_i')
 
     What has no number in its name belongs to block 1 or to the first gap. A row that is pulled over fixed ground by its
-    wall springs, whose far ends move at the speed V, is the same system seen from there: v_b = -V. A block without load
-    does not rub; it needs a law that is set-valued at rest, as any without internal states.
-
-    Any consistent units may be used, SI as well as none. Loads are forces, 1 where the coefficients of the laws are.
+    wall springs, whose far ends move at the speed V, is the same system: v_b = -V. A block without load does not rub;
+    it needs a law that is set-valued at rest. Any consistent units may be used; loads are forces.
     """
 
     called: ClassVar = ("block", "row")

@@ -16,11 +16,9 @@ class Crawler(Row):
 
         m_i v_i' = T_i - T_(i-1) - R_i,     T_i = k_i z_i + c_i z_i' - a_i drive,     z_i' = v_(i+1) - v_i
 
-    so that a positive drive pushes apart; a_i is the share of it in gap i, whose sign may differ from gap to gap. What
-    has no number in its name belongs to body 1 or to the first gap. Without friction the bodies would not travel, and
-    they travel where forward and back, or front and rear, differ: by the masses, the loads, the laws or the drive.
-
-    Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
+    so that a positive drive pushes apart; the share a_i may differ in sign from gap to gap. What has no number in its
+    name belongs to body 1 or to the first gap. They travel where forward and back, or front and rear, differ: by the
+    masses, the loads, the laws or the drive. Any consistent units may be used; loads are forces.
     """
 
     called: ClassVar = ("body", "crawler")

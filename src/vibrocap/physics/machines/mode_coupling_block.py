@@ -9,18 +9,17 @@ from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Poten
 class ModeCouplingBlock(ConsistentUnits):
     """Block on a belt, on springs that couple its motion along the belt, x, to that towards it, y.
 
-    The smallest model in which friction makes vibrations though its coefficient is constant (Hoffmann, Fischer,
-    Allgaier and Gaul, Mech. Res. Comm. 29, 2002, 197-205): pressed on, the block is pulled along.
+    The smallest model in which a constant friction coefficient makes vibrations (Hoffmann, Fischer, Allgaier and Gaul,
+    Mech. Res. Comm. 29, 2002, 197-205): pressed on, the block is pulled along.
 
         m x'' = drive - k11 x - k12 y - c x' - R,     m y'' = -k12 x - k22 y - c y',     N = N_0 + k3 y
 
-    k22 holds the stiffness k3 of the contact. Sliding steadily in a belt that is faster, R = -mu N, it has the
-    stiffness matrix [[k11, k12 - mu k3], [k12, k22]], so that without damping two of its frequencies meet, at
-    sqrt((k11 + k22)/(2 m)), and one vibration grows, where
+    k22 holds the stiffness k3 of the contact. On a faster belt, R = -mu N, the stiffness matrix is [[k11, k12 - mu k3],
+    [k12, k22]]: without damping two frequencies meet, at sqrt((k11 + k22)/(2 m)), and one vibration grows, where
 
         mu > [(k11 - k22)^2/(4 k12) + k12]/k3
 
-    The run ends where N falls to zero. Any consistent units may be used, SI as well as none.
+    The run ends where N falls to zero. Any consistent units may be used.
     """
 
     mass: Positive = parameter(1.0, "m", "mass of the block", "mass")

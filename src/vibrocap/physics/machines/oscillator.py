@@ -14,12 +14,10 @@ class Oscillator(ConsistentUnits):
 
         x' = v + v_b,      m v' = drive - k x - c x' - R
 
-    v is the state, not x', so that it is exactly zero while the contact sticks. A block that is pulled over fixed
-    ground through a spring, whose far end moves at the speed V, is the same system seen from that end: v_b = -V, and
-    the stretch of the spring is -x (`pulled`). Without a spring it is a mass on the ground.
-
-    Any consistent units may be used, SI as well as none: no constant of nature stands in these equations. With a
-    friction law whose coefficients are forces in N, the normal load is 1.
+    v is the state, so that it is exactly zero while the contact sticks. A block that is pulled over fixed ground
+    through a spring, whose far end moves at the speed V, is the same system: v_b = -V, and the stretch of the spring is
+    -x (`pulled`). Without a spring it is a mass on the ground. Any consistent units may be used; with a law whose
+    coefficients are forces in N, the normal load is 1.
     """
 
     mass: Positive = parameter(1.0, "m", "mass of the block", "mass")

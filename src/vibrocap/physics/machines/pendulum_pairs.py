@@ -29,12 +29,8 @@ class PendulumPair(Machine):
 class TwoPendulumCapsule(PendulumPair):
     """Capsule with two pendulums side by side; the drive turns the second with a share of its torque.
 
-    With s_i = sin(theta_i), c_i = cos(theta_i), the masses m_1 = 1 and m_2 = mu and the lengths l_1 = 1 and l_2,
-
-        (lambda + 1 + mu) X'' = sum m_i l_i (c_i theta_i'' - s_i theta_i'^2) - R
-        m_i l_i^2 theta_i'' = m_i l_i (c_i X'' + s_i) - rho_i theta_i - nu theta_i' + a_i drive,     a_1 = 1, a_2 = a
-
-    from Lagrange's equations. Time is in units of sqrt(l/g), length in l, mass in m of the first pendulum.
+    The masses are m_1 = 1 and m_2 = mu, the lengths l_1 = 1 and l_2; a joint takes -rho_i theta_i - nu theta_i' + a_i
+    drive, a_1 = 1 and a_2 = a. Time is in units of sqrt(l/g), length in l, mass in m of the first pendulum.
     """
 
     mass_ratio: Positive = CAPSULE
@@ -59,13 +55,8 @@ class TwoPendulumCapsule(PendulumPair):
 class DoublePendulumCapsule(PendulumPair):
     """Capsule with a double pendulum: the second rod is hinged to the bob of the first, the drive turns the first.
 
-    With the place of each bob, x_1 = X - sin(theta_1), z_1 = cos(theta_1), x_2 = x_1 - l_2 sin(theta_2) and
-    z_2 = z_1 + l_2 cos(theta_2), and the stretches s_1 = theta_1, s_2 = theta_2 - theta_1: Lagrange's equations of
-
-        T = [lambda X'^2 + x_1'^2 + z_1'^2 + mu (x_2'^2 + z_2'^2)]/2,     V = z_1 + mu z_2 + rho (s_1^2 + s_2^2)/2
-
-    with the forces drive - nu s_1' along theta_1, -nu s_2' along s_2 and -R along X. Time is in units of sqrt(l/g),
-    length in l, mass in m of the first pendulum.
+    x_1 = X - sin(theta_1), z_1 = cos(theta_1), x_2 = x_1 - l_2 sin(theta_2) and z_2 = z_1 + l_2 cos(theta_2); the
+    joints are stretched by theta_1 and theta_2 - theta_1. Units are those of the first pendulum: sqrt(l/g), l and m.
     """
 
     mass_ratio: Positive = CAPSULE

@@ -12,12 +12,8 @@ class DrillString(ConsistentUnits):
     """Drill string: a table that turns steadily drives a disc and, below it, the bit, which rubs on the rock.
 
     Drill strings stick and slip as a block on a belt does, with a torsional spring of many turns (Leine et al. 1998).
-    With the twists phi_1, phi_2 of the strings above disc and bit, and the speed v of the bit,
-
-        v = Omega + phi_1' + phi_2',     J_2 v' = -k phi_2 - c phi_2' - R
-        J_1 phi_1'' = drive - k phi_1 - c phi_1' + k phi_2 + c phi_2'
-
-    R is a torque, its load N too. Any consistent units may be used, SI as well as none.
+    phi_1 and phi_2 are the twists of the strings above disc and bit, v = Omega + phi_1' + phi_2' is the speed of the
+    bit. R is a torque, its load N too. Any consistent units may be used, SI as well as none.
     """
 
     disc_inertia: Positive = parameter(2.0, "J_1", "inertia of the disc", "inertia")
@@ -41,14 +37,11 @@ class DrillString(ConsistentUnits):
 
 @parameters
 class Clutch(ConsistentUnits):
-    """Clutch: two inertias that rub on each other under a load that is a function of time: the drive changes it.
+    """Clutch: two inertias that rub on each other under a load that the drive changes, N = N_0 + a drive.
 
-    A motor, whose torque falls with its speed, turns the engine. With the angle phi of the vehicle, on its shaft, and
-    the slip s of the engine from it,
-
-        J_1 (phi'' + s'') = c_m (Omega - phi' - s') - R,     J_2 phi'' = R - k phi - c phi',     N = N_0 + a drive
-
-    (after Pfeiffer and Glocker 1996). R, N and the drive are torques. Any consistent units may be used.
+    A motor, with the torque c_m (Omega - phi' - s'), turns the engine. phi is the angle of the vehicle, on its shaft, s
+    the slip of the engine from it (after Pfeiffer and Glocker 1996). R, N and the drive are torques. Any consistent
+    units may be used.
     """
 
     engine_inertia: Positive = parameter(1.0, "J_1", "inertia of the engine", "inertia")

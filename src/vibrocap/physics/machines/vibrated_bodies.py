@@ -56,14 +56,11 @@ class BristleRobot(Machine):
 
     After Cicconofri and DeSimone (2015), with springs along and across each leg. Body at x = X + s + 1/2 + u, z = 1 -
     h, turned by phi; feet at x_1 = X, x_2 = X + 1 + w; hips at 1/2 behind and before the middle of the body. From foot
-    to hip it is d_x, d_z, and the leg is stretched by
+    to hip it is d_x, d_z, and the leg is stretched along and across by
 
         e = (s d_x + d_z)/sqrt(1 + s^2) - sqrt(1 + s^2),     b = (d_x - s d_z)/sqrt(1 + s^2)
 
-        T = [m (x'^2 + z'^2) + J phi'^2 + m_f (x_1'^2 + x_2'^2)]/2,     V = m z + sum (k e^2 + k_b b^2)/2
-
-    Lagrange's equations with the forces -c e' and -c b', the drive along z + r sin(phi), -R_1 and -R_2 along x_1 and
-    x_2. Time is in units of sqrt(l/g), length in the distance l of the hips.
+    The drive acts along z + r sin(phi). Time is in units of sqrt(l/g), length in the distance l of the hips.
     """
 
     mass: Positive = parameter(4.0, "m", "mass of the body", "mass")
