@@ -10,7 +10,6 @@ import vibrocap as vc
 from systems import capsule
 from thinned import exhaustive_but
 from vibrocap.motion.simulate import period_marks
-from vibrocap.orbits.attractors import bifurcation_diagram as diagrams
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors, attractors_of
 from vibrocap.orbits.attractors.bifurcation_diagram import bifurcation_diagram
 from vibrocap.orbits.attractors.classification import same_set, within_set
@@ -230,21 +229,13 @@ def test_diagram_agrees_with_orbits_wherever_it_settled(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("push", [diagrams.PUSH, 0.0])
-def test_a_sweep_leaves_what_becomes_unstable(push, monkeypatch):
-    """A pendulum upright on its spring, on a capsule that sticks, buckles below rho = 1: sin(theta) = rho theta.
-
-    Planted: without a push it stays upright, exactly.
-    """
-    monkeypatch.setattr(diagrams, "PUSH", push)
+def test_a_sweep_leaves_what_becomes_unstable():
+    """A pendulum upright on its spring, on a capsule that sticks, buckles below rho = 1: sin(theta) = rho theta."""
     system = capsule(vc.Exponential(), **{"drive.amplitude": 0.0})
     found = bifurcation_diagram(system, "machine.stiffness", (0.5, 1.5), 11, starts=2, settle_periods=1000)
-    up, down = (found.states[d, :, 0, 0, 0] for d in range(2))
-    if push:
-        buckled = 1.8954942670339812  # root of sin(x) = x/2
-        assert math.sin(buckled) == pytest.approx(0.5 * buckled, abs=1e-15)
-        assert np.abs(down) == pytest.approx([buckled, buckled], abs=1e-5)
-        assert down[0] == pytest.approx(-down[1], abs=1e-5)
-        assert found.states[1, 0, -1, 0, 0] == pytest.approx(0.0, abs=1e-5)
-    else:
-        assert down[0] == up[0] == 0.0
+    down = found.states[1, :, 0, 0, 0]
+    buckled = 1.8954942670339812  # root of sin(x) = x/2
+    assert math.sin(buckled) == pytest.approx(0.5 * buckled, abs=1e-15)
+    assert np.abs(down) == pytest.approx([buckled, buckled], abs=1e-5)
+    assert down[0] == pytest.approx(-down[1], abs=1e-5)
+    assert found.states[1, 0, -1, 0, 0] == pytest.approx(0.0, abs=1e-5)

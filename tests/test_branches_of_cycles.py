@@ -14,7 +14,6 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
-from vibrocap.orbits.continuation import cycle_following
 from vibrocap.orbits.walk.ends import BranchEnd
 
 pytestmark = pytest.mark.slow
@@ -109,13 +108,6 @@ def test_the_branch_ends_where_the_block_slips_for_good():
     assert found.parameter[-1] == pytest.approx(grazing_damping(), abs=1e-6)
     assert "Try another" in str(found)
     assert found.kind(vc.SpecialKind.FOLD) == ()  # the multiplier stays zero: the cycle ceases, it does not turn back
-
-
-def test_the_section_has_to_be_set_anew(monkeypatch):
-    """Planted: it stays where it was, and the stick phase leaves it."""
-    monkeypatch.setattr(cycle_following, "_set_anew", lambda *given: None)
-    found = vc.branch(belt(), "machine.stiffness", (0.5, 8.0), settle_periods=200, points=200)
-    assert found.parameter[-1] < 3.5  # the block lets go at the section where k x_0 = Fs
 
 
 @pytest.mark.slow

@@ -187,25 +187,6 @@ def test_every_law_and_machine_has_the_same_bits_with_every_compiler(kind, machi
     assert [out for out, other in found.items() if other != (code, rows)] == []
 
 
-@pytest.mark.slow
-@needs_gcc
-def test_fused_operations_would_show(tmp_path):
-    """Without the line that forbids them, a processor that has them gives other bits: a planted fault."""
-    asked = subprocess.run([GCC, *FUSED, "-dM", "-E", "-xc", "/dev/null"], capture_output=True, text=True, check=True)
-    if "__FMA__" not in asked.stdout and "__ARM_FEATURE_FMA" not in asked.stdout:
-        pytest.skip("this processor has no fused operations")
-    case = example("travels-by-stick-slip")
-    export_c(case, tmp_path)
-    path = tmp_path / "capsule.c"
-    text = path.read_text()
-    line = '#pragma GCC optimize("fp-contract=off")\n'
-    assert line in text
-    path.write_text(text.replace(line, ""))
-    code, rows = printed(built(tmp_path, *FUSED, "-ffp-contract=fast"))
-    with pytest.raises(AssertionError):
-        assert_same_bits(case, rows, code)
-
-
 PUBLIC = "\nvoid call(double *f, int64_t *i, double *t, int64_t n) { k_advance(f, i, t, n); }\n"
 
 

@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.arguments import ArgumentError
-from vibrocap.orbits.continuation import cycle_following
 from vibrocap.orbits.continuation.cycle_following import _at_zero
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.special_kind import SpecialKind
@@ -96,16 +95,6 @@ def test_supercritical_cycles_of_rock_are_stable():
     assert birth.criticality == "supercritical"
     assert np.all(born.stable[1:])
     assert np.all(born.parameter < birth.parameter)
-
-
-def test_without_the_turning_section_a_false_turn_comes_back(monkeypatch):
-    """The planted fault: a section that stands still makes the branch turn where the cycles touch it."""
-    monkeypatch.setattr(cycle_following, "_crossing", lambda closure, way: way)
-    monkeypatch.setattr(cycle_following, "hopf_at_end", lambda closure, last: None)
-    monkeypatch.setattr(cycle_following, "_set_anew", lambda *given: None)
-    found = vc.branch(belt(), OVER, (1.0, 2.5), initial={"position": 2.0}, settle_periods=400, points=400)
-    assert BranchEnd.HOPF not in found.ends
-    assert SpecialKind.FOLD not in {each.kind for each in found.special_points}  # even then no multiplier is 1
 
 
 def test_extrapolation_is_exact_for_polynomials():

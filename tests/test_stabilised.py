@@ -85,16 +85,6 @@ def test_fewer_steps_for_no_larger_error(kernel, expected):
     assert motion.certificate.event_velocity < 1e-13
 
 
-@pytest.mark.slow
-def test_the_lengths_without_the_damping_would_not_do(kernel, expected):
-    """A planted fault: the same lengths of steps on the plain series blow disturbances up."""
-    motion, steps = run(kernel, damp_series=lambda floats, lane, damped: None)
-    sound, sound_steps = run(kernel)
-    error, sound_error = (np.abs(final(found) - expected).max() for found in (motion, sound))
-    assert error > 10.0 * sound_error
-    assert steps > 1.2 * sound_steps
-
-
 def test_steps_without_stiffness_are_plain(kernel):
     """A slow decay, which stability does not bound: the length is the plain one and no coefficient is touched."""
     for row in range(SYSTEM_ROWS):
