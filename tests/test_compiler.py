@@ -423,12 +423,12 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
 def test_an_ensemble_without_fused_operations_is_that_of_plain_python(law, lanes, monkeypatch):
     system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
     recorded = equations(system)
-    runs = 9
+    runs = 5
     parameters = np.tile(parameter_values(system), (runs, 1))
     parameters[:, recorded.parameter_paths.index("machine.mass_ratio")] = np.linspace(0.5, 6.0, runs)
     initial = np.zeros((runs, len(recorded.rates)))
     initial[:, 0] = np.linspace(0.4, 1.2, runs)
-    budget = Budget(2, 1e-6, 1000, 10**6, window=1, asked=63)
+    budget = Budget(1, 1e-6, 1000, 10**6, window=1, asked=63)
     results = []
     for make in (lambda text: plain_kernel(text)["advance_ensemble"], lambda text: exactly(text, "advance_ensemble")):
         ensemble.ensemble_kernel.cache_clear()

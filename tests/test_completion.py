@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+from thinned import exhaustive_but
 from vibrocap.cli.completers import script
 from vibrocap.cli.main import app_of, main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
@@ -190,16 +191,19 @@ def _read(terminal: int, until: str) -> str:
 @pytest.mark.parametrize("shell", SHELLS)
 @pytest.mark.parametrize(
     ("line", "expected"),
-    [
-        ("vibrocap simu", "simulate"),
-        ("vibrocap orbit --ha", "--half"),
-        (f"vibrocap sweep {CASE} --over machine.ma", "machine.mass_ratio="),
-        (f"vibrocap sweep {IN_SI} --over drive.frequency_H", "drive.frequency_Hz="),
-        (f"vibrocap sweep {CASE} --measure mean_v", "mean_velocity"),
-        ("vibrocap friction lug", "lugre"),
-        ("vibrocap lab --machines rotor-c", "rotor-capsule"),
-        ("vibrocap examples mirror", "mirror-twin"),
-    ],
+    exhaustive_but(
+        [1, 2, 4, 6],
+        [
+            ("vibrocap simu", "simulate"),
+            ("vibrocap orbit --ha", "--half"),
+            (f"vibrocap sweep {CASE} --over machine.ma", "machine.mass_ratio="),
+            (f"vibrocap sweep {IN_SI} --over drive.frequency_H", "drive.frequency_Hz="),
+            (f"vibrocap sweep {CASE} --measure mean_v", "mean_velocity"),
+            ("vibrocap friction lug", "lugre"),
+            ("vibrocap lab --machines rotor-c", "rotor-capsule"),
+            ("vibrocap examples mirror", "mirror-twin"),
+        ],
+    ),
 )
 def test_a_shell_completes(shell, line, expected):
     assert completed(shell, line) == [expected]

@@ -147,21 +147,23 @@ def growth(row, run):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "laws"),
+    exhaustive_but([1], [("crawler", ("coulomb", "uneven")), ("worm", ("coulomb", "uneven")), ("worm", ("stribeck",))]),
+)
 @pytest.mark.parametrize("seed", exhaustive_but([1], list(range(24))))
-def test_the_mirror_image_of_a_row_moves_as_its_mirror_image(seed):
+def test_the_mirror_image_of_a_row_moves_as_its_mirror_image(seed, kind, laws):
     """Bodies in reverse order, velocities and directions exchanged: of crawlers and worms under four kinds of laws."""
-    for kind, laws in (("crawler", ("coulomb", "uneven")), ("worm", ("coulomb", "uneven")), ("worm", ("stribeck",))):
-        row = drawn(kind, laws, seed)
-        runs = [
-            vc.simulate(each.system, initial=each.start, periods=2.1, tolerance=TOLERANCE)
-            for each in (row, row.mirrored)
-        ]
-        assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
-        bodies, allowed = len(row.masses), 10.0 * TOLERANCE * growth(row, runs[0])
-        speeds = [[float(run.at(run.end, name)[0]) for name in velocity_names(bodies)] for run in runs]
-        assert speeds[1][::-1] == pytest.approx([-v for v in speeds[0]], abs=allowed)
-        numbers = list(range(bodies, 0, -1))
-        assert_same_turns(turns(runs[0]), turns(runs[1], numbers, mirrored=True), 1e4 * allowed)
+    row = drawn(kind, laws, seed)
+    runs = [
+        vc.simulate(each.system, initial=each.start, periods=2.1, tolerance=TOLERANCE) for each in (row, row.mirrored)
+    ]
+    assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
+    bodies, allowed = len(row.masses), 10.0 * TOLERANCE * growth(row, runs[0])
+    speeds = [[float(run.at(run.end, name)[0]) for name in velocity_names(bodies)] for run in runs]
+    assert speeds[1][::-1] == pytest.approx([-v for v in speeds[0]], abs=allowed)
+    numbers = list(range(bodies, 0, -1))
+    assert_same_turns(turns(runs[0]), turns(runs[1], numbers, mirrored=True), 1e4 * allowed)
 
 
 def velocity_names(bodies):
@@ -170,18 +172,18 @@ def velocity_names(bodies):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("laws", exhaustive_but([1], [("coulomb",), ("coulomb", "uneven", "stribeck")]))
 @pytest.mark.parametrize("seed", exhaustive_but([0], list(range(24))))
-def test_the_numbers_of_the_bodies_of_a_worm_do_not_matter(seed):
+def test_the_numbers_of_the_bodies_of_a_worm_do_not_matter(seed, laws):
     """Nor from joint rest, from which several of them may break loose at one instant."""
-    for laws in (("coulomb",), ("coulomb", "uneven", "stribeck")):
-        row = drawn("worm", laws, seed)
-        order = np.random.default_rng(seed).permutation(len(row.masses)).tolist()
-        other = row.reordered(order)
-        runs = [vc.simulate(each.system, initial=each.start, periods=2.1, tolerance=TOLERANCE) for each in (row, other)]
-        assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
-        allowed = 10.0 * TOLERANCE * growth(row, runs[0])
-        assert runs[1].state["centre_velocity"] == pytest.approx(runs[0].state["centre_velocity"], abs=allowed)
-        assert_same_turns(turns(runs[0]), turns(runs[1], [i + 1 for i in order]), 1e4 * allowed)
+    row = drawn("worm", laws, seed)
+    order = np.random.default_rng(seed).permutation(len(row.masses)).tolist()
+    other = row.reordered(order)
+    runs = [vc.simulate(each.system, initial=each.start, periods=2.1, tolerance=TOLERANCE) for each in (row, other)]
+    assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
+    allowed = 10.0 * TOLERANCE * growth(row, runs[0])
+    assert runs[1].state["centre_velocity"] == pytest.approx(runs[0].state["centre_velocity"], abs=allowed)
+    assert_same_turns(turns(runs[0]), turns(runs[1], [i + 1 for i in order]), 1e4 * allowed)
 
 
 # --- two faults that were found --------------------------------------------------------------------------------------
@@ -220,7 +222,7 @@ RAMPED_ON = [vc.Coulomb(0.1, 0.15), vc.LuGre(coulomb_coefficient=0.1, static_coe
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", RAMPED, ids=lambda machine: machine.name)
+@pytest.mark.parametrize("machine", exhaustive_but([0], RAMPED), ids=lambda machine: machine.name)
 @pytest.mark.parametrize("law", exhaustive_but([0], RAMPED_ON))
 def test_a_ramp_on_several_contacts_is_certified(machine, law):
     """A saw-tooth, whose force jumps where a period ends."""
@@ -299,7 +301,7 @@ PASSED = (881, 1001)  # seeds in which it matters who slid until now
 @pytest.mark.slow
 def test_decisions_are_those_of_all_modes_tried():
     """Independent contacts, coupled ones, imposed distances, loads that follow friction; joint rests and drops."""
-    assert set(assert_decided_as_by_enumeration([*range(400), *PASSED])) >= {0, 1, 2, 3}
+    assert set(assert_decided_as_by_enumeration([*range(150), *PASSED])) >= {0, 1, 2, 3}
 
 
 @pytest.mark.exhaustive

@@ -93,10 +93,6 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
             assert found == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
     assert abs(float(study["mean_velocity"][0, 1] - study["mean_velocity"][0, 0])) > 1e-3
     assert np.isnan(study["largest_bristle_2"].values).tolist() == [[True, True], [False, False]]
-    cases = [{"friction_2.coulomb_coefficient": 0.01}, {"machine.mass": 2.0}]
-    assert vc.sweep(system, cases=cases, periods=2, out=tmp_path / "cases", tolerance=1e-8, settle=0)[
-        "status"
-    ].values.tolist() == [0, 0]
     with pytest.raises(vc.CaseError, match=r"friction_3\.law: there is no such quantity here"):
         vc.sweep(system, {"friction_3.law": ["coulomb"]}, out=tmp_path / "none", periods=60, tolerance=1e-8, settle=0)
     with pytest.raises(vc.CaseError, match=r"environment\.inclination: should be less steep than 90 degrees"):

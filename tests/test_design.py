@@ -152,7 +152,7 @@ def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
         vc.RigidStopCapsule(restitution=0.5), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.2, 1.0, second_amplitude=0.5)
     )
     over = {"machine.gap": (0.1, 1.0), "drive.frequency": (0.5, 1.5), "drive.second_phase": (0.0, 6.283)}
-    options = {"evaluations": 120, "refinement": 0, "spread_starts": 4, "seed": seed}
+    options = {"evaluations": 48, "refinement": 0, "spread_starts": 4, "seed": seed}
     for starts in (None, [{"displacement": 0.19}]):
         assert vc.optimise(system, over, starts=starts, **options).counts["refused"] == 0
 
@@ -624,13 +624,13 @@ def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
     for x in (frequency * hertz, slope * scales[0] / hertz, slope * frequency / plain.value, peak, *shares):
         assert np.min(np.abs(numbers_of(page) / x - 1.0)) < 1e-6
     capsys.readouterr()
-    asked += ["--over", "drive.amplitude_N_m=0.3:0.7", "--evaluations", "300"]
+    asked += ["--over", "drive.amplitude_N_m=0.3:0.7", "--evaluations", "160"]
     assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
     assert page.count("<tr>") >= len(found["points"])
     over = own["over"] | {"drive.amplitude": (0.3 / torque, 0.7 / torque)}
-    plain = vc.pareto_front(system.dimensionless, **own | {"over": over, "evaluations": 300})
+    plain = vc.pareto_front(system.dimensionless, **own | {"over": over, "evaluations": 160})
     designs = [[each["drive.frequency"] * hertz, each["drive.amplitude"] * torque] for each in plain.designs]
     rows = np.column_stack([designs, plain.values * scales])
     assert len(rows) > 1

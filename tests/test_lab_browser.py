@@ -158,12 +158,12 @@ def test_every_machine_has_a_kind():
     assert sorted(name for names in KINDS.values() for name in names) == sorted(machines())
 
 
-@pytest.mark.parametrize("kind", exhaustive_but([1], list(KINDS)))
-def test_every_law_on_every_kind_of_machine_runs_and_is_the_plain_kernel(ends_of, kind):
-    """To the last bit; every machine is opened and drawn, and meets several laws."""
-    cases = motions_of_a_kind(kind)
-    assert {law for _, law in cases} == {*laws()}
-    assert {machine for machine, _ in cases} == {*KINDS[kind]}
+@pytest.mark.parametrize(("kind", "every"), exhaustive_but([0], [([*KINDS][1], 3), *((kind, 1) for kind in KINDS)]))
+def test_every_law_on_every_kind_of_machine_runs_and_is_the_plain_kernel(ends_of, kind, every):
+    """To the last bit; every machine is opened and drawn, and meets several laws. Daily a third of one kind."""
+    cases = dict([*motions_of_a_kind(kind).items()][::every])
+    assert every > 1 or {law for _, law in cases} == {*laws()}
+    assert every > 1 or {machine for machine, _ in cases} == {*KINDS[kind]}
     assert ends_of(cases) == known_ends(cases)
 
 
@@ -249,7 +249,6 @@ def test_the_mirror_twin_is_shown_wherever_there_is_one(chromium, tmp_path):
     machine, law, worm = vc.PendulumCapsule(), vc.Exponential(), vc.TwoBodyWorm(mass_2=2.0)
     cases = [
         vc.Case(vc.System(machine, law, drives()["square"](amplitude=1.7)), {"angle": 0.5}, periods=2),
-        vc.Case(vc.System(machine, law, drives()["table"]()), {"angle": 0.5}, periods=2),
         vc.Case(vc.System(worm, law, drives()["triangle"]()), {"centre_velocity": 0.2}, periods=2),
     ]
     presets = tuple(Preset(f"twin-{i}", "twin", "", case) for i, case in enumerate(cases))

@@ -96,7 +96,7 @@ def printed(chromium, paper):
 @pytest.mark.parametrize(
     ("name", "fragment"),
     exhaustive_but(
-        [1, 4],
+        [1],
         [
             ("usual", ""),
             ("usual", "#v=1&preset=paper-5-8-exponential&beside=smoothed-exponential"),

@@ -75,7 +75,7 @@ def test_taylor_keeps_its_order_through_events(order, exact):
 
 # --- Rodas5P ---------------------------------------------------------------------------------------------------------
 
-IMPLICIT_STEPS = (450, 600, 800, 1060, 1400)
+IMPLICIT_STEPS = (450, 800, 1400)
 
 
 def implicit_error(kernel, count, exact):
