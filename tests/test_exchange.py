@@ -42,7 +42,7 @@ ZIG = (sys.executable, "-m", "ziglang", "cc") if importlib.util.find_spec("zigla
 COMPILERS = {name: command for name, command in {"gcc": (GCC,), "zig": ZIG}.items() if any(command)}
 LEVELS = ("-O0", "-O3")
 TABLE = [(kind, *which) for kind in KINDS for which in motions_of_a_kind(kind)]  # each law on a machine of each kind
-FUSED = ("-O3", "-march=native")  # with fused operations where the processor has them
+FUSED = ("-O3", "-march=native", "-ffp-contract=fast")  # which the files forbid, where the processor has them
 needs_gcc = pytest.mark.skipif(not GCC, reason="no gcc is installed")
 
 

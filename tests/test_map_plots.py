@@ -14,6 +14,7 @@ from matplotlib.patches import PathPatch
 from crowding import crowded
 from thinned import slow_but
 from vibrocap.case.case import case_from_text, case_text, read_case
+from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.status import Status
 from vibrocap.plotting.look.style import blank_figure, logarithmic
 from vibrocap.plotting.studies.cells import Cell, categories, cell_labels, cells, limits
@@ -193,12 +194,13 @@ def test_runs_without_a_value_are_hatched_and_counted_in_the_legend():
     assert hatches == [None, CELL_STYLES[Cell.FAILED][1], CELL_STYLES[Cell.NOT_RUN][1], UNSETTLED]
 
 
-def test_a_constant_load_that_hides_a_lift_off_is_hatched():
-    """Where the study took the least reaction: of runs that finished, for the others have an end of their own."""
+@pytest.mark.parametrize(("taken", "usual", "hidden"), [("least_reaction", 0.1, -0.1), (LOAD_WATCH, 0.0, 0.1)])
+def test_a_constant_load_that_hides_a_lift_off_is_hatched(taken, usual, hidden):
+    """Measured or only watched for: of runs that finished, for the others have an end of their own."""
     dataset = study()
-    least = np.full(dataset["status"].shape, 0.5)
-    least[4:7, 5] = -0.1  # two of the three failed
-    fig = figure(dataset.assign(least_reaction=(dataset["status"].dims, least)), "mean_velocity")
+    load = np.full(dataset["status"].shape, usual)
+    load[4:7, 5] = hidden  # two of the three failed
+    fig = figure(dataset.assign({taken: (dataset["status"].dims, load)}), "mean_velocity")
     assert hatched_cells(fig.axes[0], HIDDEN) == {1}
     assert legend_of(fig)[-1] == "the true load would be negative: 1 (<1 %)"
     assert fig.legends[0].legend_handles[-1].get_hatch() == HIDDEN

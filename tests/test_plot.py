@@ -253,6 +253,17 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     assert {line.get_label() for line in panels["Friction, detail"].lines} >= {"stuck", "accelerating", "decelerating"}
 
 
+@pytest.mark.slow
+def test_impacts_are_marked_under_the_velocity():
+    motion = vc.simulate(
+        vc.System(vc.OscillatorWithStops(restitution=0.7), vc.Coulomb(0.3, 0.4), vc.Harmonic()), periods=8
+    )
+    struck = [event.time / motion.period for event in motion.events if event.kind == "impact"]
+    (marks,) = [line for ax in vc.figure(motion).axes for line in ax.lines if line.get_label() == "impact"]
+    assert marks.get_xdata() == pytest.approx([time for time in struck if time > 4])
+    assert struck[-1] > 4
+
+
 def test_modes_are_explained_as_far_as_they_occur():
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.01, 0.01), vc.Harmonic(amplitude=3.0)), periods=3)
     (ax,) = [ax for ax in vc.figure(motion).axes if ax.get_title(loc="left") == "Modes"]
@@ -297,6 +308,15 @@ def uphill():
     machine = vc.PendulumCapsule(normal_load="dynamic")
     system = vc.System(machine, vc.Exponential(), vc.Harmonic(), environment=vc.Environment(inclination=SLOPE))
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
+
+
+def test_film_shows_a_slope_as_one(uphill):
+    scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
+    ground = scene.axes.lines[0]
+    ends = scene.axes.transData.inverted().transform(ground.get_transform().transform(ground.get_xydata()))
+    rise = np.diff(ends, axis=0)[0]
+    assert np.arctan2(rise[1], rise[0]) == pytest.approx(SLOPE, rel=1e-12)  # uphill to the right, as it is forward
+    assert f"inclined by {np.degrees(SLOPE):.3g}°" in [each.get_text() for each in scene.axes.texts][-1]
 
 
 def test_no_number_of_the_ground_stands_under_an_arrow(uphill):
