@@ -175,7 +175,9 @@ def _search(search: Evaluations, seed: int) -> None:
     begun = first_designs(variables, MEMBERS, np.random.default_rng([seed, 2]))
     if search.found:
         known = together(problem, search.found)
-        best = known.shares[_best(known, MEMBERS // 2)]
+        design, _, costs = _allowed(known)
+        front = not_dominated(costs)
+        best = known.shares[np.unique(design[front[_spread(costs[front], MEMBERS // 2)]])]
         begun[: len(best)] = best
     method = NSGA2(pop_size=MEMBERS, sampling=begun)  # type: ignore[arg-type]
     cube = Cube(n_var=variables, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
@@ -186,17 +188,11 @@ def _search(search: Evaluations, seed: int) -> None:
             population = search.of(np.ascontiguousarray(asked.get("X")))
             own = np.arange(len(population)), population.best_start
             costs = np.stack([cost[own] for cost in population.costs], axis=1)
-            asked.set("F", np.where(costs < INFEASIBLE, costs, 0.0), "G", _violation(costs)[:, None])
+            violation = np.where(costs < INFEASIBLE, 0.0, costs / UNSETTLED).max(axis=1)  # on one scale of order 1
+            asked.set("F", np.where(costs < INFEASIBLE, costs, 0.0), "G", violation[:, None])
             method.tell(infills=asked)
     except Spent:
         return
-
-
-def _best(population: Population, many: int) -> np.ndarray:
-    """At most so many designs that no other betters, spread along their front."""
-    design, _, costs = _allowed(population)
-    front = not_dominated(costs)
-    return np.unique(design[front[_spread(costs[front], many)]]) if len(front) else front
 
 
 def _allowed(population: Population) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -204,11 +200,6 @@ def _allowed(population: Population) -> tuple[np.ndarray, np.ndarray, np.ndarray
     costs = np.moveaxis(population.costs, 0, -1)
     design, start = np.nonzero(np.all(costs < INFEASIBLE, axis=-1))
     return design, start, costs[design, start]
-
-
-def _violation(costs: np.ndarray) -> np.ndarray:
-    """How far designs are from being allowed, 0 where they are: costs [designs, goals] on one scale of order 1."""
-    return np.where(costs < INFEASIBLE, 0.0, costs / UNSETTLED).max(axis=1)
 
 
 def not_dominated(costs: np.ndarray) -> np.ndarray:

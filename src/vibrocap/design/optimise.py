@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import Case
-from vibrocap.design.search.evolution import best_designs, searched
+from vibrocap.design.search.evolution import Evaluations, best_designs, evolve
 from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, Goal, measure_unit
 from vibrocap.design.search.population import REFUSED, Population, evaluated, together
 from vibrocap.design.search.problem import Problem, stated_problem
@@ -216,11 +216,12 @@ def optimise(
     asked |= {"margin": margin, "refinement": (0 if refinement is None else refinement, 0)}
     problem = stated_problem(system, over, [objective], [sense], subject_to, starts, **asked)
     kept = None if store is None else opened_store(store, problem.record(seed), resume)
-    populations = searched(problem, evaluations, seed, kept, told(progress))
+    search = Evaluations(problem, evaluations, kept, told(progress))
+    evolve(search, 0, seed, evaluations)
     if refinement is None:
         refinement = EACH * max(3, len(problem.space.variables))
-    designs, rejected = _refined(problem, populations, refinement)
-    return _optimum(problem, together(problem, populations), designs, rejected, spread_starts)
+    designs, rejected = _refined(problem, search.found, refinement)
+    return _optimum(problem, together(problem, search.found), designs, rejected, spread_starts)
 
 
 def _refined(

@@ -241,8 +241,8 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
         return whole, whole
     first, second, *mixed = values.reshape(-1, samples) - np.mean(values[: 2 * samples])
 
-    def indices(chosen: np.ndarray) -> np.ndarray:
-        a, b, ab = first[chosen], second[chosen], np.stack(mixed)[:, chosen]
+    def indices(members: np.ndarray) -> np.ndarray:
+        a, b, ab = first[members], second[members], np.stack(mixed)[:, members]
         return np.array([np.mean(b * (ab - a), axis=-1), 0.5 * np.mean((a - ab) ** 2, axis=-1)]) / np.var([a, b])
 
     every, generator = np.arange(samples), np.random.default_rng(seed)

@@ -28,8 +28,10 @@ def drive_shape(
     count = max(len(cosines), len(sines))
     if not 1 <= count <= len(HARMONICS):
         raise ArgumentError("cosines", f"should be of one to {len(HARMONICS)} harmonics, got {count}")
-    given = [*cosines, *(0.0,) * (count - len(cosines)), *sines, *(0.0,) * (count - len(sines))]
-    *parts, wanted = np.broadcast_arrays(*(np.atleast_1d(np.asarray(number, dtype=float)) for number in (*given, peak)))
+    proportions = [*cosines, *(0.0,) * (count - len(cosines)), *sines, *(0.0,) * (count - len(sines))]
+    *parts, wanted = np.broadcast_arrays(
+        *(np.atleast_1d(np.asarray(number, dtype=float)) for number in (*proportions, peak))
+    )
     shape = np.stack(parts)  # [cosines and sines, n]
     largest = _peaks(shape[:count], shape[count:])
     scaled = shape * np.divide(wanted, largest, out=np.zeros(len(largest)), where=largest > 0.0)

@@ -75,31 +75,31 @@ def powers(recorded: RecordedLaw, states: np.ndarray, sides: np.ndarray, speeds:
     return Powers(velocities, states, np.where(bad, np.inf, power), np.where(bad, 0.0, rates))
 
 
-def worst_chatter(found: Powers, sizes: np.ndarray) -> Chatter | None:
+def worst_chatter(table: Powers, sizes: np.ndarray) -> Chatter | None:
     """The chatter with the least share of energy, None where none is negative.
 
     sizes [continuous states]: natural sizes, over which rates are compared
     """
-    if len(found.rates) == 0:
-        return _constant(found)
-    if len(found.rates) == 1:
-        return _pair(found)
-    return _programme(found, sizes)
+    if len(table.rates) == 0:
+        return _constant(table)
+    if len(table.rates) == 1:
+        return _pair(table)
+    return _programme(table, sizes)
 
 
-def _constant(found: Powers) -> Chatter | None:
+def _constant(table: Powers) -> Chatter | None:
     """Without internal states: the velocity at which the contact gives most power."""
-    i, j = np.unravel_index(int(np.argmin(found.power)), found.power.shape)
-    if not found.power[i, j] < 0.0:
+    i, j = np.unravel_index(int(np.argmin(table.power)), table.power.shape)
+    if not table.power[i, j] < 0.0:
         return None
-    return Chatter(found.states[:, j], found.velocities[i : i + 1], np.ones(1), -1.0)
+    return Chatter(table.states[:, j], table.velocities[i : i + 1], np.ones(1), -1.0)
 
 
-def _pair(found: Powers) -> Chatter | None:
+def _pair(table: Powers) -> Chatter | None:
     """With one: at each state, the least power per rate upward and the least per rate downward together."""
-    rate = found.rates[0]
+    rate = table.rates[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        cost = found.power / np.abs(rate)
+        cost = table.power / np.abs(rate)
     up, down = np.where(rate > 0.0, cost, np.inf), np.where(rate < 0.0, cost, np.inf)
     i, j = np.argmin(up, axis=0), np.argmin(down, axis=0)
     every = np.arange(rate.shape[1])
@@ -110,19 +110,19 @@ def _pair(found: Powers) -> Chatter | None:
     n = int(np.argmin(share))
     if not share[n] < -ROUNDING:
         return None
-    chosen = np.array([i[n], j[n]])
-    shares = 1.0 / np.abs(rate[chosen, n])
-    return Chatter(found.states[:, n], found.velocities[chosen], shares / shares.sum(), float(share[n]))
+    picked = np.array([i[n], j[n]])
+    shares = 1.0 / np.abs(rate[picked, n])
+    return Chatter(table.states[:, n], table.velocities[picked], shares / shares.sum(), float(share[n]))
 
 
-def _programme(found: Powers, sizes: np.ndarray) -> Chatter | None:
+def _programme(table: Powers, sizes: np.ndarray) -> Chatter | None:
     """With several: a linear programme at each state, for the shares times the mean of |R v|."""
     from scipy.optimize import linprog
 
     best = None
-    for n in range(found.power.shape[1]):
-        usable = np.flatnonzero(np.isfinite(found.power[:, n]))
-        power, rates = found.power[usable, n], found.rates[:, usable, n] / sizes[:, None]
+    for n in range(table.power.shape[1]):
+        usable = np.flatnonzero(np.isfinite(table.power[:, n]))
+        power, rates = table.power[usable, n], table.rates[:, usable, n] / sizes[:, None]
         size = np.abs(power) + np.abs(rates).sum(axis=0) + 1e-300
         if not np.any(power < 0.0):
             continue
@@ -132,19 +132,19 @@ def _programme(found: Powers, sizes: np.ndarray) -> Chatter | None:
         if done.status == 0 and done.fun < -1e3 * ROUNDING and (best is None or done.fun < best.share):
             used = done.x > 1e-12 * done.x.max()
             shares = done.x[used] / size[used]
-            best = Chatter(found.states[:, n], found.velocities[usable[used]], shares / shares.sum(), float(done.fun))
+            best = Chatter(table.states[:, n], table.velocities[usable[used]], shares / shares.sum(), float(done.fun))
     return best
 
 
-def least_speed(found: Powers, sizes: np.ndarray, worst: Chatter) -> float:
+def least_speed(table: Powers, sizes: np.ndarray, worst: Chatter) -> float:
     """Least bound of the speed within which a chatter still creates energy, to the spacing of the velocities."""
-    speeds = np.unique(np.abs(found.velocities))
-    if len(found.rates) > 1:  # one state tells enough, and a programme takes its time
-        here = np.flatnonzero(np.all(found.states == worst.state[:, None], axis=0))[:1]
-        found = Powers(found.velocities, found.states[:, here], found.power[:, here], found.rates[:, :, here])
+    speeds = np.unique(np.abs(table.velocities))
+    if len(table.rates) > 1:  # one state tells enough, and a programme takes its time
+        here = np.flatnonzero(np.all(table.states == worst.state[:, None], axis=0))[:1]
+        table = Powers(table.velocities, table.states[:, here], table.power[:, here], table.rates[:, :, here])
 
     def creates(k: int) -> bool:
-        return worst_chatter(found.within(0.0, speeds[k]), sizes) is not None
+        return worst_chatter(table.within(0.0, speeds[k]), sizes) is not None
 
     slower = range(int(np.searchsorted(speeds, worst.fastest)))
     return float(speeds[bisect.bisect_left(slower, True, key=creates)])
@@ -276,28 +276,28 @@ def _states(recorded: RecordedLaw, speeds: np.ndarray) -> tuple[np.ndarray, np.n
     if count == 1 and not recorded.law.switched:
         spread = np.linspace(states.min(), states.max(), STATES)[None]
         return spread, np.copysign(1.0, spread[0]), sizes
-    chosen = np.random.default_rng(20).choice(states.shape[1], min(MANY, states.shape[1]), replace=False)
-    return states[:, chosen], sides[chosen], sizes
+    picked = np.random.default_rng(20).choice(states.shape[1], min(MANY, states.shape[1]), replace=False)
+    return states[:, picked], sides[picked], sizes
 
 
-def _speed_needed(recorded: RecordedLaw, found: Powers, sizes: np.ndarray, worst: Chatter, sides: np.ndarray) -> float:
+def _speed_needed(recorded: RecordedLaw, table: Powers, sizes: np.ndarray, worst: Chatter, sides: np.ndarray) -> float:
     """The least bound of the speed, first as coarsely as the speeds searched, then to 1 %."""
-    coarse = least_speed(found, sizes, worst)
-    slower = np.unique(np.abs(found.velocities))
+    coarse = least_speed(table, sizes, worst)
+    slower = np.unique(np.abs(table.velocities))
     slower = slower[slower < coarse]
     between = np.geomspace(slower[-1], coarse, 6)[1:] if len(slower) else np.array([coarse])
-    finer = powers(recorded, found.states, sides, np.concatenate((slower, between)))
+    finer = powers(recorded, table.states, sides, np.concatenate((slower, between)))
     closer = worst_chatter(finer, sizes)
     return least_speed(finer, sizes, closer) if closer is not None else coarse
 
 
-def _brisk(found: Powers, fastest: float, sizes: np.ndarray) -> Chatter | None:
+def _brisk(table: Powers, fastest: float, sizes: np.ndarray) -> Chatter | None:
     """The worst chatter within a speed, with no slower levels than it needs to keep most of its share of energy."""
-    worst = worst_chatter(found.within(0.0, fastest), sizes)
+    worst = worst_chatter(table.within(0.0, fastest), sizes)
     if worst is None:
         return None
     for slowest in fastest * np.geomspace(0.3, 1e-6, 23):
-        brisk = worst_chatter(found.within(slowest, fastest), sizes)
+        brisk = worst_chatter(table.within(slowest, fastest), sizes)
         if brisk is not None and brisk.share <= KEPT * worst.share:
             return brisk
     return worst

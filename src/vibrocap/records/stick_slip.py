@@ -157,21 +157,21 @@ def stick_slip(
     if not (is_number(minor) and 0.0 <= minor < 1.0):
         further.append(f"minor: should be a share of at least 0 and less than 1, got {minor!r}")
     pulled = pull(time, force, stiffness, mass, pulling_speed, normal_force, coefficient, name, further)
-    fall_times = falls(pulled.force)
-    repeats = recurrence(fall_times.force, pulled.step, fall_times.window)
-    every = phases(pulled.time, fall_times)
-    turning = (pulled.time[fall_times.tops], pulled.time[fall_times.bottoms])
-    heights = fall_times.force[fall_times.tops] - fall_times.force[fall_times.bottoms]
-    clearness = float(np.mean(heights)) / fall_times.least if len(heights) and fall_times.least > 0 else math.inf
-    bend = stick_bend(pulled.time, fall_times, every)
+    clean = falls(pulled.force)
+    repeats = recurrence(clean.force, pulled.step, clean.window)
+    every = phases(pulled.time, clean)
+    turning = (pulled.time[clean.tops], pulled.time[clean.bottoms])
+    extremes = (clean.force[clean.tops], clean.force[clean.bottoms])
+    heights = extremes[0] - extremes[1]
+    clearness = float(np.mean(heights)) / clean.least if len(heights) and clean.least > 0 else math.inf
+    bend = stick_bend(pulled.time, clean, every)
     kind = regime(every, *turning, repeats, pulled.inertial_period, bend, clearness)
     # What wanders has no phases; what swings has no partial slips.
     marked = () if kind.name == STEADY else with_minor(every, minor if kind.name == STICK_SLIP else 0.0)
     main = [phase for phase in marked if phase.kind == "slip" and not phase.minor]
     sticks = [phase for phase in marked if phase.kind == "stick"]
-    extremes = (fall_times.force[fall_times.tops], fall_times.force[fall_times.bottoms])
     if kind.from_spectrum and kind.typical_period is not None:
-        periods = stretch_periods(fall_times.force, pulled.step, fall_times.window, kind.typical_period)
+        periods = stretch_periods(clean.force, pulled.step, clean.window, kind.typical_period)
     else:
         periods = np.diff(turning[0] if kind.name == INERTIAL else [slip.start for slip in main])
     level, how = _kinetic(main, sticks, kind, extremes)
@@ -182,9 +182,9 @@ def stick_slip(
     at_rest = sum(stick.duration for stick in sticks)
     velocity = None
     if give is not None and speed is not None:
-        usual = float(np.median([slip.duration for slip in main])) if main else 3 * fall_times.window * pulled.step
+        usual = float(np.median([slip.duration for slip in main])) if main else 3 * clean.window * pulled.step
         window = max(5, round(usual / (3.0 * pulled.step)))
-        velocity = slider_velocity(pulled.time, fall_times.force, 1.0 / give, speed, window)
+        velocity = slider_velocity(pulled.time, clean.force, 1.0 / give, speed, window)
     return StickSlip(
         name=name,
         force_unit="1" if coefficient else "N",
@@ -206,11 +206,11 @@ def stick_slip(
         kinetic_coefficient=level / pulled.weight if level is not None and pulled.weight else None,
         loading_ratio=loading,
         time=pulled.time,
-        force=fall_times.force,
+        force=clean.force,
         velocity=velocity,
-        noise=fall_times.noise,
-        spikes=fall_times.spikes,
-        window=fall_times.window,
+        noise=clean.noise,
+        spikes=clean.spikes,
+        window=clean.window,
         stiffness=stiffness,
         mass=mass,
         pulling_speed=pulling_speed,
@@ -283,11 +283,11 @@ def _notes(pulled: Pull, kind: Regime, loading: float | None, level: float | Non
     if "stiffness" in missing:
         notes.append("stiffness: not given; slips cannot be told in metres, nor the slider's velocity")
     elif pulled.compliance is None:
-        stretch = "a coefficient alone does not tell the stretch of the spring"
-        notes.append(f"normal_force: not given, nor the mass; {stretch}")
+        unknown = "normal_force: not given, nor the mass"
+        notes.append(f"{unknown}; a coefficient alone does not tell the stretch of the spring")
     elif "pulling_speed" in missing:
-        release = "only the release of the spring dF/k can be told, without V dt of a slip"
-        notes.append(f"pulling_speed: not given; {release}")
+        unknown = "pulling_speed: not given"
+        notes.append(f"{unknown}; only the release of the spring dF/k can be told, without V dt of a slip")
     if kind.inertial_period is None:
         lacking = " and ".join(field for field in ("mass", "stiffness") if field in missing)
         notes.append(f"{lacking}: not given; whether inertia sets the period cannot be told")
@@ -313,11 +313,13 @@ def _doubts(periods: np.ndarray, repeats: Recurrence, kind: Regime, phases: tupl
     if not len(periods):
         return []
     notes, mean = [], float(np.mean(periods))
-    told = {"by the spectrum": repeats.spectral_period, "by the correlation": repeats.correlation_period}
+    elsewhere = {"by the spectrum": repeats.spectral_period, "by the correlation": repeats.correlation_period}
     slips = [phase.start for phase in phases if phase.kind == "slip"]
     minor = any(phase.minor for phase in phases)
-    told |= {"with the minor slips": float(np.mean(np.diff(slips)))} if minor and len(slips) > 1 else {}
-    other = {how: value for how, value in told.items() if value is not None and abs(value / mean - 1.0) > AGREE / 2}
+    elsewhere |= {"with the minor slips": float(np.mean(np.diff(slips)))} if minor and len(slips) > 1 else {}
+    other = {
+        how: value for how, value in elsewhere.items() if value is not None and abs(value / mean - 1.0) > AGREE / 2
+    }
     if other and not kind.from_spectrum and kind.name != STEADY:
         apart = ", ".join(f"{value:.3g} s {how}" for how, value in other.items())
         notes.append(f"period: {mean:.3g} s between slips, but {apart}: an irregular record, or unseen slips")

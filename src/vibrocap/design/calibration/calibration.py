@@ -210,17 +210,15 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
     doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
-    reasons = [next(filter(None, doubt), "") for doubt in doubts]
-    not_trusted = {
-        why: tuple(k for k, reason in enumerate(reasons) if reason == why) for why in sorted({*reasons} - {""})
-    }
+    reasons = np.array([next(filter(None, doubt), "") for doubt in doubts])
+    not_trusted = {str(why): tuple(np.flatnonzero(reasons == why).tolist()) for why in np.unique(reasons) if why}
     residuals = model.residuals(shares[None])[0]
     spare = len(residuals) - unknowns
     misfit = float(np.sum(residuals**2) / spare)
     slopes = model.slopes(shares)
     widen = max(misfit, 1.0) if table.with_errors else misfit
     covariance = widen * inverse(slopes.T @ slopes)
-    fitted = {reasons[k] for k in model.rows}
+    fitted = {*reasons[model.rows].tolist()}
     verdict, doubt = None, None if NOT_SETTLED in fitted else column_doubt(model, shares, residuals)
     if any(fitted):
         covariance, verdict = np.full_like(covariance, np.nan), Verdict.UNTRUSTED
@@ -231,7 +229,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     per_fold = np.array([space.derivative(k, float(shares[k])) for k in range(unknowns)])
     logs = slopes * (np.where(own == 0.0, 1.0, own) / per_fold)
     deviation = np.sqrt(np.diag(covariance))
-    known = {name: np.where(np.array(reasons) == "", values[0, i], np.nan) for i, name in enumerate(table.measures)}
+    known = {name: np.where(reasons == "", values[0, i], np.nan) for i, name in enumerate(table.measures)}
     left = {name: table.targets[name] - known[name] for name in table.measures}
     every = {name: left[name] / table.errors[name] for name in table.measures}
     squares = np.concatenate([every[name][held] ** 2 for name in table.measures])

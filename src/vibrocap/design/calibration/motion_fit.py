@@ -90,11 +90,11 @@ class MotionFit(Calibrated):
     @property
     def records(self) -> dict[str, dict[str, Any]]:
         """What is left of each record by name: its rms, relative too, and whether it was held out."""
-        rms = {name: x if self.unit == "1" else WithUnit(x, self.unit) for name, x in self.rms.items()}
-        return {
-            name: {"rms": x, "relative": self.relative[name], "held_out": name in self.held_out}
-            for name, x in rms.items()
-        }
+        records = {}
+        for name, x in self.rms.items():
+            rms = x if self.unit == "1" else WithUnit(x, self.unit)
+            records[name] = {"rms": rms, "relative": self.relative[name], "held_out": name in self.held_out}
+        return records
 
     @property
     def heading(self) -> str:

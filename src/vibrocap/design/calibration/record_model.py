@@ -92,8 +92,8 @@ def _course(
     rates = np.gradient(scaled, times)
     start = initial_state(driven, known)
     keys = state_keys(units.states)
-    given = {keys[name].name if name in keys else name for name in known}
-    free = tuple(name for name in system.machine.states if name not in given and name not in system.switched)
+    known_names = {keys[name].name if name in keys else name for name in known}
+    free = tuple(name for name in system.machine.states if name not in known_names and name not in system.switched)
     steps = []
     for name in free:
         first, step = 0.0, 1.0

@@ -62,11 +62,11 @@ class MeasuredTable:
         return squares, (len(rows) - len(places)) * len(ratios)
 
 
-def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTable | None:
+def read_table(table: Any, system: System, complaints: Complaints) -> MeasuredTable | None:
     """The table in a CSV file, a data frame or a mapping of columns; None where complaints are added."""
     begun = len(complaints)
     known = measure_table(system)
-    columns = _columns(given, system, known, complaints)
+    columns = _columns(table, system, known, complaints)
     if len(complaints) > begun:
         return None
     conditions: dict[str, np.ndarray] = {}
@@ -109,31 +109,31 @@ def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTa
     return MeasuredTable(conditions, targets, errors, with_errors, first[group.ravel()])
 
 
-def _columns(given: Any, system: System, known: Mapping[str, Measure], complaints: Complaints) -> dict[str, np.ndarray]:
+def _columns(table: Any, system: System, known: Mapping[str, Measure], complaints: Complaints) -> dict[str, np.ndarray]:
     """Columns of finite numbers by name, in the units of the case."""
     units: Mapping[str, str] = {}
-    if isinstance(given, (str, Path)):
+    if isinstance(table, (str, Path)):
         try:
-            tables = text_tables(Path(given))
+            tables = text_tables(Path(table))
         except RecordError as error:
-            complaints += [Complaint("table", f"{str(given)!r}: {complaint}") for complaint in error.complaints]
+            complaints += [Complaint("table", f"{str(table)!r}: {complaint}") for complaint in error.complaints]
             return {}
         except (OSError, ValueError) as error:
-            complaints.add("table", f"{str(given)!r} cannot be read ({error})")
+            complaints.add("table", f"{str(table)!r} cannot be read ({error})")
             return {}
         if len(tables) > 1 or not tables[0].named:
-            complaints.add("table", f"{str(given)!r} should be one table with a line of headings")
+            complaints.add("table", f"{str(table)!r} should be one table with a line of headings")
             return {}
         if faults := tables[0].faults_in(tables[0].columns):
-            complaints += [Complaint("table", f"{str(given)!r}: {fault}") for fault in faults]
+            complaints += [Complaint("table", f"{str(table)!r}: {fault}") for fault in faults]
             return {}
         raw: Mapping[str, Any] = tables[0].columns
         units = tables[0].units
-    elif isinstance(given, Mapping) or hasattr(given, "columns"):
-        names = given if isinstance(given, Mapping) else given.columns
-        raw = {str(name): np.asarray(given[name]).tolist() for name in names}
+    elif isinstance(table, Mapping) or hasattr(table, "columns"):
+        names = table if isinstance(table, Mapping) else table.columns
+        raw = {str(name): np.asarray(table[name]).tolist() for name in names}
     else:
-        complaints.add("table", f"should be a CSV file, a data frame or a mapping of columns, got {shown(given)}")
+        complaints.add("table", f"should be a CSV file, a data frame or a mapping of columns, got {shown(table)}")
         return {}
     columns: dict[str, np.ndarray] = {}
     for heading, values in raw.items():
@@ -166,16 +166,16 @@ def _in_units_of_case(
     parts = bracketed(heading) or ("", "")
     ways = [(heading, unit_named(unit)), (parts[0], unit_named(parts[1]))]
     ways += [(heading[:k], suffix_unit(heading[k + 1 :])) for k, mark in enumerate(heading) if mark == "_"]
-    for stem, given in ((stem, given) for stem, given in ways if given is not None):
+    for stem, stated in ((stem, stated) for stem, stated in ways if stated is not None):
         names = list(_quantities(stem, system, known))
         for name, own, power in names:
             wanted = unit_named(own)
-            if power < 0 and given.dimension == "time" and np.all(values > 0.0):
-                return name, 1.0 / (given.factor * values)
-            if power > 0 and wanted is not None and wanted.dimension == given.dimension != "something else":
-                return name, (given.factor / wanted.factor) * values
+            if power < 0 and stated.dimension == "time" and np.all(values > 0.0):
+                return name, 1.0 / (stated.factor * values)
+            if power > 0 and wanted is not None and wanted.dimension == stated.dimension != "something else":
+                return name, (stated.factor / wanted.factor) * values
         if names and heading not in [name for name, *_ in names]:
-            complaints.add(heading, f"should be in {listed((own for _, own, _ in names), ' or ')}, got {given.name}")
+            complaints.add(heading, f"should be in {listed((own for _, own, _ in names), ' or ')}, got {stated.name}")
             return heading, values
     if heading.endswith(PERIOD):
         complaints.add(heading, "should be positive, and in SI have its unit, as drive.period_ms")

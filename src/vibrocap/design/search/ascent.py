@@ -100,12 +100,12 @@ def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: i
     return x
 
 
-def _better(moved: np.ndarray, merit: float, gradient: np.ndarray, found: Slopes) -> bool:
+def _better(moved: np.ndarray, merit: float, gradient: np.ndarray, end: Slopes) -> bool:
     """Whether a step rises as its slope promises, or, where merits are equal to rounding, makes the slopes smaller."""
-    rise = found[0] - merit
+    rise = end[0] - merit
     if abs(rise) > ROUNDING * abs(merit):
         return rise >= ENOUGH * float(gradient @ moved) > 0.0
-    return float(np.linalg.norm(found[1])) < float(np.linalg.norm(gradient))
+    return float(np.linalg.norm(end[1])) < float(np.linalg.norm(gradient))
 
 
 def _updated(curve: np.ndarray, moved: np.ndarray, turned: np.ndarray) -> np.ndarray:

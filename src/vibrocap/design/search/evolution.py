@@ -9,6 +9,7 @@ therefore the search extends a little beyond them, and the design is that at the
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -69,33 +70,20 @@ def first_designs(variables: int, members: int, generator: np.random.Generator) 
     return qmc.Sobol(variables, rng=generator).random(members) if variables else np.zeros((members, 0))
 
 
-def searched(
-    problem: Problem,
-    evaluations: int,
-    seed: int,
-    store: SearchStore | None = None,
-    report: Callable[[float], None] | None = None,
-) -> list[Population]:
-    """All populations of a search of at most so many evaluations of designs, a whole number of populations."""
-    made = Evaluations(problem, evaluations, store, report)
-    evolve(made, 0, seed, made.most)
-    return made.found
-
-
-def evolve(made: Evaluations, goal: int, seed: int, until: int) -> None:
+def evolve(search: Evaluations, goal: int, seed: int, until: int) -> None:
     """Differential evolution towards one goal, begun again where it has converged, until there are so many designs.
 
     goal: its number among those of the problem
     """
     from scipy.optimize import differential_evolution
 
-    space = made.problem.space
+    space = search.problem.space
     variables = len(space.variables)
     members = members_of(variables)
     beyond = np.where(np.isin(np.arange(variables), space.continuous), BEYOND, 0.0)
 
     def costs(places: np.ndarray) -> np.ndarray:
-        return made.of(np.ascontiguousarray(np.clip(places.T, 0.0, 1.0)), until).costs[goal].min(axis=1)
+        return search.of(np.ascontiguousarray(np.clip(places.T, 0.0, 1.0)), until).costs[goal].min(axis=1)
 
     begun = 0
     try:
@@ -103,26 +91,19 @@ def evolve(made: Evaluations, goal: int, seed: int, until: int) -> None:
             generator = np.random.default_rng([seed, begun] if goal == 0 else [seed, begun, goal])
             first = first_designs(variables, members, generator)
             if begun == 0:
-                guesses = made.problem.guesses[:members]
+                guesses = search.problem.guesses[:members]
                 first[: len(guesses)] = np.reshape(guesses, (-1, variables))
-            differential_evolution(
-                costs,
-                list(zip(-beyond, 1.0 + beyond, strict=True)),
-                init=first,  # type: ignore[arg-type]
-                rng=generator,
-                maxiter=1 + until // members,
-                vectorized=True,
-                updating="deferred",
-                polish=False,
-                tol=0.0,
-                callback=_stopping(made.found, len(made.found)),
-            )
+            until_idle = _stopping(search.found, len(search.found))
+            how: dict[str, Any] = {"init": first, "rng": generator, "callback": until_idle}
+            how |= {"vectorized": True, "updating": "deferred", "polish": False, "tol": 0.0}
+            bounds = list(zip(-beyond, 1.0 + beyond, strict=True))
+            differential_evolution(costs, bounds, maxiter=1 + until // members, **how)
             begun += 1
     except Spent:
         return
 
 
-def _stopping(found: list[Population], first: int) -> Callable[..., bool]:
+def _stopping(populations: list[Population], first: int) -> Callable[..., bool]:
     """Whether a run of differential evolution that began with population `first` has nothing to find any more."""
     best, since = np.inf, first
 
@@ -130,10 +111,10 @@ def _stopping(found: list[Population], first: int) -> Callable[..., bool]:
         nonlocal best, since
         cost, spread = float(intermediate_result.fun), intermediate_result.population_energies
         if cost < best - CONVERGED * abs(cost):
-            best, since = cost, len(found)
+            best, since = cost, len(populations)
         allowed = bool(np.max(spread) < INFEASIBLE)
         converged = allowed and np.ptp(spread) <= CONVERGED * max(abs(cost), 1e-300)
-        return converged or len(found) - since >= IDLE
+        return converged or len(populations) - since >= IDLE
 
     return stops
 

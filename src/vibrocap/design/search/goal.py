@@ -72,28 +72,28 @@ class Goal:
         return sized if self.maximise else -sized
 
     def over_samples(
-        self, found: Mapping[str, np.ndarray], finished: np.ndarray, chosen: Callable[[np.ndarray], np.ndarray]
+        self, measured: Mapping[str, np.ndarray], finished: np.ndarray, statistic: Callable[[np.ndarray], np.ndarray]
     ) -> dict[str, np.ndarray]:
         """Measures [..., samples] of one design under uncertainty as one value each, [...].
 
-        Of the goal it is what `chosen` makes of the merits; a run that failed counts as no travel, and leaves no value
+        Of the goal it is what `statistic` makes of the merits; a run that failed counts as no travel, and leaves no value
         of another measure. Of a constraint it is the value of the sample that comes nearest to violating it.
         """
         reduced = {}
         for constraint in self.constraints:
-            values = np.where(finished, found[constraint.measure], np.nan)
+            values = np.where(finished, measured[constraint.measure], np.nan)
             margins = np.where(np.isnan(values), -np.inf, constraint.margin(values))
             nearest = np.argmin(margins, axis=-1)[..., None]
             reduced[constraint.measure] = np.take_along_axis(values, nearest, axis=-1)[..., 0]
-        values = np.where(finished, found[self.measure], 0.0 if self.travels else np.nan)
-        way = np.ones(values.shape[:-1])
+        values = np.where(finished, measured[self.measure], 0.0 if self.travels else np.nan)
+        direction = np.ones(values.shape[:-1])
         if self.size:
-            way = np.where(np.sum(values, axis=-1) < 0.0, -1.0, 1.0)
-        sign = way if self.maximise else -way
-        reduced[self.measure] = sign * chosen(sign[..., None] * values)
+            direction = np.where(np.sum(values, axis=-1) < 0.0, -1.0, 1.0)
+        sign = direction if self.maximise else -direction
+        reduced[self.measure] = sign * statistic(sign[..., None] * values)
         return reduced
 
-    def costs(self, found: Mapping[str, np.ndarray], settled: np.ndarray, failed: np.ndarray) -> np.ndarray:
+    def costs(self, measured: Mapping[str, np.ndarray], settled: np.ndarray, failed: np.ndarray) -> np.ndarray:
         """What a search makes as small as possible, an array like those given.
 
         Allowed designs come first, by merit; then those that violate a constraint, by how much; then those that did not
@@ -102,10 +102,10 @@ class Goal:
         with np.errstate(invalid="ignore", over="ignore"):
             violation = np.zeros(settled.shape)
             for constraint in self.constraints:
-                lacking = np.maximum(-constraint.margin(found[constraint.measure]), 0.0)
+                lacking = np.maximum(-constraint.margin(measured[constraint.measure]), 0.0)
                 lacking = lacking / max(abs(constraint.limit), 1e-3)
                 violation += np.where(np.isnan(lacking), np.inf, lacking)
-            cost = -self.merit(found[self.measure])
+            cost = -self.merit(measured[self.measure])
             share = np.where(np.isinf(violation), 1.0, violation / (1.0 + np.where(np.isinf(violation), 0, violation)))
         cost = np.where(np.isfinite(cost), cost, INFEASIBLE)
         cost = np.where(violation > 0.0, INFEASIBLE * (1.0 + 0.5 * share), cost)
@@ -126,8 +126,8 @@ def goal_of(
     Limits of constraints are in SI where the results of the system are.
     """
     nothing = Goal("mean_velocity", True, (), False)
-    given = [subject_to] if isinstance(subject_to, str) else list(subject_to or ())
-    split = [_split(text, complaints) for text in given]
+    texts = [subject_to] if isinstance(subject_to, str) else list(subject_to or ())
+    split = [_split(text, complaints) for text in texts]
     asked: list[str | Measure] = []
     for field, name in [(fields[0], objective), *(("subject_to", part[0]) for part in split if part)]:
         try:

@@ -46,19 +46,14 @@ class Population:
         return len(self.shares)
 
     @property
-    def cost(self) -> np.ndarray:
-        """[designs, starts] of the first goal."""
-        return self.costs[0]
-
-    @property
     def best_start(self) -> np.ndarray:
-        """[designs] the start that leads to the best motion of each design."""
-        return np.argmin(self.cost, axis=1)
+        """[designs] the start that leads to the best motion of each design, by the first goal."""
+        return np.argmin(self.costs[0], axis=1)
 
     @property
     def best_cost(self) -> np.ndarray:
         """[designs] the cost of that motion."""
-        return np.min(self.cost, axis=1)
+        return np.min(self.costs[0], axis=1)
 
     def end(self, names: Sequence[str], design: int, start: int) -> dict[str, float]:
         """Where the run of a design from a start has settled, by state; names: of the states."""
@@ -102,8 +97,13 @@ def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] 
     known: populations of the search before this one, whose settled motions are starts too
     """
     starts = np.array([list(start.values()) for start in problem.starts])
-    arrays = _nothing(problem, len(shares), len(starts) + 1)
-    every = np.arange(len(shares))
+    runs, every = (len(shares), len(starts) + 1), np.arange(len(shares))
+    arrays = {
+        "status": np.full(runs, REFUSED),
+        "settled": np.zeros(runs, dtype=bool),
+        "ends": np.full((*runs, len(problem.system.state_names)), np.nan),
+        **{name: np.full(runs, np.nan) for name in names(problem.measures)},
+    }
     _fill(problem, arrays, shares, every, np.tile(starts, (len(shares), 1, 1)), slice(0, len(starts)))
     population = population_of(problem, arrays)
     needing = np.flatnonzero(population.best_cost >= INFEASIBLE)
@@ -113,16 +113,6 @@ def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] 
         return population
     _fill(problem, arrays, shares, needing[warm], begun[warm, None], slice(len(starts), None))
     return population_of(problem, arrays)
-
-
-def _nothing(problem: Problem, designs: int, starts: int) -> dict[str, np.ndarray]:
-    """The arrays of designs that have not been run."""
-    return {
-        "status": np.full((designs, starts), REFUSED),
-        "settled": np.zeros((designs, starts), dtype=bool),
-        "ends": np.full((designs, starts, len(problem.system.state_names)), np.nan),
-        **{name: np.full((designs, starts), np.nan) for name in names(problem.measures)},
-    }
 
 
 def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.ndarray) -> np.ndarray:
@@ -184,14 +174,10 @@ def _plain(value: Any) -> Any:
 
 def _by_kind(values: Mapping[str, np.ndarray], designs: int) -> list[tuple[dict[str, str], np.ndarray]]:
     """(kinds of parts by path, the designs that have them)."""
-    chosen = [path for path in values if is_kind(path)]
-    if not chosen:
-        return [({}, np.arange(designs))]
-    rows = list(zip(*(values[path].tolist() for path in chosen), strict=True))
-    return [
-        (dict(zip(chosen, kinds, strict=True)), np.array([k for k, row in enumerate(rows) if row == kinds]))
-        for kinds in dict.fromkeys(rows)
-    ]
+    paths = [path for path in values if is_kind(path)]
+    rows = list(zip(*(values[path].tolist() for path in paths), strict=True)) or [()] * designs
+    members = {kinds: np.array([k for k, row in enumerate(rows) if row == kinds]) for kinds in dict.fromkeys(rows)}
+    return [(dict(zip(paths, kinds, strict=True)), designs_of) for kinds, designs_of in members.items()]
 
 
 def _run(
@@ -205,16 +191,8 @@ def _run(
             over[INITIAL + state] = begun[members, :, place].ravel()
     runs, samples = len(members) * begun.shape[1], problem.samples
     over = over if samples is None else samples.spread(over, runs)
-    measured = ensemble(
-        system,
-        _within_room(system, over),
-        measures=problem.measures,
-        periods=problem.periods,
-        settle=problem.settle,
-        tolerance=problem.tolerance,
-        threads=problem.threads,
-        final_states=True,
-    )
+    until = {name: getattr(problem, name) for name in ("measures", "periods", "settle", "tolerance", "threads")}
+    measured = ensemble(system, _within_room(system, over), final_states=True, **until)
     return measured if samples is None else _over_samples(problem, measured, runs)
 
 
@@ -231,19 +209,16 @@ def _within_room(system: System, over: Mapping[str, np.ndarray]) -> dict[str, np
     return columns
 
 
-def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) -> dict[str, Any]:
+def _over_samples(problem: Problem, measured: Mapping[str, np.ndarray], runs: int) -> dict[str, Any]:
     """What counts of the samples [runs * samples] of each run.
 
     A run is finished where one sample is; it has settled where all have that are finished.
     """
-    columns = {name: column.reshape(runs, -1) for name, column in found.items()}
+    columns = {name: column.reshape(runs, -1) for name, column in measured.items()}
     finished = columns["status"] == FINISHED
-    first = np.argmax(finished, axis=1)
-    reduced = {
-        "status": columns["status"][np.arange(runs), first],
-        "settled": np.all(columns["settled"] | ~finished, axis=1),
-    }
-    reduced |= {name: x[np.arange(runs), first] for name, x in columns.items() if name.startswith(FINAL)}
+    first = np.arange(runs), np.argmax(finished, axis=1)
+    reduced = {name: x[first] for name, x in columns.items() if name == "status" or name.startswith(FINAL)}
+    reduced["settled"] = np.all(columns["settled"] | ~finished, axis=1)
     for goal in problem.goals:
         reduced |= goal.over_samples(columns, finished, problem.samples.chosen)  # type: ignore[union-attr]
     return reduced

@@ -104,8 +104,8 @@ def stated_problem(
     system = case.system
     if not is_driven(system):
         complaints.add("system", "should have a drive that changes in time")
-    given = [case.initial] if starts is None else list(starts)
-    if not given:
+    all_starts = [case.initial] if starts is None else list(starts)
+    if not all_starts:
         complaints.add("starts", "should hold at least one start")
     if not (is_number(margin) and 0.0 <= margin < 1.0):
         complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
@@ -130,7 +130,7 @@ def stated_problem(
     if uncertain is not None:
         drawn = _samples(system, space, uncertain, robust, samples, complaints)
     begun = []
-    for start in given:
+    for start in all_starts:
         with complaints.collected():
             begun.append(initial_state(system, start))
     if complaints:

@@ -100,19 +100,19 @@ class ClosedDesigns:
         steady = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
         if steady[0] is None:
             return None
-        solution, found = steady[0]
+        solution, values = steady[0]
         solutions = [one and one[0] for one in steady]
         if samples is not None:
             kept = np.array([one is not None and self._room(one[0]) >= 0.0 for one in steady[1:]])
             solutions = [solution, *(one if keep else None for one, keep in zip(solutions[1:], kept, strict=True))]
-            every = {name: np.array([np.nan if one is None else one[1][name] for one in steady[1:]]) for name in found}
-            found = found | {name: float(x) for name, x in goal.over_samples(every, kept, samples.chosen).items()}
-        margins = [one.margin(found[one.measure]) / max(abs(one.limit), 1e-3) for one in goal.constraints]
+            every = {name: np.array([np.nan if one is None else one[1][name] for one in steady[1:]]) for name in values}
+            values = values | {name: float(x) for name, x in goal.over_samples(every, kept, samples.chosen).items()}
+        margins = [one.margin(values[one.measure]) / max(abs(one.limit), 1e-3) for one in goal.constraints]
         margins.append(min(self._room(one) for one in solutions if one is not None))
-        merit = float(goal.merit(found[goal.measure]))
+        merit = float(goal.merit(values[goal.measure]))
         if not np.isfinite(merit) or not np.all(np.isfinite(margins)):
             return None
-        return Refined(shares, tuple(solutions), found, np.array(margins), merit)
+        return Refined(shares, tuple(solutions), values, np.array(margins), merit)
 
     def _room(self, solution: PeriodicSolution) -> float:
         """By how much the largest multiplier is below its limit."""

@@ -205,13 +205,13 @@ def _drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complai
 
 
 def uncertain_quantities(
-    system: System, given: Any, complaints: Complaints, own: bool = False
+    system: System, asked: Any, complaints: Complaints, own: bool = False
 ) -> tuple[Uncertain, ...]:
     """The uncertain quantities that `uncertain` of `robustness` or `optimise` describes; complaints are added.
 
     own: whether they are quantities of one's own, by name, which are no parameters of the system
     """
-    if not isinstance(given, Mapping) or not given:
+    if not isinstance(asked, Mapping) or not asked:
         complaints.add(
             "uncertain", "should name at least one quantity with its distribution, such as machine.damping=0.9:1.1"
         )
@@ -219,7 +219,7 @@ def uncertain_quantities(
     quantities: list[Uncertain] = []
     begun = len(complaints)
     named: list[str] = []
-    for key, text in given.items():
+    for key, text in asked.items():
         paths, factor, law, wrong = factored(key, text)
         if own:
             one = _quantity(system, (str(key),), factor, law)
@@ -261,18 +261,18 @@ def uncertain_quantities(
     return tuple(quantities)
 
 
-def _quantity(system: System, paths: tuple[str, ...], factor: bool, given: Any) -> Uncertain | str:
+def _quantity(system: System, paths: tuple[str, ...], factor: bool, asked: Any) -> Uncertain | str:
     """An uncertain quantity, or what is wrong with its distribution; factor: whether that is of a factor."""
-    if isinstance(given, str):
-        law, words = _distribution(given), given
-    elif hasattr(given, "ppf"):
-        law, words = given, type(given).__name__
-    elif isinstance(given, Sequence) and len(given) == 2 and all(map(is_number, given)):
-        law, words = _distribution(f"{given[0]!r}:{given[1]!r}"), f"{given[0]!r}:{given[1]!r}"
+    if isinstance(asked, str):
+        law, words = _distribution(asked), asked
+    elif hasattr(asked, "ppf"):
+        law, words = asked, type(asked).__name__
+    elif isinstance(asked, Sequence) and len(asked) == 2 and all(map(is_number, asked)):
+        law, words = _distribution(f"{asked[0]!r}:{asked[1]!r}"), f"{asked[0]!r}:{asked[1]!r}"
     else:
         law, words = None, ""
     if law is None or isinstance(law, str):
-        return law or f"should be {FORM}, a pair of ends, or a distribution of scipy.stats, got {shown(given)}"
+        return law or f"should be {FORM}, a pair of ends, or a distribution of scipy.stats, got {shown(asked)}"
     if factor and not all("." in path for path in paths):
         return "has no value of the system's own to multiply; give its distribution"
     nominal = tuple(float(system.parameter(path)) for path in paths) if factor else ()

@@ -23,14 +23,14 @@ FACTOR = "factor:"  # before a range: of a factor of the system's own values, wh
 DIFFERENCES = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))
 
 
-def factored(key: Any, given: Any) -> tuple[tuple[str, ...], bool, Any, list[Complaint]]:
+def factored(key: Any, ends: Any) -> tuple[tuple[str, ...], bool, Any, list[Complaint]]:
     """(paths that a key names, whether a factor of their own values is given, it without that word, what is wrong)."""
     paths = tuple(part.strip() for part in key.split(",")) if isinstance(key, str) else tuple(key)
-    factor = isinstance(given, str) and given.startswith(FACTOR)
+    factor = isinstance(ends, str) and ends.startswith(FACTOR)
     words = f"several parameters share a factor of their own values: {FACTOR}"
-    words += given if isinstance(given, str) else "LOW:HIGH"
+    words += ends if isinstance(ends, str) else "LOW:HIGH"
     wrong = [Complaint(",".join(paths), words)] if len(paths) > 1 and not factor else []
-    return paths, factor, given.removeprefix(FACTOR) if factor else given, wrong
+    return paths, factor, ends.removeprefix(FACTOR) if factor else ends, wrong
 
 
 @dataclasses.dataclass(frozen=True)
@@ -175,12 +175,12 @@ def design_space(
     variables: list[Range | Column] = []
     tied: dict[str, tuple[str, ...]] = {}
     begun = len(complaints)
-    for path, given in over.items():
-        paths, factor, given, wrong = factored(path, given)
+    for path, ends in over.items():
+        paths, factor, ends, wrong = factored(path, ends)
         complaints += wrong
         if factor:
             tied[path] = paths
-        variable, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
+        variable, wrong = axis_of(path, ends) if _is_choice(path, ends) else range_from(path, ends)
         complaints += wrong
         variables.append(variable)
     space = DesignSpace(tuple(variables), through)
@@ -239,11 +239,11 @@ def _function_complaints(system: System, space: DesignSpace) -> list[str]:
     return path_complaints(values, [system.parts], system.units)
 
 
-def _is_choice(path: str, given: Any) -> bool:
+def _is_choice(path: str, ends: Any) -> bool:
     """Whether choices are given, not the two ends of a range."""
-    if is_kind(path) or isinstance(given, str):
-        return is_kind(path) or ":" not in given
-    return isinstance(given, (Sequence, np.ndarray)) and not (len(given) == 2 and all(map(is_number, given)))
+    if is_kind(path) or isinstance(ends, str):
+        return is_kind(path) or ":" not in ends
+    return isinstance(ends, (Sequence, np.ndarray)) and not (len(ends) == 2 and all(map(is_number, ends)))
 
 
 def _end_complaints(system: System, space: DesignSpace) -> list[str]:
@@ -254,7 +254,7 @@ def _end_complaints(system: System, space: DesignSpace) -> list[str]:
         if isinstance(variable, Range) and not any(map(_compares, parts)):
             ends = [{variable.path: end} for end in (variable.low, variable.high)]
             ends = [end if space.through is None else space.through(**end) for end in ends]
-            complaints += [said for end in ends for said in refusal(system, end)][:1]
+            complaints += [complaint for end in ends for complaint in refusal(system, end)][:1]
     return complaints
 
 

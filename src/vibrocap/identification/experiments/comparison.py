@@ -118,8 +118,8 @@ def compare(
         begin = clock.perf_counter()
         own = {"intervals": "covariance", **settings, **(options or {}).get(name, {})}
         fits = []
-        for seen, hidden in [(fitted, unseen), *folds]:
-            fits.append(fit(seen, law, held_out=hidden, **own))
+        for visible, hidden in [(fitted, unseen), *folds]:
+            fits.append(fit(visible, law, held_out=hidden, **own))
             done += 1
             report(done / total)
         results = [r for r in fits[0].records if r.held_out]

@@ -118,23 +118,22 @@ def experiment_design(
     Raises ValueError for input that makes no sense, and where no candidate can be driven.
     """
     fitted = law if isinstance(law, Fit) else None
-    if fitted is not None and (fitted.law is None or fitted.problem is None):
-        raise ArgumentError("law", "the fit should be one of this session that found a law")
+    problem = None if fitted is None else fitted.problem
     base: Any = law if fitted is None else fitted.law
+    if fitted is not None and (base is None or problem is None):
+        raise ArgumentError("law", "the fit should be one of this session that found a law")
     if not isinstance(base, Law):
         raise ArgumentError("law", f"should be a friction law with its parameters, or a fit, got {law!r}")
-    if noise is None:
-        if fitted is None:
-            raise ArgumentError("noise", "is missing; should be the standard deviation of the force's error")
-        noise = fitted.rmse
-    if not (np.isfinite(noise) and noise > 0):
+    if noise is None and fitted is None:
+        raise ArgumentError("noise", "is missing; should be the standard deviation of the force's error")
+    noise = fitted.rmse if noise is None and fitted is not None else noise
+    if noise is None or not (np.isfinite(noise) and noise > 0):
         raise ArgumentError("noise", f"should be > 0, got {noise!r}")
     if criterion not in CRITERIA:
         raise ArgumentError("criterion", f"should be 'D' or 'A', got {criterion!r}")
     if not candidates:
         raise ArgumentError("candidates", "there is none")
     names = _names(base, parameters, fitted)
-    problem = None if fitted is None else fitted.problem
     if load is None:
         loads = [1.0] if problem is None else [np.mean(record.load) for record in problem.prediction.records]
         load = float(np.mean(loads))
@@ -144,14 +143,14 @@ def experiment_design(
     if not driven:
         raise ArgumentError("candidates", f"{base.name} can be driven through none of them")
     rated = sorted((_rated(m, names, known, i, criterion) for m, i in driven), key=lambda experiment: -experiment.gain)
-    chosen, so_far = [], known
+    best_motions, so_far = [], known
     for _ in range(min(experiments, len(driven))):
         best = max(((_rated(m, names, so_far, i, criterion), i) for m, i in driven), key=lambda pair: pair[0].gain)
-        chosen.append(best[0])
+        best_motions.append(best[0])
         so_far = so_far + best[1]
     before, after = _deviations(names, known), _deviations(names, so_far)
-    sentences = _sentences(base, names, chosen, before, after)
-    return ExperimentDesign(names, criterion, tuple(chosen), tuple(rated), before, after, sentences)
+    sentences = _sentences(base, names, best_motions, before, after)
+    return ExperimentDesign(names, criterion, tuple(best_motions), tuple(rated), before, after, sentences)
 
 
 def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tuple[str, ...]:
@@ -162,14 +161,14 @@ def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tu
     if parameters is None:
         whole = [name for name in law.shape_parameters if name in numbers and numbers[name] == int(numbers[name])]
         return tuple(name for name in numbers if role(law, name).fitted and name not in whole)
-    chosen = tuple(parameters)
-    for name in chosen:
+    names = tuple(parameters)
+    for name in names:
         if name not in numbers:
             complaint = f"{law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}"
             raise ArgumentError("parameters", complaint)
-    if not chosen:
+    if not names:
         raise ArgumentError("parameters", "there is none")
-    return chosen
+    return names
 
 
 def _information(law: Law, names: Sequence[str], motion: Motion, noise: float, load: float) -> np.ndarray | None:
@@ -214,11 +213,11 @@ def _deviations(names: Sequence[str], information: np.ndarray) -> dict[str, floa
 def _sentences(
     law: Law,
     names: Sequence[str],
-    chosen: Sequence[RatedMotion],
+    best_motions: Sequence[RatedMotion],
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> tuple[str, ...]:
-    sentences = [f"{m.motion.name} determines {', '.join(m.determines)}." for m in chosen if m.determines]
+    sentences = [f"{m.motion.name} determines {', '.join(m.determines)}." for m in best_motions if m.determines]
     still = [name for name in names if after[name] >= LOOSE]
     if still:
         others = "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)

@@ -79,26 +79,26 @@ def choose_terms(
     settings = {"intervals": "covariance", **settings}
     if "terms" in settings:
         raise ArgumentError("terms", "are chosen here; name the candidates in among")
-    chosen: list[str] = []
+    terms: list[str] = []
     tried: list[TriedTerms] = []
-    best_fit = fit(records, law, terms=chosen, **settings)
+    best_fit = fit(records, law, terms=terms, **settings)
     for k in range(MOST if best_fit.ok else 0):
         report(k / MOST)
-        step = _step(best_fit, chosen, among)
-        tried += step[:3] if step else []
+        step = _step(best_fit, terms, among)
+        tried += step[:3]
         if not step or not step[0].gain > SURE:
             break
-        chosen += step[0].terms
-        best_fit = fit(records, best_fit.law, terms=chosen, **settings)
-    return TermChoice(tuple(chosen), tuple(tried), best_fit)
+        terms += step[0].terms
+        best_fit = fit(records, best_fit.law, terms=terms, **settings)
+    return TermChoice(tuple(terms), tuple(tried), best_fit)
 
 
-def _step(found: Fit, chosen: Sequence[str], among: Sequence[str] | None) -> list[TriedTerms]:
+def _step(best_fit: Fit, terms: Sequence[str], among: Sequence[str] | None) -> list[TriedTerms]:
     """What further terms gain, that to take first."""
-    assert found.problem is not None
-    prediction, u = found.problem.prediction, found.problem.best.u
+    assert best_fit.problem is not None
+    prediction, u = best_fit.problem.prediction, best_fit.problem.best.u
     errors = finite(prediction.errors(u))
-    wide, groups = _widened(prediction, errors, chosen, among)
+    wide, groups = _widened(prediction, errors, terms, among)
     if not groups:
         return []
     point = wide.space.begun(u)
@@ -120,27 +120,23 @@ def _step(found: Fit, chosen: Sequence[str], among: Sequence[str] | None) -> lis
 
     base = held_out([])
     assert base is not None
-    singles = _tried([(name,) for name in groups], groups, held_out, base)
-    pairs = _tried(list(itertools.combinations(groups, 2)), groups, held_out, base)
-    best = min(singles, key=lambda each: each[0].held_out, default=None)
-    pair = min(pairs, key=lambda each: each[0].held_out, default=None)
-    first = best
-    if pair and pair[0].gain > SURE:
-        sure = best is None or best[0].gain <= SURE or _gain(best[1], pair[1]) > SURE
-        first = pair if sure else best
-    others = sorted((each[0] for each in (*singles, *pairs) if each is not first), key=lambda each: each.held_out)
+
+    def tried(many: int) -> list[tuple[TriedTerms, np.ndarray]]:
+        """(what they gain, held-out errors) of so many terms at once, where these are possible; the best first."""
+        fits = []
+        for names in itertools.combinations(groups, many):
+            left = held_out([column for name in names for column in groups[name]])
+            if left is not None:
+                fits.append((TriedTerms(names, math.sqrt(float(np.mean(left**2))), _gain(base, left)), left))
+        return sorted(fits, key=lambda one: one[0].held_out)
+
+    singles, pairs = tried(1), tried(2)
+    first = best = next(iter(singles), None)
+    if pairs and pairs[0][0].gain > SURE:
+        sure = best is None or best[0].gain <= SURE or _gain(best[1], pairs[0][1]) > SURE
+        first = pairs[0] if sure else best
+    others = sorted((one[0] for one in (*singles, *pairs) if one is not first), key=lambda terms: terms.held_out)
     return [first[0], *others] if first else []
-
-
-def _tried(sets: Any, groups: dict[str, list[int]], held_out: Any, base: np.ndarray) -> list[Any]:
-    """(what they gain, held-out errors) of sets of terms that are possible."""
-    fits = []
-    for names in sets:
-        left = held_out([column for name in names for column in groups[name]])
-        if left is not None:
-            size = math.sqrt(float(np.mean(left**2)))
-            fits.append((TriedTerms(tuple(names), size, _gain(base, left)), left))
-    return fits
 
 
 def _gain(before: np.ndarray, after: np.ndarray) -> float:
@@ -175,24 +171,24 @@ def _folds(prediction: Prediction) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _widened(
-    prediction: Prediction, errors: np.ndarray, chosen: Sequence[str], among: Sequence[str] | None
+    prediction: Prediction, errors: np.ndarray, terms: Sequence[str], among: Sequence[str] | None
 ) -> tuple[Prediction, dict[str, list[int]]]:
     """The prediction with all further terms at nothing, and the coordinates of each."""
     records = prediction.records
     turning = all(record.rotary for record in records)
-    asked = [name for name, term in TERMS.items() if term.wave is None and (turning or not term.turning)]
-    asked += [DELAY, *RIPPLES]
+    known = [name for name, term in TERMS.items() if term.wave is None and (turning or not term.turning)]
     loads = np.concatenate([np.atleast_1d(record.load) for record in records])
-    asked += [ADHESION] if np.ptp(loads) > 0.0 else []
-    asked = [name for name in (asked if among is None else checked_terms(among, asked, records)) if name not in chosen]
-    waves = {name: strongest_wave(name, prediction, errors) for name in RIPPLES if name in asked}
+    known += [DELAY, *RIPPLES, *([ADHESION] if np.ptp(loads) > 0.0 else [])]
+    candidates = known if among is None else checked_terms(among, known, records)
+    candidates = [name for name in candidates if name not in terms]
+    waves = {name: strongest_wave(name, prediction, errors) for name in RIPPLES if name in candidates}
     lengths = {name: length for name, length in waves.items() if length > 0.0}
     level = data_scales(records).level
-    more = nuisances(prediction.template, records, terms=asked, start="relaxed", level=level, lengths=lengths)
+    more = nuisances(prediction.template, records, terms=candidates, start="relaxed", level=level, lengths=lengths)
     wide = dataclasses.replace(prediction, space=prediction.space.with_more(more))
     names = wide.space.names
     groups = {}
-    for name in asked:
+    for name in candidates:
         parts = [f"{name}_{wave}" for wave in WAVES] if name in RIPPLES else [name]
         if all(part in names for part in parts):
             groups[name] = [names.index(part) for part in parts]

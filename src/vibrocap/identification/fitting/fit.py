@@ -98,7 +98,7 @@ def fit(
     check_one_of("start", start, STARTS)
     fitted, unseen = split_records(records, held_out, load)
     scales = data_scales(fitted)
-    chosen = parametrisation(law, scales, free, fixed, bounds)
+    full = parametrisation(law, scales, free, fixed, bounds)
     require_values(law, free, fixed)
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
@@ -111,7 +111,7 @@ def fit(
         extra = nuisances(choice.template, fitted, level=scales.level, lengths=lengths, **asked)
         space = choice.space.with_more(extra)
         own, conditions = list(by_record), dict(along or {})
-        if choice is not chosen:  # a simpler law has fewer parameters
+        if choice is not full:  # a simpler law has fewer parameters
             own = [name for name in own if name in space.names]
             conditions = {name: what for name, what in conditions.items() if name in space.names}
         differing, more = differing_parameters(space, space.begun(choice.start), fitted, own, conditions)
@@ -121,9 +121,9 @@ def fit(
         return Prediction(choice.template, space, of, own_units, threads, differing=differing)
 
     if ripples := [name for name in asked["terms"] if name in RIPPLES]:
-        without = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
-        lengths |= ripple_lengths(ripples, *without, chosen, settings)
-    prediction, draft = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
+        without = predicted(full, tuple(fitted)), predicted(full, thinned)
+        lengths |= ripple_lengths(ripples, *without, full, settings)
+    prediction, draft = predicted(full, tuple(fitted)), predicted(full, thinned)
     known = checked_priors(priors, prediction.space.names)
     prediction, draft = (dataclasses.replace(part, priors=known) for part in (prediction, draft))
     options = {"method": "driven by the measured motion", "weights": weights, **asked, "load": load}
@@ -132,15 +132,15 @@ def fit(
     own_bounds = {name: tuple(pair) for name, pair in (bounds or {}).items()}
     options |= {"fixed": dict(fixed or {}), "bounds": own_bounds}
     simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds or {}, starts, seed)
-    with reporting(progress, f"Fitting {chosen.template.name}") as report:
-        return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
+    with reporting(progress, f"Fitting {full.template.name}") as report:
+        return solution(prediction, draft, full, settings, unseen, options, begin, report, simpler)
 
 
 def ripple_lengths(
-    names: Sequence[str], prediction: Prediction, draft: Prediction, chosen: Parametrisation, settings: Settings
+    names: Sequence[str], prediction: Prediction, draft: Prediction, full: Parametrisation, settings: Settings
 ) -> dict[str, float]:
     """Wavelengths at which the errors of a fit without ripples have most, by the ripple's name."""
-    first = [draft.space.begun(chosen.start)]
+    first = [draft.space.begun(full.start)]
     end, _ = multistart.drafts(draft, first, starts=settings.starts, loss=Loss(settings.loss), seed=settings.seed)[0]
     errors = finite(prediction.errors(end.u))
     waves = {name: strongest_wave(name, prediction, errors) for name in names}

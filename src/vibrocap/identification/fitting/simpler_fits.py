@@ -31,25 +31,25 @@ class SimplerFits:
     starts: int
     seed: int
 
-    def ends(self, chosen: Parametrisation, loss: Loss) -> list[np.ndarray]:
+    def ends(self, choice: Parametrisation, loss: Loss) -> list[np.ndarray]:
         """Coordinates, nuisances included, of the best drafts of the simpler fits of a choice."""
-        space, ends = self.draft(chosen).space, []
+        space, ends = self.draft(choice).space, []
         if self.bounds:
-            free = self._choice(chosen.template, chosen.space.names)
+            free = self._choice(choice.template, choice.space.names)
             ends.append(dataclasses.replace(self, bounds={}).best(free, loss))
-        for name, values in type(chosen.template).special_cases.items():
-            simpler = self._special_case(chosen, name, values)
+        for name, values in type(choice.template).special_cases.items():
+            simpler = self._special_case(choice, name, values)
             best = None if simpler is None else self.best(simpler, loss)
             if best is not None:
                 ends.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
-        middle = space.named(space.begun(chosen.start))
+        middle = space.named(space.begun(choice.start))
         known = [{k: v for k, v in end.items() if k in middle} for end in ends if end is not None]
         return [space.of({**middle, **end}) for end in known]
 
-    def best(self, chosen: Parametrisation, loss: Loss) -> dict[str, float] | None:
+    def best(self, choice: Parametrisation, loss: Loss) -> dict[str, float] | None:
         """Values by name of the best draft of a choice, its own simpler fits among the starts."""
-        prediction = self.draft(chosen)
-        first, also = [prediction.space.begun(chosen.start)], self.ends(chosen, loss)
+        prediction = self.draft(choice)
+        first, also = [prediction.space.begun(choice.start)], self.ends(choice, loss)
         end, _ = drafts(prediction, first, also, starts=self.starts, loss=loss, seed=self.seed)[0]
         return None if end.status == SearchStatus.FAILED else prediction.space.named(end.u)
 
@@ -64,10 +64,10 @@ class SimplerFits:
         return parametrisation(type(template), self.scales, names, held, bounds)
 
     def _special_case(
-        self, chosen: Parametrisation, name: str, values: Mapping[str, float | str]
+        self, choice: Parametrisation, name: str, values: Mapping[str, float | str]
     ) -> Parametrisation | None:
         """The choice of a simpler law; None where what is held does not allow it."""
-        template, free = chosen.template, chosen.space.names
+        template, free = choice.template, choice.space.names
         for own, value in values.items():
             wanted = getattr(template, value) if isinstance(value, str) else value
             if own not in free and getattr(template, own) != wanted:

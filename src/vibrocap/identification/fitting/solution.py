@@ -49,7 +49,7 @@ class Settings:
 def solution(
     prediction: Prediction,
     draft: Prediction,
-    chosen: Parametrisation,
+    choice: Parametrisation,
     settings: Settings,
     unseen: Sequence[Samples],
     options: Mapping[str, Any],
@@ -68,14 +68,14 @@ def solution(
         few = f"have {prediction.size} samples for {len(space.coordinates)} free parameters"
         raise ArgumentError("records", f"{few}; more samples are needed")
     # the last one is the centre of the other starts
-    first = [space.begun(u) for u in (chosen.own_start, chosen.start) if u is not None]
+    first = [space.begun(u) for u in (choice.own_start, choice.start) if u is not None]
     rule = Loss(settings.loss, settings.loss_scale or 1.0)
     if settings.loss != "linear" and settings.loss_scale is None:
         linear = descent(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
         rule = Loss(settings.loss, robust_scale(linear.errors))
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
-    further = simpler.ends(chosen, rule) if simpler is not None else []
+    further = simpler.ends(choice, rule) if simpler is not None else []
     how: dict[str, Any] = {"starts": settings.starts, "seed": settings.seed, "loss": rule, "report": report}
     best, ended = search(prediction, draft, first, further, **how)
     if best.status == SearchStatus.FAILED:

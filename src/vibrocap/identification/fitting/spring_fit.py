@@ -296,11 +296,11 @@ def spring_fit(
     rise = abs(float(np.ptp(samples.force)))
     rates = [abs(math.log(after.speed / before.speed)) for before, after in itertools.pairwise(steps)]
     effect = 0.7 * rise / max(rates) / scales.load
-    chosen = parametrisation(law, scales, free, held, bounds)
+    choice = parametrisation(law, scales, free, held, bounds)
     distance = relaxation_distance(samples, steps)
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
-    start = chosen.space.named(chosen.start)
-    chosen = dataclasses.replace(chosen, start=chosen.space.of(start | {k: v for k, v in guess.items() if k in start}))
+    start = choice.space.named(choice.start)
+    choice = dataclasses.replace(choice, start=choice.space.of(start | {k: v for k, v in guess.items() if k in start}))
     extra = []
     if machine_stiffness is None:
         spring = 2.0 * rise / distance
@@ -309,11 +309,11 @@ def spring_fit(
     if drift:
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
         extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0, nuisance=True))
-    space = chosen.space.with_more(tuple(extra))
-    chosen = dataclasses.replace(chosen, space=space, start=space.begun(chosen.start), own_start=None)
+    space = choice.space.with_more(tuple(extra))
+    choice = dataclasses.replace(choice, space=space, start=space.begun(choice.start), own_start=None)
     imposed: dict[str, Any] = {"program": steps, "machine_stiffness": machine_stiffness}
-    prediction = SpringPrediction(chosen.template, space, (samples,), (samples.deviation,), **imposed)
+    prediction = SpringPrediction(choice.template, space, (samples,), (samples.deviation,), **imposed)
     options = {"method": "pulled through a spring", "program": [(step.time, step.speed) for step in steps]}
     options |= {"machine_stiffness": machine_stiffness, "drift": drift, "load": load, "fixed": held}
-    with reporting(progress, f"Fitting {chosen.template.name}") as report:
-        return solution(prediction, prediction, chosen, settings, (), options, begin, report)
+    with reporting(progress, f"Fitting {choice.template.name}") as report:
+        return solution(prediction, prediction, choice, settings, (), options, begin, report)

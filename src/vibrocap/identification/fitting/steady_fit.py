@@ -55,38 +55,38 @@ def steady_fit(
     parts = split_records(records, held_out, load)
     fitted, unseen = ([_moving(record, least_speed) for record in part] for part in parts)
     scales = data_scales(fitted)
-    chosen = parametrisation(law, scales, free, fixed, bounds)
-    prediction = SteadyPrediction(chosen.template, chosen.space, tuple(fitted), units(fitted, weights))
-    slopes = prediction.slopes(chosen.start)
-    shown = [name for name, column in zip(chosen.space.names, slopes.T, strict=True) if np.abs(column).max() > 1e-9]
-    if free is not None and len(shown) < len(chosen.space.names):
-        hidden = next(name for name in chosen.space.names if name not in shown)
+    full = parametrisation(law, scales, free, fixed, bounds)
+    prediction = SteadyPrediction(full.template, full.space, tuple(fitted), units(fitted, weights))
+    slopes = prediction.slopes(full.start)
+    shown = [name for name, column in zip(full.space.names, slopes.T, strict=True) if np.abs(column).max() > 1e-9]
+    if free is not None and len(shown) < len(full.space.names):
+        hidden = next(name for name in full.space.names if name not in shown)
         raise ArgumentError("free", f"{hidden} does not change the steady curve; fit the driven law for it")
     if not shown:
-        raise ArgumentError("law", f"no parameter of {chosen.template.name} changes the steady curve at these speeds")
+        raise ArgumentError("law", f"no parameter of {full.template.name} changes the steady curve at these speeds")
     # a static level that is not shown must not be held below the Coulomb level that is searched: it goes along
-    leaders = leading_levels(chosen.template)
-    searched = [name for name in chosen.space.names if name in shown or leaders.get(name) in shown]
-    hidden = [name for name in chosen.space.names if name not in searched]
+    leaders = leading_levels(full.template)
+    searched = [name for name in full.space.names if name in shown or leaders.get(name) in shown]
+    hidden = [name for name in full.space.names if name not in searched]
     if hidden:
         kept = {name: pair for name, pair in (bounds or {}).items() if name in searched}
-        chosen = parametrisation(law, scales, searched, fixed, kept)
+        full = parametrisation(law, scales, searched, fixed, kept)
     own_units, asked = units(fitted, weights), checked_terms(terms, (), fitted)
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> SteadyPrediction:
         extra = nuisances(choice.template, fitted, terms=asked, start="relaxed", level=scales.level)
         return SteadyPrediction(choice.template, choice.space.with_more(extra), of, own_units)
 
-    prediction = predicted(chosen, tuple(fitted))
+    prediction = predicted(full, tuple(fitted))
     every = max(1, prediction.size // DRAFT)
     thinned = tuple(record.kept(slice(None, None, every)) for record in fitted)
 
     options = {"method": "steady curve", "weights": weights, "terms": asked, "least_speed": least_speed}
     options |= {"load": load, "fixed": dict(fixed or {}), "not_shown": hidden}
-    draft = predicted(chosen, thinned)
+    draft = predicted(full, thinned)
     simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds or {}, starts, seed)
-    with reporting(progress, f"Fitting {chosen.template.name}") as report:
-        return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
+    with reporting(progress, f"Fitting {full.template.name}") as report:
+        return solution(prediction, draft, full, settings, unseen, options, begin, report, simpler)
 
 
 def _moving(record: Samples, least_speed: float) -> Samples:

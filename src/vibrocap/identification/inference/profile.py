@@ -243,7 +243,7 @@ def with_intervals(
 def spread_of(prediction: Prediction, best: Minimum, rule: Loss) -> Uncertainty:
     """The uncertainty at a minimum of a prediction."""
     counts = prediction.counts
-    errors = [each[count] for each, count in zip(prediction.by_record(best.errors), counts, strict=True)]
+    errors = [error[count] for error, count in zip(prediction.by_record(best.errors), counts, strict=True)]
     slopes, known = np.split(best.slopes, [prediction.size])
     return uncertainty(errors, slopes[np.concatenate(counts)], prediction.space.slopes(best.u), rule, known)
 

@@ -33,7 +33,7 @@ class Uncertainty:
     threshold [p]: t such that the interval of a parameter (95 %) ends where 2 (cost - least cost) = s^2 t^2; the
         quantile of Student's t for n/tau - p degrees of freedom, times sqrt(tau).
     covariance [p, p]: of the parameters, with the inflation; huge along what the data do not determine.
-    tau: correlation time of each record's errors in samples; effective: sum of the records' n/tau.
+    effective: sum of the records' n/tau, with the correlation time of each record's errors.
     known [p]: share of what is known of each parameter that the priors contribute, 0 to 1.
     """
 
@@ -41,7 +41,6 @@ class Uncertainty:
     inflation: np.ndarray
     threshold: np.ndarray
     covariance: np.ndarray
-    tau: tuple[float, ...]
     effective: float
     known: np.ndarray
 
@@ -78,9 +77,8 @@ def uncertainty(
     root = np.sqrt(inflation)
     covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)
     threshold = stdtrit(spare, 0.5 + 0.5 * LEVEL) * root
-    tau = tuple(correlation_time(error) for error in errors)
-    effective = sum(len(error) / t for error, t in zip(errors, tau, strict=True))
-    return Uncertainty(unit, inflation, threshold, covariance, tau, effective, known)
+    effective = sum(len(error) / correlation_time(error) for error in errors)
+    return Uncertainty(unit, inflation, threshold, covariance, effective, known)
 
 
 def _own_share(slopes: np.ndarray, base: np.ndarray, to_parameters: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ laws that can exist, and one step is about as large as another.
 """
 
 import dataclasses
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -125,7 +125,10 @@ class Space:
         u = np.asarray(u, float)
         values = np.empty_like(u)
         for i, coordinate in enumerate(self.coordinates):
-            values[..., i] = coordinate.value(u[..., i], self._partner(coordinate, values))
+            partner: Any = self.constants.get(coordinate.partner, 1.0)
+            if coordinate.partner in self.names:
+                partner = values[..., self.names.index(coordinate.partner)]
+            values[..., i] = coordinate.value(u[..., i], partner)
         searched = [i for i, name in enumerate(self.names) if name in self.shares]
         if searched:
             room = LARGEST_SUM - sum(self.constants[name] for name in self.shares if name not in self.names)
@@ -178,8 +181,3 @@ class Space:
         # the led one may have followers of its own: they keep their place after it
         order = [swapped.get(coordinate.name, coordinate) for coordinate in self.coordinates]
         return dataclasses.replace(self, coordinates=tuple(order))
-
-    def _partner(self, coordinate: Coordinate, values: np.ndarray) -> np.ndarray | float:
-        if coordinate.partner in self.names:
-            return values[..., self.names.index(coordinate.partner)]
-        return self.constants.get(coordinate.partner, 1.0)

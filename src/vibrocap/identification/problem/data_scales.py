@@ -63,18 +63,16 @@ def data_scales(all_samples: Sequence[Samples]) -> DataScales:
         stiffness=_stiffness(all_samples, level),
         step=max(float(np.quantile(steps[steps > 0], 0.05)), 1e-300),
         interval=float(np.median(np.concatenate([np.diff(sample.time) for sample in all_samples]))),
-        noise=_noise(all_samples),
+        noise=noise_of(np.concatenate([np.diff(sample.force, 2) for sample in all_samples])),
         drop_speed=_drop_speed(velocity, force, speed, level),
     )
 
 
-def _noise(all_samples: Sequence[Samples]) -> float:
-    """Robust standard deviation of second differences of the force, which a smooth force does not have."""
-    return noise_of(np.concatenate([np.diff(sample.force, 2) for sample in all_samples]))
-
-
 def noise_of(second: np.ndarray) -> float:
-    """Standard deviation of white noise of which these are second differences, from their median."""
+    """Standard deviation of white noise of which these are second differences, which a smooth force does not have.
+
+    From their median.
+    """
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
 
 

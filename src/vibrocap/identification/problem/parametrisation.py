@@ -68,32 +68,32 @@ def parametrisation(
     Raises ValueError: unknown names (with the nearest), bounds reversed, a start outside them, nothing free.
     """
     cls = law_class(law)
-    given = isinstance(law, Law)
-    template = law if given else cls()
+    is_instance = isinstance(law, Law)
+    template = law if is_instance else cls()
     fixed, bounds = dict(fixed or {}), dict(bounds or {})
     names = [info.name for info in parameter_table(cls) if _is_number(getattr(template, info.name))]
-    chosen = _free_names(template, names, free, fixed, bounds)
+    free_names = _free_names(template, names, free, fixed, bounds)
     limits = {name: _limits(cls, name) for name in names}
     kinds = {name: role(cls, name) for name in names}
     leaders = {high: low for high, low in leading_levels(cls).items() if low in names and high in names}
     partners = {low: high for high, low in leaders.items()}
     own = {name: float(getattr(template, name)) for name in names}
-    if not given:  # a convention of a law without numbers of its own: a size that suits the data
+    if not is_instance:  # a convention of a law without numbers of its own: a size that suits the data
         sized = [name for name in with_role(cls, "reference velocity", "cutoff velocity") if name in names]
         own |= {name: kinds[name].share * scales.natural(kinds[name].dimension) for name in sized}
     start = {**own, **{name: float(value) for name, value in fixed.items()}}
     forward = bool(with_role(cls, "back ratio"))
-    guessed = {name: _guess(kinds[name], own[name], scales, forward) for name in chosen}
-    springs = [name for name in chosen if kinds[name].name == "stiffness"]
+    guessed = {name: _guess(kinds[name], own[name], scales, forward) for name in free_names}
+    springs = [name for name in free_names if kinds[name].name == "stiffness"]
     for name in springs:  # springs in parallel share the stiffness in the proportions that the law has
         guessed[name] *= own[name] / sum(own[spring] for spring in springs)
-    for name in chosen:  # a static level is guessed over its Coulomb level
+    for name in free_names:  # a static level is guessed over its Coulomb level
         partner = leaders.get(name)
         if partner:
             guessed[name] = guessed.get(partner, start[partner]) * min(max(scales.peak, 1.05), 3.0)
     coordinates, constants = [], {}
     coarse = any(kind.name == "gap" for kind in kinds.values())
-    for name in sorted(chosen, key=lambda name: name in leaders):  # each partner before what depends on it
+    for name in sorted(free_names, key=lambda name: name in leaders):  # each partner before what depends on it
         partner, led = leaders.get(name), partners.get(name)
         coordinate = _coordinate(name, kinds[name], limits[name], guessed[name], scales, bounds.get(name))
         if name in bounds:
@@ -101,7 +101,7 @@ def parametrisation(
         elif partner:
             changes = {"form": "above", "partner": partner, "low": 0.0, "high": math.inf, "whose": RATIOS}
             constants[partner] = start[partner]
-        elif led and led not in chosen:
+        elif led and led not in free_names:
             changes = {"form": "below", "partner": led, "whose": RATIOS}
             constants[led] = start[led]
         else:
@@ -113,13 +113,13 @@ def parametrisation(
         coordinates.append(coordinate)
     shares = tuple(name for name in with_role(cls, "share") if name in names)
     constants |= {name: start[name] for name in shares}
-    space = Space(tuple(coordinates), {k: v for k, v in constants.items() if k not in chosen}, shares)
-    for coordinate in coordinates if given else ():
+    space = Space(tuple(coordinates), {k: v for k, v in constants.items() if k not in free_names}, shares)
+    for coordinate in coordinates if is_instance else ():
         name, low, high = coordinate.name, coordinate.low, coordinate.high
         if name in bounds and not low <= own[name] <= high:
             outside = f"{name} starts at {own[name]:g}, outside its bounds {low:g} to {high:g}"
             raise ArgumentError("bounds", f"{outside}; start the law within them")
-    own_start = space.of({**start, **{name: own[name] for name in chosen}}) if given else None
+    own_start = space.of({**start, **{name: own[name] for name in free_names}}) if is_instance else None
     u = space.of({**start, **guessed})
     values = space.named(u)
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
@@ -174,16 +174,18 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
             raise ArgumentError("bounds", f"{name} should have its lower bound first, got {low!r} and {high!r}")
     if free is None:
         shapes = [name for name in template.shape_parameters if getattr(template, name) == int(getattr(template, name))]
-        chosen = [name for name in names if name not in fixed and name not in shapes]
-        chosen = [name for name in chosen if isinstance(getattr(template, name), float) and role(template, name).fitted]
+        free_names = [name for name in names if name not in fixed and name not in shapes]
+        free_names = [
+            name for name in free_names if isinstance(getattr(template, name), float) and role(template, name).fitted
+        ]
     else:
-        chosen = [name for name in names if name in set(free)]
-        both = [name for name in chosen if name in fixed]
+        free_names = [name for name in names if name in set(free)]
+        both = [name for name in free_names if name in fixed]
         if both:
             raise ArgumentError("free", f"{both[0]} is also in fixed; name it in one of them")
-    if not chosen:
+    if not free_names:
         raise ArgumentError("free", f"no parameter of {template.name} is free; there are {', '.join(names)}")
-    return chosen
+    return free_names
 
 
 def _limits(cls: Any, name: str) -> tuple[float, float, bool]:

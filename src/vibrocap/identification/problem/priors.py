@@ -34,14 +34,14 @@ class Prior:
     pull: float = 0.0
 
 
-def checked_priors(given: Mapping[str, Any] | None, names: Sequence[str]) -> tuple[Prior, ...]:
+def checked_priors(known: Mapping[str, Any] | None, names: Sequence[str]) -> tuple[Prior, ...]:
     """Priors from {name: (mean, standard deviation)} of names that are searched, or ArgumentError."""
     priors = []
-    for name, pair in (given or {}).items():
+    for name, pair in (known or {}).items():
         if name not in names:
             raise ArgumentError("priors", f"{name!r} is not searched; {suggestion(name, names)}")
         try:
-            mean, deviation = (float(each) for each in pair)
+            mean, deviation = (float(number) for number in pair)
         except (TypeError, ValueError):
             mean = deviation = math.nan
         if not (math.isfinite(mean) and 0.0 < deviation < math.inf):

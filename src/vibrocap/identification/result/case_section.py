@@ -37,17 +37,12 @@ def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
         if not isinstance(value, float):
             continue
         if info.dimension is None:
-            raise ArgumentError(
-                info.name,
-                f"has no known dimension, so that it cannot be converted; declare its role or its unit, "
-                f'as in parameter(..., unit="N s/m"), unit="1" for a pure number, in {type(law).__name__}',
-            )
+            declared = f'as in parameter(..., unit="N s/m"), unit="1" for a pure number, in {type(law).__name__}'
+            unknown = "has no known dimension, so that it cannot be converted"
+            raise ArgumentError(info.name, f"{unknown}; declare its role or its unit, {declared}")
         if info.dimension.coefficient and not known_load:
-            raise ArgumentError(
-                "normal_force",
-                f"is not known, so that {info.name} is a force in N; "
-                "give the normal force of the records for a law in the units of a case",
-            )
+            advice = "give the normal force of the records for a law in the units of a case"
+            raise ArgumentError("normal_force", f"is not known, so that {info.name} is a force in N; {advice}")
         values[info.name] = value / scales.of(info.dimension)
     return with_values(law, values)
 
@@ -77,13 +72,6 @@ def case_section(law: Any, in_si: bool = False, known_load: bool = True) -> str:
         if value is None:  # a part of the law that is not there
             continue
         key = one_way(keys, info.name)
-        lines.append(f"{forces.get(info.name, info.name if key is None else key.key)} = {_toml(value)}")
+        text = json.dumps(value, ensure_ascii=False) if isinstance(value, (bool, int, str)) else repr(float(value))
+        lines.append(f"{forces.get(info.name, info.name if key is None else key.key)} = {text}")
     return "\n".join(lines) + "\n"
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    return str(value) if isinstance(value, int) else repr(float(value))

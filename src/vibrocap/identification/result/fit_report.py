@@ -75,7 +75,10 @@ def finished_fit(
         for name, interval in intervals.items():
             low = -math.inf if interval.low < 0 else 0.0
             intervals[name] = dataclasses.replace(interval, low=low, high=math.inf, low_open=True, high_open=True)
-    results = _results(prediction, best, held_out, options.get("start", ""))
+    results = [_result(prediction, best.u, k, False, 0) for k in range(len(prediction.records))]
+    for record in held_out:
+        hidden, u, begun = _begun(prediction.of([record], [record.deviation]), best.u, options.get("start", ""))
+        results.append(_result(hidden, u, 0, True, begun))
     fitted = [result for result in results if not result.held_out]
     unseen = [result for result in results if result.held_out]
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
@@ -166,14 +169,6 @@ def _judged(
     )
 
 
-def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], start: str) -> list[RecordResult]:
-    results = [_result(prediction, best.u, k, False, 0) for k in range(len(prediction.records))]
-    for record in held_out:
-        unseen, u, begun = _begun(prediction.of([record], [record.deviation]), best.u, start)
-        results.append(_result(unseen, u, 0, True, begun))
-    return results
-
-
 def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool, begun: int) -> RecordResult:
     """What a fit makes of a record, judged from sample number `begun` on."""
     record, forces = prediction.records[which], prediction.forces(u, which)[0]
@@ -213,18 +208,16 @@ def _identifiability(problem: Problem, values: Mapping[str, float], all_of: Mapp
     space, names = prediction.space, prediction.law_names
     to_parameters = np.linalg.inv(space.slopes(best.u))
     columns = [space.names.index(name) for name in names]
-    amounts = [_amount(space.coordinates[j], values[space.names[j]]) for j in columns]
+    amounts = []
+    for coordinate in (space.coordinates[j] for j in columns):  # of an e-fold, or the least visible one at zero
+        value, near_zero = values[coordinate.name], coordinate.form in ("foot", "linear")
+        amounts.append(max(abs(value), coordinate.scale) if near_zero else value)
     weighted = np.sqrt(problem.loss.slope(best.errors))[:, None] * best.slopes
     slopes = weighted @ to_parameters[:, columns] * amounts
     others = [j for j in range(len(space.names)) if j not in columns]
     intervals = {name: all_of[name] for name in names}
     spread = (problem.uncertainty.unit, float(np.median(problem.uncertainty.inflation)))
     return identifiability(prediction.template, names, slopes, weighted[:, others], *spread, intervals)
-
-
-def _amount(coordinate: Any, value: float) -> float:
-    """What counts as one e-fold of a parameter: itself, or the smallest visible amount of one that is zero."""
-    return max(abs(value), coordinate.scale) if coordinate.form in ("foot", "linear") else value
 
 
 def _from_covariance(value: float, error: float, threshold: float, coordinate: Coordinate) -> Interval:

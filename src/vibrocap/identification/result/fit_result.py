@@ -76,7 +76,6 @@ class FittedParameter:
 
     @property
     def determined(self) -> bool:
-        """Whether the data determine it."""
         return self.verdict == Verdict.DETERMINED
 
     def __contains__(self, value: float) -> bool:
@@ -116,7 +115,6 @@ class RecordResult:
 
     @property
     def samples(self) -> int:
-        """How many there are."""
         return len(self.time)
 
 
@@ -185,8 +183,8 @@ class Fit(Result):
     @property
     def provenance(self) -> dict[str, str]:
         """Versions of what made it."""
-        names = ("vibrocap", "numpy", "scipy")
-        return {name: version(name) for name in names} | {"python": platform.python_version()}
+        versions = {name: version(name) for name in ("vibrocap", "numpy", "scipy")}
+        return versions | {"python": platform.python_version()}
 
     @property
     def heading(self) -> str:
@@ -214,10 +212,10 @@ class Fit(Result):
         return self.law is not None
 
     def __getitem__(self, name: str) -> FittedParameter:
-        for parameter in (*self.parameters, *self.nuisances):
-            if parameter.name == name:
-                return parameter
-        raise KeyError(f"{name!r}; there are {', '.join(p.name for p in (*self.parameters, *self.nuisances))}")
+        by_name = {parameter.name: parameter for parameter in (*self.parameters, *self.nuisances)}
+        if name not in by_name:
+            raise KeyError(f"{name!r}; there are {', '.join(by_name)}")
+        return by_name[name]
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -247,28 +245,24 @@ class Fit(Result):
         """The fit as text, for a terminal."""
         if not self.ok:
             return f"{self.law_name}: {self.status}"
-        lines = [f"{self.law_name}: {self.status}, relative RMSE {_percent(self.relative_rmse)}"]
-        lines[0] += f" ({self.rmse:.4g} {self.units.force})"
+        head = f"{self.law_name}: {self.status}, relative RMSE {_percent(self.relative_rmse)}"
+        head += f" ({self.rmse:.4g} {self.units.force})"
         if not math.isnan(self.held_out_relative_rmse):
-            lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
-            lines[0] += " (worse than a constant)" if self.held_out_relative_rmse >= 1.0 else ""
-        for chapter in self.chapters:
-            lines += ["", *chapter.lines()]
-        if self.options.get("not_shown"):
-            names = ", ".join(self.options["not_shown"])
-            lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]
-        if self.options.get("machine_stiffness") is not None:
-            spring = number(self.options["machine_stiffness"], 4)
-            lines += ["", f"Pulled through a spring of {spring} N/m, which was held."]
-        if self.options.get("guessed_units"):
-            said = ", ".join(f"{name} in {unit}" for name, unit in self.options["guessed_units"].items())
-            lines += ["", f"Units that neither the files nor the settings say were taken as SI: {said}."]
-        lines += [
-            "",
+            head += f", held out {_percent(self.held_out_relative_rmse)}"
+            head += " (worse than a constant)" if self.held_out_relative_rmse >= 1.0 else ""
+        parts = [head, *("\n".join(chapter.lines()) for chapter in self.chapters)]
+        if hidden := ", ".join(self.options.get("not_shown", ())):
+            parts.append(f"The steady curve does not show {hidden}: held at the values that the law came with.")
+        if (spring := self.options.get("machine_stiffness")) is not None:
+            parts.append(f"Pulled through a spring of {number(spring, 4)} N/m, which was held.")
+        if guessed := self.options.get("guessed_units"):
+            units = ", ".join(f"{name} in {unit}" for name, unit in guessed.items())
+            parts.append(f"Units that neither the files nor the settings say were taken as SI: {units}.")
+        parts.append(
             f"Relative to the standard deviation of the {self.units.force_name}. {self.samples:,} samples, "
-            f"{len(self.starts)} starts, {self.seconds:.1f} s.",
-        ]
-        return "\n".join(lines)
+            f"{len(self.starts)} starts, {self.seconds:.1f} s."
+        )
+        return "\n\n".join(parts)
 
     def save(self, folder: str | Path, scales: PendulumScales | None = None) -> tuple[Path, Path]:
         """Write fit.json and friction.toml into a folder, which is made; their paths.
@@ -277,16 +271,15 @@ class Fit(Result):
         Raises ValueError where the fit found no law, and for scales where the normal force is not known; WriteError
         where the folder does not take them.
         """
-        if not self.ok:
+        if self.law is None:
             raise ArgumentError("fit", f"has no law to save; {self.status}")
-        assert self.law is not None
-        if scales is not None and self.options.get("rotary"):
+        rotary, known_load = (bool(self.options.get(name)) for name in ("rotary", "known_load"))
+        if scales is not None and rotary:
             raise ArgumentError("scales", "are for a contact that slides; the records are of one that turns")
-        law = self.law if scales is None else dimensionless(self.law, scales, bool(self.options.get("known_load")))
+        law = self.law if scales is None else dimensionless(self.law, scales, known_load)
         folder = made_folder(folder)
         paths = folder / "fit.json", folder / "friction.toml"
         write_text(paths[0], json_text(self) + "\n")
-        rotary, known_load = bool(self.options.get("rotary")), bool(self.options.get("known_load"))
         section = case_section(law, in_si=scales is None and not rotary, known_load=known_load)
         write_text(paths[1], heading(scales, rotary, known_load) + section)
         return paths

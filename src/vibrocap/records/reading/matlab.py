@@ -50,13 +50,13 @@ def mat_files(paths: Sequence[Path]) -> list[dict[str, Any]]:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, timeout=LONGEST * len(names), check=False
         )
-        said, late = done.stdout, False
+        output, late = done.stdout, False
     except subprocess.TimeoutExpired as error:
-        said, late = error.stdout or b"", True
+        output, late = error.stdout or b"", True
     files, at = [], 0
     for path in paths:
-        kind, size = said[at : at + 1], int.from_bytes(said[at + 1 : at + 9], "little")
-        content, at = said[at + 9 : at + 9 + size], at + 9 + size
+        kind, size = output[at : at + 1], int.from_bytes(output[at + 1 : at + 9], "little")
+        content, at = output[at + 9 : at + 9 + size], at + 9 + size
         if kind == _REFUSAL and len(content) == size:
             raise RecordError(json.loads(content), str(path))
         if kind != _CONTENT or len(content) < size:
@@ -126,8 +126,8 @@ def content_of(path: Path) -> dict[str, Any]:
 
 
 def _variables_7_3(path: Path) -> dict[str, Any]:
-    if said := lacking("h5py"):
-        wanted = f"is a .mat of version 7.3 (HDF5), which {said}, or save it in MATLAB with the option '-v7'"
+    if advice := lacking("h5py"):
+        wanted = f"is a .mat of version 7.3 (HDF5), which {advice}, or save it in MATLAB with the option '-v7'"
         raise RecordError([wanted], str(path))
     import h5py
 
@@ -184,6 +184,6 @@ def _unpacked_size(path: Path) -> int:
 
 if __name__ == "__main__":
     arrays.MOST_BYTES = int(sys.argv[1])
-    for each in sys.argv[2:]:
-        sys.stdout.buffer.write(_answer(Path(each)))
+    for path in sys.argv[2:]:
+        sys.stdout.buffer.write(_answer(Path(path)))
         sys.stdout.buffer.flush()

@@ -131,24 +131,24 @@ def _pieces(
 ) -> list[dict[str, Any]]:
     """The fields of each record but its name: one, or one for each stretch that is whole; none with complaints."""
     parts: list[str] = []
-    chosen = choices(table, columns, units, parts)
+    by_quantity = choices(table, columns, units, parts)
     if interval is not None:
         if "time" in columns:
             parts.append("dt, sampling_rate: are for files without a column of time; columns names one")
-        chosen.pop("time", None)
+        by_quantity.pop("time", None)
     if normal_force is not None:
-        chosen.pop("normal_force", None)
-    for quantity in sorted(called for called in units if base_quantity(called) not in chosen):
+        by_quantity.pop("normal_force", None)
+    for quantity in sorted(called for called in units if base_quantity(called) not in by_quantity):
         parts.append(f"units: {quantity}: is given, but there is no such column; {_there_is(table)}")
-    rotary = turns(chosen, parts)
-    if faults := table.faults_in(choice.column for choice in chosen.values()):
+    rotary = turns(by_quantity, parts)
+    if faults := table.faults_in(choice.column for choice in by_quantity.values()):
         raise RecordError(shortened([*parts, *faults]), table.source)
     if parts:
         wrong += parts
         return []
-    values = values_in_si(table, chosen, area, normal_force, parts)
-    remarks = list(notes(chosen, values))
-    if "time" not in chosen:
+    values = values_in_si(table, by_quantity, area, normal_force, parts)
+    remarks = list(notes(by_quantity, values))
+    if "time" not in by_quantity:
         step, how = (interval, "as given") if interval is not None else _interval(table)
         if step is None:
             parts.append(
@@ -158,9 +158,9 @@ def _pieces(
         else:
             values["time"] = step * np.arange(max(map(len, table.columns.values()), default=0))
             remarks.append(f"time: {step:.10g} s between samples, {how}")
-    if "force" not in chosen:
+    if "force" not in by_quantity:
         parts.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
-    if "velocity" not in chosen and "displacement" not in chosen:
+    if "velocity" not in by_quantity and "displacement" not in by_quantity:
         parts.append(f"columns: velocity, displacement: no column has a usual name; name one; {_there_is(table)}")
     pieces = [slice(None)]
     if not parts:
@@ -177,7 +177,7 @@ def _pieces(
         wrong += parts
         return []
     others = {key: value for key, value in table.scalars.items() if key.lower() not in (*INTERVALS, *RATES)}
-    guessed = {quantity: choice.unit.name for quantity, choice in chosen.items() if choice.unit_guessed}
+    guessed = {quantity: choice.unit.name for quantity, choice in by_quantity.items() if choice.unit_guessed}
     settings = {"rotary": rotary, "guessed_units": guessed, "notes": tuple(remarks)}
     settings |= {"source": table.source, "conditions": others}
     return [

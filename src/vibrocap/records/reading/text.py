@@ -49,8 +49,8 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
 def workbook_tables(path: Path, record_column: str | int | None = None) -> list[Table]:
     """The tables of an Excel workbook, read as if its cells were those of a text: of each sheet that is not empty."""
     check_plain(path)
-    if said := lacking("openpyxl"):
-        raise RecordError([f"is a workbook, which {said}, or save it as .csv"], str(path))
+    if advice := lacking("openpyxl"):
+        raise RecordError([f"is a workbook, which {advice}, or save it as .csv"], str(path))
     import openpyxl
 
     try:

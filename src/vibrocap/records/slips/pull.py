@@ -224,42 +224,46 @@ def _pulls(
 ) -> list[PulledRecord]:
     """The record in a table of columns, or one for each column where none has a usual name."""
     wrong: list[str] = []
-    chosen = choices(table, columns, units, wrong)
+    by_quantity = choices(table, columns, units, wrong)
     if wrong:
         raise RecordError(wrong, table.source)
-    if "time" not in chosen:
+    if "time" not in by_quantity:
         rate = rate or next((v for k, v in table.scalars.items() if k.lower() in RATES and v > 0), None)
         rate = rate or next((1.0 / v for k, v in table.scalars.items() if k.lower() in INTERVALS and v > 0), None)
         if rate is None:
             reason = f"columns: time: {missing('time', table)}; name it, or give sampling_rate"
             raise RecordError([reason], table.source)
-    forces = {table.name: chosen["force"].column} if "force" in chosen else {name: name for name in table.columns}
-    if "force" not in chosen and ("time" in chosen or not table.named):
+    forces = (
+        {table.name: by_quantity["force"].column} if "force" in by_quantity else {name: name for name in table.columns}
+    )
+    if "force" not in by_quantity and ("time" in by_quantity or not table.named):
         reason = f"columns: force: {missing('force', table)}; name it"
         raise RecordError([reason], table.source)
-    used = [*forces.values(), *([chosen["time"].column] if "time" in chosen else [])]
-    if faults := table.faults_in(used):
+    if faults := table.faults_in([*forces.values(), *([by_quantity["time"].column] if "time" in by_quantity else [])]):
         raise RecordError(shortened(faults), table.source)
-    given = unit_named(units["force"]) if "force" in units else None
-    unit = chosen["force"].unit if "force" in chosen else given or si_unit("force")
+    stated = unit_named(units["force"]) if "force" in units else None
+    unit = by_quantity["force"].unit if "force" in by_quantity else stated or si_unit("force")
     if unit.dimension not in ("force", "number"):
         reason = f"units: force: should be a force or 1 for a coefficient, got {unit.name}, a {unit.dimension}"
         raise RecordError([reason], table.source)
     known = ((field, name) for field, name in CONDITIONS.items() if name in table.scalars)
     settings: dict[str, Any] = {field: table.scalars[name] for field, name in known}
-    silent = [q for q, choice in chosen.items() if q in ("time", "force") and choice.unit_guessed]
-    silent += ["force"] if "force" not in chosen and given is None else []
+    silent = [q for q, choice in by_quantity.items() if q in ("time", "force") and choice.unit_guessed]
+    silent += ["force"] if "force" not in by_quantity and stated is None else []
     assumed = [f"{', '.join(sorted(silent))}: the unit is nowhere said, taken as SI"] if silent else []
     pulled_records = []
     for name, column in forces.items():
         force = np.asarray(table.columns[column], dtype=np.float64) * unit.factor
-        if "time" in chosen:
-            time = np.asarray(table.columns[chosen["time"].column], dtype=np.float64) * chosen["time"].unit.factor
-            how = f"time: column {chosen['time'].column!r} in {chosen['time'].unit.name}"
+        if "time" in by_quantity:
+            time = (
+                np.asarray(table.columns[by_quantity["time"].column], dtype=np.float64)
+                * by_quantity["time"].unit.factor
+            )
+            how = f"time: column {by_quantity['time'].column!r} in {by_quantity['time'].unit.name}"
         else:
             time, how = np.arange(len(force)) / (rate or 1.0), f"time: {rate:.6g} samples a second"
         coefficient = unit.dimension == "number"
-        said = "a friction coefficient" if coefficient else unit.name
-        own, notes = settings | {"coefficient": coefficient}, (how, f"force: column {column!r} in {said}", *assumed)
+        words = "a friction coefficient" if coefficient else unit.name
+        own, notes = settings | {"coefficient": coefficient}, (how, f"force: column {column!r} in {words}", *assumed)
         pulled_records.append(PulledRecord(name, time, force, own, notes))
     return pulled_records

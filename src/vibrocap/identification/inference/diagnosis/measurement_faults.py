@@ -121,8 +121,8 @@ def _squared_slope(column: np.ndarray, force: np.ndarray, step: float) -> float:
         if 2 * wide >= len(column):
             break
         change, answer = column[2 * wide :] - column[: -2 * wide], force[2 * wide :] - force[: -2 * wide]
-        seen = (np.abs(change) >= 5 * step) & (slopes[wide:-wide] == 0)
-        slopes[wide:-wide][seen] = np.abs(answer[seen] / change[seen])
+        steep = (np.abs(change) >= 5 * step) & (slopes[wide:-wide] == 0)
+        slopes[wide:-wide][steep] = np.abs(answer[steep] / change[steep])
     return float(np.mean(slopes**2))
 
 

@@ -148,18 +148,19 @@ def ripple(
         peak = int(np.argmax(np.where(numbers >= LEAST_WAVES, spectrum, -1.0)))
         if spectrum[peak] > best[0]:
             best = (float(spectrum[peak]), float(numbers[peak]), directed)
+
+    def power(periods: float) -> float:
+        columns = waves(records, path / periods, best[2])
+        product = columns.T @ error
+        return float(product @ np.linalg.lstsq(columns.T @ columns, product, rcond=None)[0])
+
     number, width = best[1], 1.0 / FINER
     for _ in range(REFINED):
         tried = [max(number + width * share, LEAST_WAVES) for share in (-0.5, 0.0, 0.5)]
-        number = max(tried, key=lambda period: _power(waves(records, path / period, best[2]), error))
+        number = max(tried, key=power)
         width *= 0.6
     length = path / number
     return length, best[2], Pattern(waves(records, length, best[2]), tries=2.0 * FINER * most)
-
-
-def _power(columns: np.ndarray, error: np.ndarray) -> float:
-    product = columns.T @ error
-    return float(product @ np.linalg.lstsq(columns.T @ columns, product, rcond=None)[0])
 
 
 FARTHEST = 20  # samples, by one
