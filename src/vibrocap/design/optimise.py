@@ -306,14 +306,14 @@ def _optimum(
     goal, starts = problem.goal, tuple(dict(start) for start in problem.starts)
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
     stands = near is not None and goal.travels and not _travels(problem, every)
+    common: dict[str, Any] = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale}
+    common |= {"starts": starts, "counts": every.counts(), "rejected": rejected, "population": every}
     if near is None or stands:
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
         status = OptimumStatus.NO_TRAVEL if stands else status
-        nothing: dict[str, Any] = {"design": None, "value": None, "orbit": None, "under": None}
-        nothing |= {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
-        nothing |= {"attractors": None, "attractor": None, "nearest": None if stands else _nearest(problem, every)}
-        known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
-        return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
+        nothing: dict[str, Any] = {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
+        nothing |= dict.fromkeys(("design", "value", "orbit", "under", "attractors", "attractor"))
+        return Optimum(status, **nothing, **common, nearest=None if stands else _nearest(problem, every))
     best = near.top
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
     others = None
@@ -331,28 +331,22 @@ def _optimum(
     stable = float(np.mean([one is not None for one in best.solutions[1:]])) if problem.samples else 1.0
     sign = -scale if turned else scale
     slopes = {path: tuple(None if x is None else float(sign * x) for x in pair) for path, pair in near.slopes().items()}
+    constraints = {
+        constraint.words: best.found[constraint.measure] * measure_unit(problem.system, constraint.measure)[1]
+        for constraint in goal.constraints
+    }
     return Optimum(
-        status=OptimumStatus.FOUND,
+        OptimumStatus.FOUND,
+        **common,
         design=problem.space.design(best.shares),
-        measure=goal.measure,
-        maximised=goal.maximise,
-        scale=scale,
         value=float(sign * value),
-        unit=unit,
         orbit=steady,
-        constraints={
-            constraint.words: best.found[constraint.measure] * measure_unit(problem.system, constraint.measure)[1]
-            for constraint in goal.constraints
-        },
+        constraints=constraints,
         limits=near.limits(),
         slopes=slopes,  # type: ignore[arg-type]
-        starts=starts,
         reached_from=tuple(map(int, reached)),
         attractors=others,
         attractor=None if others is None else others.of(steady),
-        counts=every.counts(),
-        rejected=rejected,
         nearest=None,
         under=None if problem.samples is None else (problem.samples.criterion, stable),
-        population=every,
-    )  # fmt: skip
+    )

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint
+from vibrocap.arguments import Complaint, is_positive
 
 FEWEST_SAMPLES = 8
 ROUNDING = 1e-12  # relative; a column that varies less is constant
@@ -37,6 +37,12 @@ class RecordError(ValueError):
 
 class RecordWarning(UserWarning):
     """A record that can be used, but whose numbers look as if a unit were wrong."""
+
+
+def not_positive(numbers: Mapping[str, Any]) -> list[str]:
+    """Complaints about numbers, None where one is not given, that should be greater than 0."""
+    wrong = {field: value for field, value in numbers.items() if value is not None and not is_positive(value)}
+    return [f"{field}: should be a number greater than 0, got {value!r}" for field, value in wrong.items()]
 
 
 def complaints(columns: Mapping[str, Any], place: Callable[[int], str] = "index {}".format) -> list[str]:

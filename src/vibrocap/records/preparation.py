@@ -4,8 +4,8 @@ from typing import Literal
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, is_positive
-from vibrocap.records.checks import integral
+from vibrocap.arguments import ArgumentError
+from vibrocap.records.checks import integral, not_positive
 from vibrocap.records.record import Record
 
 ORDER = 4  # of the Butterworth filter, once forward and once backward
@@ -130,10 +130,7 @@ class _Filter:
 
 
 def _check(record: Record, cutoff: float | None, mass: float | None, offset: float | str | None) -> None:
-    wrong = []
-    for field, value in (("cutoff", cutoff), ("mass", mass)):
-        if value is not None and not is_positive(value):
-            wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
+    wrong = not_positive({"cutoff": cutoff, "mass": mass})
     if isinstance(offset, str) and offset != "mean":
         wrong.append(f"offset: should be a number of newtons or 'mean', got {offset!r}")
     elif offset is not None and not isinstance(offset, str) and not np.isfinite(offset):

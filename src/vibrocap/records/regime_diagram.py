@@ -10,6 +10,8 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.records.slips.regimes import HALF_STICK_X, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
+NUMBERS = ("stiffness", "pulling_speed", "period", "period_ratio", "stick_fraction", "slip")
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RegimeDiagram:
@@ -34,12 +36,11 @@ class RegimeDiagram:
     def table(self) -> list[dict[str, Any]]:
         """A row for each record, by column name, sorted by stiffness and speed."""
         order = np.lexsort((self.pulling_speed, self.stiffness))
-        numbers = ("stiffness", "pulling_speed", "period", "period_ratio", "stick_fraction", "slip")
-        return [
-            {"name": self.names[at], "regime": self.regimes[at]}
-            | {name: float(getattr(self, name)[at]) for name in numbers}
-            for at in order
-        ]
+        rows = []
+        for at in order:
+            numbers = {name: float(getattr(self, name)[at]) for name in NUMBERS}
+            rows.append({"name": self.names[at], "regime": self.regimes[at], **numbers})
+        return rows
 
 
 def regime_diagram(found: Sequence[StickSlip]) -> RegimeDiagram:
@@ -58,10 +59,9 @@ def regime_diagram(found: Sequence[StickSlip]) -> RegimeDiagram:
             borders.append(record.release.mean * record.stiffness / (2.0 * HALF_STICK_X * record.mass**0.5))
         period, slip = (spread.mean if spread else None for spread in (record.period, record.slip))
         rows.append((record.stiffness, record.pulling_speed, period, kind.period_ratio, kind.stick_fraction, slip))
-    names = ("stiffness", "pulling_speed", "period", "period_ratio", "stick_fraction", "slip")
     return RegimeDiagram(
         names=tuple(record.name for record in records),
         regimes=tuple(record.regime.name for record in records),
         border=float(np.median(borders)) if borders else float("nan"),
-        **dict(zip(names, np.array(rows, dtype=float).T, strict=True)),
+        **dict(zip(NUMBERS, np.array(rows, dtype=float).T, strict=True)),
     )

@@ -76,8 +76,8 @@ class Goal:
     ) -> dict[str, np.ndarray]:
         """Measures [..., samples] of one design under uncertainty as one value each, [...].
 
-        Of the goal it is what `statistic` makes of the merits; a run that failed counts as no travel, and leaves no value
-        of another measure. Of a constraint it is the value of the sample that comes nearest to violating it.
+        Of the goal it is that statistic of the merits; a run that failed counts as no travel, and leaves no value of
+        another measure. Of a constraint it is the value of the sample that comes nearest to violating it.
         """
         reduced = {}
         for constraint in self.constraints:

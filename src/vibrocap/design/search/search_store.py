@@ -49,19 +49,16 @@ def opened_store(folder: str | Path, record: dict[str, Any], resume: bool) -> Se
     Raises ArgumentError where the folder holds a search and `resume` is False, or another search.
     """
     folder = Path(folder)
-    path = folder / RECORD
+    path, advice = folder / RECORD, "give another folder"
     if path.exists():
         if not resume:
-            raise ArgumentError("store", f"{str(folder)!r} holds a search; resume it, or give another folder")
+            raise ArgumentError("store", f"{str(folder)!r} holds a search; resume it, or {advice}")
         try:
             before = json.loads(read_own(path, LARGEST))
         except (OSError, ValueError) as error:
             raise ArgumentError("store", f"{str(path)!r} cannot be read as the record of a search ({error})") from None
-        differing = [name for name in record if not isinstance(before, dict) or before.get(name) != record[name]]
-        if differing:
-            raise ArgumentError(
-                "store", f"{str(folder)!r} holds another search (another {', '.join(differing)}); give another folder"
-            )
+        if other := [name for name in record if not isinstance(before, dict) or before.get(name) != record[name]]:
+            raise ArgumentError("store", f"{str(folder)!r} holds another search (another {', '.join(other)}); {advice}")
     made_folder(folder / POPULATIONS)
     write_text(path, json.dumps(record, indent=2, ensure_ascii=False) + "\n")
     return SearchStore(folder)

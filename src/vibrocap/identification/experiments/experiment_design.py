@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.arguments import ArgumentError, is_positive, suggestion
 from vibrocap.identification.experiments.motions import Motion, checked_range, multisine, ramp, sinusoid
 from vibrocap.identification.inference.identifiability import LOOSE, beside
 from vibrocap.identification.problem.parameter_roles import role
@@ -18,7 +18,6 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.results import Result
 
-CRITERIA = ("D", "A")
 STEP = 1e-4  # of a logarithm, for differences
 VAGUE = 10.0  # standard deviation of a logarithm before any experiment: a factor of 2e4
 
@@ -127,9 +126,9 @@ def experiment_design(
     if noise is None and fitted is None:
         raise ArgumentError("noise", "is missing; should be the standard deviation of the force's error")
     noise = fitted.rmse if noise is None and fitted is not None else noise
-    if noise is None or not (np.isfinite(noise) and noise > 0):
+    if noise is None or not is_positive(noise):
         raise ArgumentError("noise", f"should be > 0, got {noise!r}")
-    if criterion not in CRITERIA:
+    if criterion not in ("D", "A"):
         raise ArgumentError("criterion", f"should be 'D' or 'A', got {criterion!r}")
     if not candidates:
         raise ArgumentError("candidates", "there is none")

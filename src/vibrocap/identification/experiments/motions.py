@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, is_positive
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.law import Law
 from vibrocap.records.checks import integral
@@ -126,5 +126,5 @@ def checked_range(name: str, ends: Any) -> tuple[float, float]:
 
 def _check(**numbers: float) -> None:
     for name, value in numbers.items():
-        if not (np.isfinite(value) and value > 0):
+        if not is_positive(value):
             raise ArgumentError(name, f"should be > 0, got {value!r}")

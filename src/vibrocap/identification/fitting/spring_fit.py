@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, is_positive
 from vibrocap.identification.fitting.fit import split_records
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.coordinates import Coordinate
@@ -89,24 +89,23 @@ def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
     rising = slice(0, max(half, 3) + 1)
     slope = np.polyfit(time[rising] - step.time, force[rising], 1)[0] / step.speed
     stiffness = float(slope / (1.0 - first.speed / step.speed))
-    if not (np.isfinite(stiffness) and stiffness > 0):
+    if not is_positive(stiffness):
         missing = "the record does not show it (the force does not rise with the step); give N/m"
         raise ArgumentError("machine_stiffness", missing)
     return stiffness
 
 
 def check_program(steps: Sequence[Step], samples: Samples, stiffness: Any) -> None:
+    times, speeds = [step.time for step in steps], [step.speed for step in steps]
     if len(steps) < 2:
         raise ArgumentError("program", f"should have at least two speeds, got {len(steps)}")
-    if any(not (np.isfinite(step.speed) and step.speed > 0) for step in steps):
-        speeds = ", ".join(f"{step.speed:.3g}" for step in steps)
-        raise ArgumentError("program", f"every speed should be > 0 m/s, got {speeds}")
-    times = [step.time for step in steps]
+    if not all(map(is_positive, speeds)):
+        raise ArgumentError("program", f"every speed should be > 0 m/s, got {', '.join(f'{v:.3g}' for v in speeds)}")
     if times[0] != 0 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] >= samples.time[-1]:
         raise ArgumentError("program", f"times should begin at 0, increase and end within the record, got {times}")
-    if any(abs(math.log(b.speed / a.speed)) < 0.01 for a, b in itertools.pairwise(steps)):
+    if any(abs(math.log(b / a)) < 0.01 for a, b in itertools.pairwise(speeds)):
         raise ArgumentError("program", "the speed hardly changes; a step of it is needed")
-    if stiffness is not None and (isinstance(stiffness, str) or not (np.isfinite(stiffness) and stiffness > 0)):
+    if stiffness is not None and not is_positive(stiffness):
         raise ArgumentError("machine_stiffness", f"should be > 0 N/m or 'measured', got {stiffness!r}")
 
 

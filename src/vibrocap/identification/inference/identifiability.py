@@ -53,12 +53,16 @@ class Direction:
         """Whether the data determine this combination."""
         return self.deviation < LOOSE
 
+    @property
+    def members(self) -> dict[str, float]:
+        """The parameters that it is of."""
+        return {name: e for name, e in self.exponents.items() if abs(e) >= MEMBER}
+
     def __str__(self) -> str:
-        named = {name: e for name, e in self.exponents.items() if abs(e) >= MEMBER}
-        largest = max((abs(e) for e in named.values()), default=1.0)
+        largest = max(map(abs, self.members.values()), default=1.0)
+        powers = {name: e / largest for name, e in self.members.items()}
         return " ".join(
-            name if math.isclose(e / largest, 1.0, abs_tol=0.05) else f"{name}^{e / largest:.2g}"
-            for name, e in named.items()
+            f"{name}^{e:.2g}" if not math.isclose(e, 1.0, abs_tol=0.05) else name for name, e in powers.items()
         )
 
 
@@ -108,12 +112,12 @@ def identifiability(
     directions = combinations(names, slopes, unit * inflation, NO_EFFECT * math.sqrt(n))
     verdicts = {name: _verdict(effects[name], intervals.get(name)) for name in names}
     sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
-    combined = [direction for direction in directions if len(_members(direction)) > 1]
+    combined = [direction for direction in directions if len(direction.members) > 1]
     firm = [direction for direction in combined if direction.determined]
     for loose in combined:
         if loose.determined:
             continue
-        best = next((other for other in firm if _members(other) <= _members(loose)), None)  # of the same parameters
+        best = next((other for other in firm if {*other.members} <= {*loose.members}), None)  # of the same parameters
         sentences.append(
             f"The combination {loose} is not determined (its logarithm has a standard deviation of "
             f"{_number(loose.deviation)})" + (f"; what is determined is {best}." if best else ".")
@@ -171,18 +175,14 @@ def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | No
         end = _number(interval.low if interval.high_open else interval.high)
         by = "" if interval.low_open == interval.high_open else f", by {end}"
         return f"{name} is {verdict}{by}: {interval.limit}, beyond which the data pull; {experiment}"
-    if verdict == Verdict.UNDETERMINED:
-        return f"{name} is not determined: the data agree with any value of the search's range; {experiment}"
-    if verdict == Verdict.BOUNDED_BELOW:
-        return f"{name} is only bounded below, by {_number(interval.low)}: any larger value agrees; {experiment}"
-    if verdict == Verdict.BOUNDED_ABOVE:
-        return f"{name} is only bounded above, by {_number(interval.high)}: any smaller value agrees; {experiment}"
-    return f"{name} is loosely determined, {_number(interval.low)} to {_number(interval.high)}; {experiment}"
-
-
-def _members(direction: Direction) -> set[str]:
-    """The parameters that a combination is of."""
-    return {name for name, exponent in direction.exponents.items() if abs(exponent) >= MEMBER}
+    low, high = _number(interval.low), _number(interval.high)
+    reason = {
+        Verdict.UNDETERMINED: ": the data agree with any value of the search's range",
+        Verdict.BOUNDED_BELOW: f", by {low}: any larger value agrees",
+        Verdict.BOUNDED_ABOVE: f", by {high}: any smaller value agrees",
+        Verdict.WIDE: f", {low} to {high}",
+    }[verdict]
+    return f"{name} is {verdict}{reason}; {experiment}"
 
 
 def _number(value: float) -> str:

@@ -57,11 +57,7 @@ class Interval:
 
 
 class BetterFound(Exception):
-    """A profile came upon a lower cost than that of the minimum; carries its parameters by name."""
-
-    def __init__(self, values: dict[str, float]):
-        super().__init__("a profile found a better fit")
-        self.values = values
+    """A profile came upon a lower cost than that of the minimum, with the parameters by name that it carries."""
 
 
 def profile_intervals(
@@ -235,7 +231,7 @@ def with_intervals(
             profiles = quick or profile_intervals(prediction, best, spread, rule, prediction.law_names, progress)
             return best, spread, profiles
         except BetterFound as better:
-            best = descent(prediction, prediction.space.of(better.values), rule, evaluations=100, stop=1e-10)
+            best = descent(prediction, prediction.space.of(better.args[0]), rule, evaluations=100, stop=1e-10)
             spread = spread_of(prediction, best, rule)
     return best, spread, None
 

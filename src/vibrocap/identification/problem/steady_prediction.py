@@ -1,7 +1,7 @@
 """The steady curve of a law: its force at constant velocities, sample by sample, without the memory of the contact."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,29 +12,15 @@ from vibrocap.identification.problem.terms import forces_of_terms
 from vibrocap.physics.friction.law import Law
 
 
+def _of_column(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    return lambda column: function(column)
+
+
 class Column(np.ndarray):
     """Numbers on which the formulas of a law compute all at once."""
 
-    def exp(self) -> np.ndarray:
-        return np.exp(self)
-
-    def log(self) -> np.ndarray:
-        return np.log(self)
-
-    def sqrt(self) -> np.ndarray:
-        return np.sqrt(self)
-
-    def sin(self) -> np.ndarray:
-        return np.sin(self)
-
-    def cos(self) -> np.ndarray:
-        return np.cos(self)
-
-    def tanh(self) -> np.ndarray:
-        return np.tanh(self)
-
-    def atan(self) -> np.ndarray:
-        return np.arctan(self)
+    exp, log, sqrt = map(_of_column, (np.exp, np.log, np.sqrt))
+    sin, cos, tanh, atan = map(_of_column, (np.sin, np.cos, np.tanh, np.arctan))
 
 
 def steady_force(law: Law, velocity: Any, load: Any = 1.0, values: Mapping[str, Any] | None = None) -> np.ndarray:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import is_positive, listed
-from vibrocap.records.checks import RecordError, RecordWarning, complaints
+from vibrocap.arguments import listed
+from vibrocap.records.checks import RecordError, RecordWarning, complaints, not_positive
 from vibrocap.records.reading.arrays import json_tables, npz_tables
 from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
 from vibrocap.records.reading.matlab import mat_tables
@@ -64,9 +64,8 @@ def read_records(
             raise RecordError([f"{field}: should be a mapping such as {wanted}, got {mapping!r}"], SETTINGS)
     columns, units = dict(columns or {}), dict(units or {})
     wrong = setting_complaints(columns, units)
-    for field, value in (("dt", dt), ("sampling_rate", sampling_rate), ("normal_force", normal_force), ("area", area)):
-        if value is not None and not is_positive(value):
-            wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
+    numbers = {"dt": dt, "sampling_rate": sampling_rate, "normal_force": normal_force, "area": area}
+    wrong += not_positive(numbers)
     if dt is not None and sampling_rate is not None:
         wrong.append("dt, sampling_rate: give one of them, got both")
     if wrong:
@@ -198,6 +197,7 @@ def _there_is(table: Table) -> str:
 
 
 def _interval(table: Table) -> tuple[float | None, str]:
+    """(s between samples, where it is from), as a number beside the columns tells it; None where none does."""
     for name, value in table.scalars.items():
         if name.lower() in INTERVALS and value > 0.0:
             return value, f"from {name!r}"

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import is_positive
-from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints
+from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints, not_positive
 from vibrocap.records.published import paper_stick_slip
 from vibrocap.records.reading.columns import Table, choices, missing, setting_complaints
-from vibrocap.records.reading.readers import INTERVALS, RATES, tables_in
+from vibrocap.records.reading.readers import INTERVALS, RATES, SETTINGS, tables_in
 from vibrocap.records.reading.text import shortened
 from vibrocap.records.reading.units import si_unit, unit_named
 from vibrocap.records.record import Record
@@ -89,9 +88,7 @@ def pull(
     """
     wrong = _complaints(time, force)
     numbers = {"stiffness": stiffness, "mass": mass, "pulling_speed": pulling_speed, "normal_force": normal_force}
-    for field, value in numbers.items():
-        if value is not None and not is_positive(value):
-            wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
+    wrong += not_positive(numbers)
     if not isinstance(coefficient, bool | np.bool_):
         wrong.append(f"coefficient: should be True or False, got {coefficient!r}")
     wrong += further
@@ -192,10 +189,9 @@ def read_pulls(
         for name in columns
         if name not in ("time", "force") and not any(f"{name!r}" in complaint for complaint in wrong)
     ]
-    if sampling_rate is not None and not is_positive(sampling_rate):
-        wrong.append(f"sampling_rate: should be a number greater than 0, got {sampling_rate!r}")
+    wrong += not_positive({"sampling_rate": sampling_rate})
     if wrong:
-        raise RecordError(wrong, "the settings for reading")
+        raise RecordError(wrong, SETTINGS)
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file")
     if path.is_dir() or path.name == PUBLISHED:

@@ -17,7 +17,6 @@ MAIN = 0.1  # of the squares that are no white noise, which the first cause expl
 SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
 GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
 SAME_WAVE = 0.5  # waves along the path by which ripples differ that are told apart
-MOST = 5  # causes
 REMAINING = 0.2  # of the samples, that a saturated force must leave for others to be told
 
 
@@ -147,7 +146,7 @@ def _found(
     total, causes, columns = float(error @ error), [], []
     noise = sum(noise_level(piece) ** 2 * len(piece) for piece in np.split(error, cuts))
     least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
-    for _ in range(MOST if total > 0 else 0):
+    while total > 0:  # each that is named explains a share of its own
         tried: dict[str, tuple[Pattern, float, Columns]]
         tried = {name: (pattern, 0.0, functools.partial(_columns, name)) for name, pattern in fixed.items()}
         length, directed, sines = patterns.ripple(records, error)
