@@ -178,8 +178,6 @@ def _refined(drive: Drive, sign: float, near: float, step: float) -> float:
     """The largest sign * value near an instant."""
     from scipy.optimize import minimize_scalar
 
-    best = sign * drive.value(near)
-    minimum = minimize_scalar(
-        lambda t: -sign * drive.value(t), bounds=(near - step, near + step), options={"xatol": 1e-12 * step}
-    )
-    return max(best, -float(minimum.fun))  # type: ignore[attr-defined]
+    how: Any = {"bounds": (near - step, near + step), "options": {"xatol": 1e-12 * step}}
+    minimum: Any = minimize_scalar(lambda t: -sign * drive.value(t), **how)
+    return max(sign * drive.value(near), -float(minimum.fun))

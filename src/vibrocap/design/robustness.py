@@ -182,13 +182,9 @@ def robustness(
     if complaints:
         raise CaseError(complaints, "the question")
     many = len(quantities)
-    points = sample_points(2 * many, samples, seed)
-    first, second = points[:, :many], points[:, many:]
-    mixed = np.repeat(first[None], many, axis=0)
-    for i in range(many):
-        mixed[i, :, i] = second[:, i]
-    shares = np.concatenate([first, second, *mixed])
-    drawn = sampled(quantities, shares)
+    first, second = np.split(sample_points(2 * many, samples, seed), 2, axis=1)
+    mixed = [np.where(np.arange(many) == i, second, first) for i in range(many)]
+    drawn = sampled(quantities, np.concatenate([first, second, *mixed]))
     over = drawn if through is None else {path: np.asarray(x, dtype=float) for path, x in through(**drawn).items()}
     over = {path: np.append(column, system.parameter(path)) for path, column in over.items()}  # the nominal run, last
     until: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
@@ -237,8 +233,7 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
     if np.any(np.isnan(values)):
         return None, None
     if len(quantities) == 1:  # all variance is its own
-        whole = {quantities[0].name: SobolIndex(1.0, 1.0, 1.0)}
-        return whole, whole
+        return ({quantities[0].name: SobolIndex(1.0, 1.0, 1.0)},) * 2
     first, second, *mixed = values.reshape(-1, samples) - np.mean(values[: 2 * samples])
 
     def indices(members: np.ndarray) -> np.ndarray:

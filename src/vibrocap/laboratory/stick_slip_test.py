@@ -164,9 +164,8 @@ def _rests(motion: Trajectory, start: float, end: float, still: float) -> list[t
     else:
         marks = _roots(motion, lambda t: np.abs(motion.states(t)[1]) - still)
         marks = np.concatenate(([0.0], marks, [motion.end]))
-        middle = 0.5 * (marks[1:] + marks[:-1])
-        slow = np.abs(motion.states(middle)[1]) < still
-        rests = [(float(a), float(b)) for a, b in zip(marks[:-1][slow], marks[1:][slow], strict=True)]
+        slow = np.abs(motion.states(0.5 * (marks[1:] + marks[:-1]))[1]) < still
+        rests = list(zip(marks[:-1][slow].tolist(), marks[1:][slow].tolist(), strict=True))
     cut = [(max(a, start), min(b, end)) for a, b in rests]
     return [(a, b) for a, b in cut if b > a]
 

@@ -115,8 +115,6 @@ def stiffness_report(
     force, rate = _jacobians(recorded, v, states)
     own = _eigenvalues(rate[:, :, 1:])
     quickest = np.max(np.abs(own), axis=1, initial=0.0)
-    with np.errstate(divide="ignore"):
-        time = 1.0 / quickest
     slope = _steady_slope(recorded, v)
     stiffness, damping = _presliding(recorded)
     sliding = np.full((len(v), 1 + own.shape[1]), np.nan + 0.0j)
@@ -130,7 +128,7 @@ def stiffness_report(
         least = int(np.nanargmin(slope))
         growth, growth_speed = max(0.0, -float(slope[least]) / mass), float(v[least])
     with np.errstate(divide="ignore"):
-        step = INTERVAL / fastest
+        time, step = 1.0 / quickest, INTERVAL / fastest
     return StiffnessReport(
         law=law,
         load=float(load),

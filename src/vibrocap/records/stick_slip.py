@@ -156,7 +156,8 @@ def stick_slip(
     further = []
     if not (is_number(minor) and 0.0 <= minor < 1.0):
         further.append(f"minor: should be a share of at least 0 and less than 1, got {minor!r}")
-    pulled = pull(time, force, stiffness, mass, pulling_speed, normal_force, coefficient, name, further)
+    numbers = {"stiffness": stiffness, "mass": mass, "pulling_speed": pulling_speed, "normal_force": normal_force}
+    pulled = pull(time, force, numbers, coefficient, name, further)
     clean = falls(pulled.force)
     repeats = recurrence(clean.force, pulled.step, clean.window)
     every = phases(pulled.time, clean)
@@ -211,10 +212,7 @@ def stick_slip(
         noise=clean.noise,
         spikes=clean.spikes,
         window=clean.window,
-        stiffness=stiffness,
-        mass=mass,
-        pulling_speed=pulling_speed,
-        normal_force=pulled.normal_force,
+        **numbers | {"normal_force": pulled.normal_force},
         notes=(*pulled.notes, *_notes(pulled, kind, loading, level, main), *_doubts(periods, repeats, kind, marked)),
     )
 

@@ -218,8 +218,8 @@ def _check_records(
         return
     for record in records:
         if record.rotary != turns(system, predict):
-            kinds = ("turns", "does not turn") if record.rotary else ("does not turn", "turns")
-            complaints.add("predict", f"{predict} {kinds[1]}, but the contact of record {record.name!r} {kinds[0]}")
+            own, other = ("turns", "does not turn")[:: 1 if record.rotary else -1]
+            complaints.add("predict", f"{predict} {other}, but the contact of record {record.name!r} {own}")
         if getattr(record, column) is None:
             complaints.add("predict", f"{predict} is compared with {column}, which record {record.name!r} has not")
 

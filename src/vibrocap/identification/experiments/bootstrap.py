@@ -6,8 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
+from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.problem.prediction import Prediction
-from vibrocap.identification.result.fit_result import Chapter, Fit, Problem, number
+from vibrocap.identification.result.fit_result import Chapter, Fit, number
 from vibrocap.identification.search.descent import warm_descent
 from vibrocap.identification.search.loss import Minimum
 from vibrocap.progress import Progress, reporting

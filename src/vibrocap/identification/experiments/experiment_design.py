@@ -11,8 +11,9 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, is_positive, suggestion
 from vibrocap.identification.experiments.motions import Motion, checked_range, multisine, ramp, sinusoid
 from vibrocap.identification.inference.identifiability import LOOSE, beside
+from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.problem.parameter_roles import role
-from vibrocap.identification.result.fit_result import Chapter, Fit, Problem
+from vibrocap.identification.result.fit_result import Chapter, Fit
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table

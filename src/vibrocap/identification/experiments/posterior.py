@@ -9,8 +9,9 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, require, suggestion
 from vibrocap.identification.experiments.bootstrap import ENDS, LARGE
 from vibrocap.identification.inference.sampling import Source, chain
+from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.problem.steady_prediction import steady_force
-from vibrocap.identification.result.fit_result import Chapter, Problem, number
+from vibrocap.identification.result.fit_result import Chapter, number
 from vibrocap.identification.search.loss import finite
 from vibrocap.progress import Progress, reporting
 from vibrocap.results import Result
@@ -69,11 +70,8 @@ class Posterior(Result):
     def facts(self) -> dict[str, str]:
         low, high = self.low, self.high
         facts = {name: f"{number(low[name], 4)} to {number(high[name], 4)}" for name in self.names}
-        if not self.settled:
-            facts["not settled"] = (
-                "the chain is short of fifty correlation times; fix what the data leave open, or give it a prior"
-            )
-        return facts
+        short = "the chain is short of fifty correlation times; fix what the data leave open, or give it a prior"
+        return facts | ({} if self.settled else {"not settled": short})
 
     @property
     def chapter(self) -> Chapter:

@@ -9,14 +9,15 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_one_of, check_whole, is_positive
 from vibrocap.identification.fitting.simpler_fits import SimplerFits
-from vibrocap.identification.inference.profile import INTERVALS, spread_of, with_intervals
+from vibrocap.identification.inference.profile import INTERVALS, with_intervals
+from vibrocap.identification.inference.uncertainty import Problem, spread_of
 from vibrocap.identification.problem.coordinates import Space
 from vibrocap.identification.problem.parametrisation import Parametrisation
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.priors import WEIGHTINGS, pulled, settled, weighted
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_report import failed_fit, finished_fit
-from vibrocap.identification.result.fit_result import Fit, Problem
+from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.descent import COARSE_STOP, descent
 from vibrocap.identification.search.loss import LOSSES, Loss, Minimum, SearchStatus, robust_scale
 from vibrocap.identification.search.multistart import search
@@ -100,11 +101,11 @@ def solution(
     jumps = smooth is not prediction
     thin = away_from_jumps(draft, best.u) if jumps else draft
     low = descent(smooth, best.u, rule, stop=COARSE_STOP) if jumps else best
-    last = (settings.intervals, lambda done: report(0.8 + 0.2 * done))
-    low, spread, intervals = with_intervals(smooth, thin, low, rule, *last)
-    problem = Problem(smooth, thin, rule, low, spread)
+    problem, intervals = Problem(smooth, thin, rule, low, spread_of(smooth, low, rule)), None
+    if settings.intervals == "profile":
+        problem, intervals = with_intervals(problem, lambda done: report(0.8 + 0.2 * done))
     report(1.0)
-    end = best if jumps else low  # a profile may have come upon a lower minimum
+    end = best if jumps else problem.best  # a profile may have come upon a lower minimum
     return finished_fit(problem, end, intervals, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
 
 

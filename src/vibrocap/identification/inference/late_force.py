@@ -6,8 +6,8 @@ import math
 import numpy as np
 
 from vibrocap.identification.inference.diagnosis.errors import roughness
-from vibrocap.identification.inference.uncertainty import Uncertainty, inverse, uncertainty
-from vibrocap.identification.problem.prediction import DELAY, Prediction, delay_coordinate
+from vibrocap.identification.inference.uncertainty import Problem, inverse, uncertainty
+from vibrocap.identification.problem.prediction import Prediction, delay_coordinate
 from vibrocap.identification.search.descent import descent
 from vibrocap.identification.search.loss import Loss, Minimum, finite
 
@@ -28,14 +28,13 @@ class LateForce:
     best: Minimum
 
 
-def late_force(prediction: Prediction, best: Minimum, loss: Loss, hint: float = 0.0) -> LateForce | None:
-    """The fit with a delay, by a short descent; None where no delay can be told from none or one is searched already.
+def late_force(problem: Problem, hint: float) -> LateForce | None:
+    """The fit with a delay, by a short descent; None where no delay can be told from none.
 
     A force that is early or late looks like damping and bends the drop of friction; so all parameters go along. hint:
     a delay in s that the errors suggest. Both costs are of the same samples.
     """
-    if type(prediction) is not Prediction or DELAY in prediction.space.names:
-        return None
+    prediction, best, loss = problem.prediction, problem.best, problem.loss
     coordinate = delay_coordinate(prediction.records)
     space = prediction.space.with_more((coordinate,))
     late = dataclasses.replace(prediction, space=space)
@@ -80,12 +79,13 @@ SIXTH = 924**0.5  # standard deviation of sixth differences of white noise
 LONGEST = 40_000  # samples of these
 
 
-def moved_by_noise(prediction: Prediction, best: Minimum, spread: Uncertainty) -> dict[str, float]:
+def moved_by_noise(problem: Problem) -> dict[str, float]:
     """Parameters, with their relative change, that noise of the motion of the size that is there would move too far.
 
     The law is driven by the measured motion with further noise of the same spectrum, and the parameters that would best
     give the force of the measured motion back are found by one step of Gauss and Newton.
     """
+    prediction, best, spread = problem.prediction, problem.best, problem.uncertainty
     if type(prediction) is not Prediction or prediction.size > LONGEST:
         return {}
     rough = [_roughness(record.velocity) for record in prediction.records]

@@ -12,11 +12,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vibrocap.identification.inference.profile import Interval
-from vibrocap.identification.inference.uncertainty import Uncertainty, inverse
+from vibrocap.identification.inference.uncertainty import Problem, inverse
 from vibrocap.identification.problem.coordinates import LARGEST_RATIO, WHOSE, Coordinate
-from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.terms import TERMS
-from vibrocap.identification.search.loss import Loss, Minimum
 
 HELD = 0.25  # of half an interval: a parameter that would move so far without a limit is held by it
 
@@ -44,16 +42,16 @@ class ReachedLimit:
         return self.text + more
 
 
-def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Uncertainty) -> tuple[ReachedLimit, ...]:
+def reached_limits(problem: Problem) -> tuple[ReachedLimit, ...]:
     """The limits at which parameters of the law and of the sensor stand, and which intervals they hold.
 
     With e the errors, J their slopes and g_k = (J^T e)_k at a limit that is pressed upon, the parameters would move by
     -(J^T J)^-1 g_k without it, as far as a straight line tells.
     """
-    space = prediction.space
+    space, best, spread = problem.prediction.space, problem.best, problem.uncertainty
     names = [coordinate.name for coordinate in space.coordinates if not coordinate.state]
     to_parameters = space.slopes(best.u)
-    weighted = loss.slope(best.errors)[:, None] * best.slopes
+    weighted = problem.loss.slope(best.errors)[:, None] * best.slopes
     gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)
     half = spread.threshold * np.sqrt(np.diag(spread.covariance) / spread.inflation)
     values = space.values(best.u)
@@ -80,11 +78,9 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
     return tuple(limits)
 
 
-def opened(
-    intervals: Mapping[str, Interval], limits: Sequence[ReachedLimit], prediction: Prediction, best: Minimum
-) -> dict[str, Interval]:
+def opened(intervals: Mapping[str, Interval], limits: Sequence[ReachedLimit], problem: Problem) -> dict[str, Interval]:
     """The intervals, open on the sides that limits hold."""
-    space = prediction.space
+    space, best = problem.prediction.space, problem.best
     coordinates = dict(zip(space.names, space.coordinates, strict=True))
     result, to_parameters = dict(intervals), space.slopes(best.u)
     for limit in limits:

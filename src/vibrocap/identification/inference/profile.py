@@ -2,15 +2,16 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.inference.uncertainty import Uncertainty, inverse, uncertainty
+from vibrocap.identification.inference.uncertainty import Problem, inverse
 from vibrocap.identification.problem.coordinates import WHOSE
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.search.descent import descent, warm_descent
-from vibrocap.identification.search.loss import Loss, Minimum
+from vibrocap.identification.search.loss import Minimum
 
 CLOSE = 0.03  # relative accuracy of an interval's half width
 TRIALS = 9
@@ -56,54 +57,46 @@ class Interval:
         return self.low <= value <= self.high
 
 
+Profiles = dict[str, Interval]
+
+
 class BetterFound(Exception):
     """A profile came upon a lower cost than that of the minimum, with the parameters by name that it carries."""
 
 
-def profile_intervals(
-    prediction: Prediction,
-    best: Minimum,
-    spread: Uncertainty,
-    loss: Loss,
-    names: Sequence[str],
-    progress: Callable[[float], None] | None = None,
-) -> dict[str, Interval]:
-    """Profile-likelihood intervals (95 %) of the named parameters; the others are searched anew at each value.
+def profile_intervals(problem: Problem, report: Callable[[float], Any]) -> Profiles:
+    """Profile-likelihood intervals (95 %) of the law's parameters; the others are searched anew at each value.
 
     Each side is warm_descent from the minimum by the secant of the square root of the cost's rise, which is a straight
     line for a linear model, and the others start from where the covariance says they go. Raises BetterFound.
     """
-    intervals = {}
+    intervals, space, names = {}, problem.prediction.space, problem.prediction.law_names
     for i, name in enumerate(names):
-        j = prediction.space.names.index(name)
-        if np.abs(best.slopes[:, j]).max() < NO_EFFECT:
-            signed = prediction.space.coordinates[j].form == "linear"
+        j = space.names.index(name)
+        if np.abs(problem.best.slopes[:, j]).max() < NO_EFFECT:
+            signed = space.coordinates[j].form == "linear"
             intervals[name] = Interval(-math.inf if signed else 0.0, math.inf, True, True)
         else:
-            intervals[name] = _Profile(prediction, best, spread, loss, name).interval()
-        if progress is not None:
-            progress((i + 1) / len(names))
+            intervals[name] = _Profile(problem, name).interval()
+        report((i + 1) / len(names))
     return intervals
 
 
 class _Profile:
     """The profile of one parameter, in coordinates in which it depends on no other."""
 
-    def __init__(self, prediction: Prediction, best: Minimum, spread: Uncertainty, loss: Loss, name: str):
-        space = prediction.space.with_leader(name)
-        own = prediction.space
-        values = own.named(best.u)
-        self.prediction, self.loss, self.spread = dataclasses.replace(prediction, space=space), loss, spread
-        self.least = best.cost
+    def __init__(self, problem: Problem, name: str):
+        best, spread, own = problem.best, problem.uncertainty, problem.prediction.space
+        space, values = own.with_leader(name), own.named(best.u)
+        self.prediction = dataclasses.replace(problem.prediction, space=space)
+        self.loss, self.spread, self.least = problem.loss, spread, best.cost
         self.u = space.of(values)
         self.j = space.names.index(name)
         order = [own.names.index(name) for name in space.names]
         back = np.linalg.inv(space.slopes(self.u))
         covariance = back @ spread.covariance[np.ix_(order, order)] @ back.T
-        self.slopes = (
-            best.slopes @ np.linalg.solve(own.slopes(best.u), np.eye(len(order)))[:, order] @ space.slopes(self.u)
-        )
-        self.first_slopes = self.slopes
+        to_own = np.linalg.solve(own.slopes(best.u), np.eye(len(order)))[:, order]
+        self.slopes = self.first_slopes = best.slopes @ to_own @ space.slopes(self.u)
         self.first_gains = self._gains(best.errors, self.slopes, self.u)
         self.threshold = float(spread.threshold[own.names.index(name)])
         self.sigma = float(np.sqrt(max(covariance[self.j, self.j], 0.0)))
@@ -167,9 +160,8 @@ class _Profile:
         u = start + self.direction * (self.u[self.j] + change - start[self.j])
         u = np.clip(np.where(np.abs(u - start) > 3.0, start, u), self.prediction.space.low, self.prediction.space.high)
         u[self.j] = self.u[self.j] + change
-        minimum = warm_descent(
-            self.prediction, u, self.slopes, self.loss, held=self.j, evaluations=REFIT, stop=self.stop
-        )
+        until = {"held": self.j, "evaluations": REFIT, "stop": self.stop}
+        minimum = warm_descent(self.prediction, u, self.slopes, self.loss, **until)
         self.slopes = minimum.slopes
         deviance = 2.0 * (minimum.cost - self.least) / self.spread.unit
         if deviance < -0.02 * self.threshold**2:
@@ -209,58 +201,31 @@ class _Profile:
         return float(self.prediction.space.values(place)[self.j])
 
 
-Profiles = dict[str, Interval]
-
-
-def with_intervals(
-    prediction: Prediction,
-    draft: Prediction,
-    best: Minimum,
-    rule: Loss,
-    intervals: str,
-    progress: Callable[[float], None] | None = None,
-) -> tuple[Minimum, Uncertainty, Profiles | None]:
-    """The minimum, its uncertainty and the profiles of the law's parameters (None where they were not asked for).
+def with_intervals(problem: Problem, report: Callable[[float], Any]) -> tuple[Problem, Profiles | None]:
+    """The problem and the profiles of the law's parameters; None where they end at no minimum.
 
     A lower minimum that a profile comes upon takes the place of the first, and the profiles begin again.
     """
-    spread = spread_of(prediction, best, rule)
-    for _ in range(AGAIN if intervals == "profile" else 0):
+    for _ in range(AGAIN):
         try:
-            quick = _draft_profiles(prediction, draft, best, spread, rule, progress)
-            profiles = quick or profile_intervals(prediction, best, spread, rule, prediction.law_names, progress)
-            return best, spread, profiles
+            return problem, _draft_profiles(problem, report) or profile_intervals(problem, report)
         except BetterFound as better:
-            best = descent(prediction, prediction.space.of(better.args[0]), rule, evaluations=100, stop=1e-10)
-            spread = spread_of(prediction, best, rule)
-    return best, spread, None
+            start = problem.prediction.space.of(better.args[0])
+            problem = problem.at(descent(problem.prediction, start, problem.loss, evaluations=100, stop=1e-10))
+    return problem, None
 
 
-def spread_of(prediction: Prediction, best: Minimum, rule: Loss) -> Uncertainty:
-    """The uncertainty at a minimum of a prediction."""
-    counts = prediction.counts
-    errors = [error[count] for error, count in zip(prediction.by_record(best.errors), counts, strict=True)]
-    slopes, known = np.split(best.slopes, [prediction.size])
-    return uncertainty(errors, slopes[np.concatenate(counts)], prediction.space.slopes(best.u), rule, known)
-
-
-def _draft_profiles(
-    prediction: Prediction,
-    draft: Prediction,
-    best: Minimum,
-    spread: Uncertainty,
-    rule: Loss,
-    progress: Callable[[float], None] | None,
-) -> Profiles | None:
+def _draft_profiles(problem: Problem, report: Callable[[float], Any]) -> Profiles | None:
     """Profiles on thinned samples; None where these do not say the same as all.
 
     The cost's rise per sample is the same on both as long as the change of the force is seen by the thinned samples as
     well. So they serve where the standard errors that follow from the slopes agree within ALIKE, and the minimum is off
     by no more than half of a standard error. The intervals are moved to the minimum on all samples.
     """
+    prediction, draft, best, spread = problem.prediction, problem.draft, problem.best, problem.uncertainty
     if prediction.size < WORTH * draft.size:
         return None
-    low = descent(draft, best.u, rule, evaluations=60, stop=1e-8)
+    low = descent(draft, best.u, problem.loss, evaluations=60, stop=1e-8)
     share = draft.size / prediction.size
     space, law = prediction.space, [prediction.space.names.index(name) for name in prediction.law_names]
     full, thin = _errors(prediction, best), _errors(draft, low) * np.sqrt(share)
@@ -271,7 +236,8 @@ def _draft_profiles(
     if not (alike | unseen)[law].all():
         return None
     scaled = dataclasses.replace(spread, unit=spread.unit * share)
-    profiles = profile_intervals(draft, low, scaled, rule, prediction.law_names, progress)
+    thinned = dataclasses.replace(problem, prediction=draft, best=low, uncertainty=scaled)
+    profiles = profile_intervals(thinned, report)
     for name, j in zip(prediction.law_names, law, strict=True):
         if alike[j] and thin_values[j] > 0 and values[j] > 0:
             profiles[name] = profiles[name].times(values[j] / thin_values[j])

@@ -17,14 +17,14 @@ from vibrocap.identification.inference.diagnosis.causes import SECOND, SHARE, Di
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
 from vibrocap.identification.inference.late_force import LateForce, late_force, moved_by_noise
 from vibrocap.identification.inference.limits import ReachedLimit
-from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time
+from vibrocap.identification.inference.uncertainty import Problem, correlation_time
 from vibrocap.identification.problem.data_scales import DataScales, data_scales, turns
 from vibrocap.identification.problem.prediction import DELAY, Prediction
 from vibrocap.identification.problem.priors import MOST
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.search.descent import descent
-from vibrocap.identification.search.loss import Loss, Minimum, finite
+from vibrocap.identification.search.loss import Minimum, finite
 
 CHANCE = 1e-3  # probability with which white noise would not be called so
 LAGS = 20  # correlations that the test for whiteness sums
@@ -92,23 +92,16 @@ class ResidualReport:
         return (*(finding.text for finding in self.findings), *((f"They are {phase}.",) if phase else ()))
 
 
-def residual_report(
-    prediction: Prediction,
-    best: Minimum,
-    spread: Uncertainty,
-    loss: Loss,
-    limits: Sequence[ReachedLimit],
-    held_out: float,
-) -> ResidualReport:
+def residual_report(problem: Problem, limits: Sequence[ReachedLimit], held_out: float) -> ResidualReport:
     """What the errors of a minimum tell; samples that do not count are left out of the tests.
 
     limits: that were reached; held_out: error of the held-out records over their deviation: 1 is that of a constant.
     """
+    prediction, best = problem.prediction, problem.best
     records, scales = prediction.records, data_scales(prediction.records)
-    held = any(limit.whose == "law" for limit in limits)
-    causes, rest, late = _causes(prediction, best, loss, held)
+    causes, rest, late = _causes(problem, any(limit.whose == "law" for limit in limits))
     faulty = any(cause.kind in ("saturation", "quantisation", "delay") for cause in causes)
-    moved = {} if faulty else moved_by_noise(prediction, best, spread)
+    moved = {} if faulty else moved_by_noise(problem)
     if moved:  # such errors of the motion go with what the force goes with
         causes = tuple(cause for cause in causes if cause.kind not in WITH_MOTION)
     parts = np.split(rest.rest, np.cumsum([int(count.sum()) for count in rest.counts])[:-1])
@@ -130,7 +123,7 @@ def residual_report(
     if work < -NEGATIVE:
         rows.append(_finding("work", work, f"{work:.0%}"))
     for cause in causes:
-        kind = BORNE if cause.kind == "outliers" and loss.kind != "linear" else cause.kind
+        kind = BORNE if cause.kind == "outliers" and problem.loss.kind != "linear" else cause.kind
         rows.append(_finding(kind, cause.amount, *cause.words))
     if not white:
         rows.append(_finding("coloured", tau, f"{tau:.3g}"))
@@ -152,9 +145,7 @@ def residual_report(
     return ResidualReport(white, tau, ratio, shares, phases, largest, delay, error, work, tuple(rows))
 
 
-def _causes(
-    prediction: Prediction, best: Minimum, loss: Loss, held: bool
-) -> tuple[tuple[Cause, ...], Diagnosis, LateForce | None]:
+def _causes(problem: Problem, held: bool) -> tuple[tuple[Cause, ...], Diagnosis, LateForce | None]:
     """The causes that the errors of a minimum point to, with what they leave and with the fit that a delay makes.
 
     A delay changes what the fit makes of the law. So where the errors have a pattern, the fit with a delay competes
@@ -162,10 +153,12 @@ def _causes(
     stands at a limit of the law, which a delay does without any pattern.
     """
 
+    prediction, best = problem.prediction, problem.best
+
     def refit(left: Sequence[np.ndarray]) -> tuple[Sequence[RecordErrors], np.ndarray]:
         units = [np.where(kept, unit, np.inf) for kept, unit in zip(left, prediction.units, strict=True)]
         less = prediction.of(prediction.records, units)
-        end = descent(less, best.u, loss, evaluations=REFITTED, stop=1e-6)
+        end = descent(less, best.u, problem.loss, evaluations=REFITTED, stop=1e-6)
         return record_errors(prediction, finite(prediction.errors(end.u))), _absorbed(prediction, end)
 
     timed = type(prediction) is Prediction and DELAY not in prediction.space.names
@@ -174,7 +167,7 @@ def _causes(
     if not timed or not (causes or held) or any(cause.kind in ("saturation", "quantisation") for cause in causes):
         return causes, first, None
     hint = next((cause.amount for cause in causes if cause.kind == "delay"), 0.0)
-    late = late_force(prediction, best, loss, hint)
+    late = late_force(problem, hint)
     if late is None or late.explained < max(LESS * sum(cause.share for cause in causes), SHARE):
         return causes, first, None
     second = diagnosis(

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.identification.search.loss import Loss
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.search.loss import Loss, Minimum
 
 WINDOW = 5.0  # correlation times over which correlations are summed (Sokal 1997)
 LEVEL = 0.95
@@ -43,6 +44,33 @@ class Uncertainty:
     covariance: np.ndarray
     effective: float
     known: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Problem:
+    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty.
+
+    Of a law whose force jumps, without the samples beside jumps (see `solution.away_from_jumps`): its minimum is a
+    little off the fit's.
+    """
+
+    prediction: Prediction
+    draft: Prediction
+    loss: Loss
+    best: Minimum
+    uncertainty: Uncertainty
+
+    def at(self, best: Minimum) -> "Problem":
+        """The same at another minimum."""
+        return dataclasses.replace(self, best=best, uncertainty=spread_of(self.prediction, best, self.loss))
+
+
+def spread_of(prediction: Prediction, best: Minimum, loss: Loss) -> Uncertainty:
+    """The uncertainty at a minimum of a prediction."""
+    counts = prediction.counts
+    errors = [error[count] for error, count in zip(prediction.by_record(best.errors), counts, strict=True)]
+    slopes, known = np.split(best.slopes, [prediction.size])
+    return uncertainty(errors, slopes[np.concatenate(counts)], prediction.space.slopes(best.u), loss, known)
 
 
 def uncertainty(

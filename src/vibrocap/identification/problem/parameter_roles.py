@@ -37,7 +37,6 @@ class Role:
         return ROLES.get(self.name, NUMBER)
 
 
-INFINITE = math.inf
 SWEEP = "a slow sweep of velocity through the range where friction drops"
 LOOPS = "presliding loops: reversals with strokes below the breakaway distance, sampled many times within them,"
 STEPS = "steps of the sliding velocity, sampled many times over the critical distance and lasting several of it,"
@@ -45,8 +44,8 @@ BOTH = "steady sliding in both directions"
 CONVENTION = "nothing: it is a convention, choose it"
 # fmt: off
 EXPECTED = {role.name: role for role in (  # name, share, decades, low, high, experiment
-    Role("reference velocity", 1.0, 0.0, 0.0, INFINITE, CONVENTION, fitted=False),
-    Role("convention", 1.0, 0.0, 0.0, INFINITE, CONVENTION, fitted=False),
+    Role("reference velocity", 1.0, 0.0, 0.0, math.inf, CONVENTION, fitted=False),
+    Role("convention", 1.0, 0.0, 0.0, math.inf, CONVENTION, fitted=False),
     Role("cutoff velocity", 1e-3, 0.5, 1e-9, 1.0, "sliding at very low speeds", fitted=False),
     Role("softening", 0.5, 0.2, -0.45, 20.0, LOOPS),
     Role("exponent", 2.0, 0.2, 0.1, 12.0, SWEEP + ", and loops through the knee at breakaway,"),
@@ -73,7 +72,7 @@ EXPECTED = {role.name: role for role in (  # name, share, decades, low, high, ex
     Role("level", 1.0, 0.1, 1e-4, 20.0, "steady sliding at high speed"),
 )}
 # fmt: on
-UNKNOWN = Role("unknown", 1.0, 0.3, 0.0, INFINITE, "a motion that excites what it stands for")
+UNKNOWN = Role("unknown", 1.0, 0.3, 0.0, math.inf, "a motion that excites what it stands for")
 
 
 def role(law: Any, name: str) -> Role:

@@ -11,7 +11,7 @@ from vibrocap.identification.inference.identifiability import WIDE, Identifiabil
 from vibrocap.identification.inference.limits import opened, reached_limits
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.residuals import residual_report
-from vibrocap.identification.inference.uncertainty import correlation_time, inverse
+from vibrocap.identification.inference.uncertainty import Problem, correlation_time, inverse
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.differing import in_one_record
 from vibrocap.identification.problem.parameter_roles import unit_of
@@ -25,7 +25,6 @@ from vibrocap.identification.result.fit_result import (
     Fit,
     FittedParameter,
     MeasuredUnits,
-    Problem,
     RecordResult,
     relative_rmse,
 )
@@ -61,8 +60,8 @@ def finished_fit(
         interval = profile or _from_covariance(value, standard[name], quantiles[name], coordinate)
         ends = {"low": min(interval.low, value), "high": max(interval.high, value)}
         intervals[name] = dataclasses.replace(interval, **ends)
-    limits = reached_limits(prediction, problem.best, problem.loss, spread)
-    intervals = opened(intervals, limits, prediction, problem.best)
+    limits = reached_limits(problem)
+    intervals = opened(intervals, limits, problem)
     report = _identifiability(problem, values, intervals)
     counted, parameters_in_all = int(sum(np.sum(count) for count in prediction.counts)), len(space.names)
     if counted < EACH * parameters_in_all:
@@ -83,7 +82,7 @@ def finished_fit(
     unseen = [result for result in results if result.held_out]
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
     held_out_relative, _ = relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])
-    residuals = residual_report(prediction, problem.best, spread, problem.loss, limits, held_out_relative)
+    residuals = residual_report(problem, limits, held_out_relative)
     beforehand = {prior.name for prior in prediction.priors if spread.known[space.names.index(prior.name)] > SAYS_MORE}
     determined = [name for name, verdict in report.verdicts.items() if verdict == Verdict.DETERMINED]
     report = _judged(report, Verdict.PRIOR, [name for name in determined if name in beforehand])

@@ -15,10 +15,9 @@ from vibrocap.files import made_folder, write_text
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
 from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.residuals import ResidualReport
-from vibrocap.identification.inference.uncertainty import Uncertainty
-from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
-from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
+from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.dimensions.units import turned
 from vibrocap.physics.friction.law import Law
@@ -170,7 +169,7 @@ class Fit(Result):
     starts: tuple[Start, ...]
     seconds: float = dataclasses.field(compare=False)
     options: Mapping[str, Any]
-    problem: "Problem | None" = dataclasses.field(default=None, compare=False)
+    problem: Problem | None = dataclasses.field(default=None, compare=False)
     limits: tuple[ReachedLimit, ...] = ()
     residuals: ResidualReport | None = None
 
@@ -283,21 +282,6 @@ class Fit(Result):
         section = case_section(law, in_si=scales is None and not rotary, known_load=known_load)
         write_text(paths[1], heading(scales, rotary, known_load) + section)
         return paths
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Problem:
-    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty.
-
-    Of a law whose force jumps, without the samples beside jumps (see `solution.away_from_jumps`): its minimum is a
-    little off the fit's.
-    """
-
-    prediction: Prediction
-    draft: Prediction
-    loss: Loss
-    best: Minimum
-    uncertainty: Uncertainty
 
 
 def relative_rmse(measured: Sequence[np.ndarray], predicted: Sequence[np.ndarray]) -> tuple[float, float]:

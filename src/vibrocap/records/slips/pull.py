@@ -70,24 +70,16 @@ class Pull:
 
 
 def pull(
-    time: Any,
-    force: Any,
-    stiffness: float | None = None,
-    mass: float | None = None,
-    pulling_speed: float | None = None,
-    normal_force: float | None = None,
-    coefficient: bool = False,
-    name: str = "record",
-    further: Sequence[str] = (),
+    time: Any, force: Any, numbers: Mapping[str, Any], coefficient: bool, name: str, further: Sequence[str]
 ) -> Pull:
     """The checked record of a pulled slider; arguments as in `stick_slip`, and further complaints to raise with others.
 
+    numbers: stiffness, mass, pulling_speed and normal_force, None where not known
     Uneven sampling is interpolated, a force that is negative nearly throughout is turned, both with a note.
     Raises RecordError with every complaint: NaN, a time that runs backwards, a constant force, fewer than 64 samples, a
     gap, numbers that are not positive.
     """
     wrong = _complaints(time, force)
-    numbers = {"stiffness": stiffness, "mass": mass, "pulling_speed": pulling_speed, "normal_force": normal_force}
     wrong += not_positive(numbers)
     if not isinstance(coefficient, bool | np.bool_):
         wrong.append(f"coefficient: should be True or False, got {coefficient!r}")
@@ -99,22 +91,21 @@ def pull(
     if np.mean(even_force < 0) > 0.95:
         even_force = -even_force
         notes.append("force: is negative; its sign was turned")
-    if coefficient and normal_force is None and mass is not None:
-        normal_force = mass * GRAVITY
-        notes.append(f"normal_force: not given; taken as m g = {normal_force:.4g} N")
-    mean = abs(float(even_force.mean())) / (1.0 if coefficient else normal_force or math.inf)
+    if coefficient and numbers["normal_force"] is None and numbers["mass"] is not None:
+        numbers = {**numbers, "normal_force": numbers["mass"] * GRAVITY}
+        notes.append(f"normal_force: not given; taken as m g = {numbers['normal_force']:.4g} N")
+    mean = abs(float(even_force.mean())) / (1.0 if coefficient else numbers["normal_force"] or math.inf)
     low, high = COEFFICIENTS
     if mean > 0 and not low <= mean <= high:
         notes.append(
             f"force: implies a friction coefficient of {mean:.3g}, outside {low:g} to {high:g}; "
             "it looks as if its unit, or that of the normal force, were wrong"
         )
-    return Pull(even_time, even_force, stiffness, mass, pulling_speed, normal_force, bool(coefficient), tuple(notes))
+    return Pull(even_time, even_force, coefficient=bool(coefficient), notes=tuple(notes), **numbers)
 
 
 def _complaints(time: Any, force: Any) -> list[str]:
-    columns: dict[str, np.ndarray] = {}
-    wrong = []
+    columns, wrong = {}, []
     for field, value in (("time", time), ("force", force)):
         try:
             columns[field] = np.array(value, dtype=np.float64)
