@@ -159,10 +159,8 @@ def away_from_jumps(prediction: Prediction, u: np.ndarray) -> Prediction:
     units: list[Any] = []
     left = total = 0
     for i, (record, unit) in enumerate(zip(prediction.records, prediction.units, strict=True)):
-        driven = driven_force(
-            law, record.time, record.velocity, load=record.load, internal=prediction.start(u, i),
-            tolerance=prediction.tolerance,
-        )  # fmt: skip
+        states = {"load": record.load, "internal": prediction.start(u, i)}
+        driven = driven_force(law, record.time, record.velocity, **states)
         closed = driven.internal[:, law.internal.index(JOINT)]
         beside = np.zeros(len(record), bool)
         for at in np.flatnonzero(closed[1:] != closed[:-1]) + 1:

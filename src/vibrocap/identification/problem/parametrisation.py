@@ -31,10 +31,6 @@ class Parametrisation:
     start: np.ndarray
     own_start: np.ndarray | None
 
-    def law(self, u: np.ndarray) -> Law:
-        """The law at coordinates."""
-        return with_values(self.template, self.space.named(u))
-
 
 def with_values(law: Any, values: Mapping[str, float]) -> Any:
     """The law with other parameters."""

@@ -16,7 +16,6 @@ from vibrocap.identification.problem.terms import RIPPLES, TERMS, coordinate_of,
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 
-TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
 SMALL = 20_000  # samples, over all rows, below which starting threads takes longer than the work they share
 START = "start"  # of a contact: its states at the first sample of a record
 
@@ -39,7 +38,6 @@ class Prediction:
     records: tuple[Samples, ...]
     units: tuple[Any, ...]
     threads: int | None = None
-    tolerance: float = TOLERANCE
     priors: tuple[Prior, ...] = ()
     differing: tuple[Differing, ...] = ()
 
@@ -75,17 +73,11 @@ class Prediction:
         delays, adhesions = (self._beside(values, name, 0.0) for name in (DELAY, ADHESION))
         for delay, adhesion in np.unique(np.stack([delays, adhesions], axis=1)[lawful], axis=0):
             rows = lawful & (delays == delay) & (adhesions == adhesion)
-            forces[rows] = driven_forces(
-                self.template,
-                law_values[rows],
-                law_names,
-                record.time,
-                _late(record.velocity, record.time, delay),
-                load=record.load + adhesion,
-                internal=None if start is None else start[rows],
-                tolerance=self.tolerance,
-                threads=1 if rows.sum() * len(record) < SMALL else self.threads,
-            ).force
+            threads = 1 if rows.sum() * len(record) < SMALL else self.threads
+            how = {"load": record.load + adhesion, "internal": start[rows] if start is not None else None}
+            motion = record.time, _late(record.velocity, record.time, delay)
+            driven = driven_forces(self.template, law_values[rows], law_names, *motion, **how, threads=threads)
+            forces[rows] = driven.force
             late = functools.partial(_late, time=record.time, delay=delay)
             forces[rows] += forces_of_terms(names, values[rows], record, late, forces[rows])
         return forces * self._beside(values, own_name(GAIN, record.name), self._beside(values, GAIN, 1.0))[:, None]
