@@ -61,10 +61,9 @@ def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -
 
 def _reversible(model: TableModel, name: str) -> bool:
     """Whether a column may have the wrong sign: what travels, and parameters that may be negative."""
-    return name in TRAVEL or (
-        name in model.table.conditions
-        and not refusal(model.system, {name: -float(np.max(np.abs(model.table.column(name))))})
-    )
+    if name not in model.table.conditions:
+        return name in TRAVEL
+    return not refusal(model.system, {name: -float(np.max(np.abs(model.table.column(name))))})
 
 
 def _begun(model: TableModel, shares: np.ndarray) -> tuple[float, TableModel, np.ndarray]:

@@ -69,9 +69,7 @@ def read_table(table: Any, system: System, complaints: Complaints) -> MeasuredTa
     columns = _columns(table, system, known, complaints)
     if len(complaints) > begun:
         return None
-    conditions: dict[str, np.ndarray] = {}
-    targets: dict[str, np.ndarray] = {}
-    errors: dict[str, np.ndarray] = {}
+    conditions, targets, errors = (dict[str, np.ndarray]() for _ in range(3))
     for name, values in columns.items():
         if name in known:
             targets[name] = values
@@ -85,8 +83,8 @@ def read_table(table: Any, system: System, complaints: Complaints) -> MeasuredTa
         else:
             complaints.add(name, f"is no parameter and no measure of this case; {near_measure(name, known)}")
     complaints += path_complaints(conditions, [system.parts], system.units)
-    complaints += [Complaint(path, "a start is no condition; give it by `initial`") for path in conditions
-                   if path.startswith("initial.")]  # fmt: skip
+    starts = [path for path in conditions if path.startswith("initial.")]
+    complaints += [Complaint(path, "a start is no condition; give it by `initial`") for path in starts]
     for name in errors:
         if name not in targets:
             complaints.add(name + ERROR, f"has no column {name} beside it")
@@ -113,19 +111,19 @@ def _columns(table: Any, system: System, known: Mapping[str, Measure], complaint
     """Columns of finite numbers by name, in the units of the case."""
     units: Mapping[str, str] = {}
     if isinstance(table, (str, Path)):
+        name, tables, wrong = repr(str(table)), [], []
         try:
             tables = text_tables(Path(table))
         except RecordError as error:
-            complaints += [Complaint("table", f"{str(table)!r}: {complaint}") for complaint in error.complaints]
-            return {}
+            wrong = [f"{name}: {complaint}" for complaint in error.complaints]
         except (OSError, ValueError) as error:
-            complaints.add("table", f"{str(table)!r} cannot be read ({error})")
-            return {}
-        if len(tables) > 1 or not tables[0].named:
-            complaints.add("table", f"{str(table)!r} should be one table with a line of headings")
-            return {}
-        if faults := tables[0].faults_in(tables[0].columns):
-            complaints += [Complaint("table", f"{str(table)!r}: {fault}") for fault in faults]
+            wrong = [f"{name} cannot be read ({error})"]
+        if tables and (len(tables) > 1 or not tables[0].named):
+            wrong = [f"{name} should be one table with a line of headings"]
+        elif tables:
+            wrong = [f"{name}: {fault}" for fault in tables[0].faults_in(tables[0].columns)]
+        if wrong:
+            complaints += [Complaint("table", text) for text in wrong]
             return {}
         raw: Mapping[str, Any] = tables[0].columns
         units = tables[0].units
@@ -164,9 +162,9 @@ def _in_units_of_case(
     if system.units is None and heading.endswith(PERIOD) and np.all(values > 0.0):
         return heading.removesuffix(PERIOD) + FREQUENCY, 2.0 * math.pi / values
     parts = bracketed(heading) or ("", "")
-    ways = [(heading, unit_named(unit)), (parts[0], unit_named(parts[1]))]
-    ways += [(heading[:k], suffix_unit(heading[k + 1 :])) for k, mark in enumerate(heading) if mark == "_"]
-    for stem, stated in ((stem, stated) for stem, stated in ways if stated is not None):
+    readings = [(heading, unit_named(unit)), (parts[0], unit_named(parts[1]))]
+    readings += [(heading[:k], suffix_unit(heading[k + 1 :])) for k, mark in enumerate(heading) if mark == "_"]
+    for stem, stated in ((stem, stated) for stem, stated in readings if stated is not None):
         names = list(_quantities(stem, system, known))
         for name, own, power in names:
             wanted = unit_named(own)

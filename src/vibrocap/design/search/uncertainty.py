@@ -263,14 +263,10 @@ def uncertain_quantities(
 
 def _quantity(system: System, paths: tuple[str, ...], factor: bool, asked: Any) -> Uncertain | str:
     """An uncertain quantity, or what is wrong with its distribution; factor: whether that is of a factor."""
-    if isinstance(asked, str):
-        law, words = _distribution(asked), asked
-    elif hasattr(asked, "ppf"):
-        law, words = asked, type(asked).__name__
-    elif isinstance(asked, Sequence) and len(asked) == 2 and all(map(is_number, asked)):
-        law, words = _distribution(f"{asked[0]!r}:{asked[1]!r}"), f"{asked[0]!r}:{asked[1]!r}"
-    else:
-        law, words = None, ""
+    words = asked if isinstance(asked, str) else type(asked).__name__
+    if not isinstance(asked, str) and isinstance(asked, Sequence) and len(asked) == 2 and all(map(is_number, asked)):
+        words = asked = f"{asked[0]!r}:{asked[1]!r}"
+    law = _distribution(asked) if isinstance(asked, str) else asked if hasattr(asked, "ppf") else None
     if law is None or isinstance(law, str):
         return law or f"should be {FORM}, a pair of ends, or a distribution of scipy.stats, got {shown(asked)}"
     if factor and not all("." in path for path in paths):
