@@ -233,7 +233,8 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
     if np.any(np.isnan(values)):
         return None, None
     if len(quantities) == 1:  # all variance is its own
-        return ({quantities[0].name: SobolIndex(1.0, 1.0, 1.0)},) * 2
+        whole = {quantities[0].name: SobolIndex(1.0, 1.0, 1.0)}
+        return whole, whole
     first, second, *mixed = values.reshape(-1, samples) - np.mean(values[: 2 * samples])
 
     def indices(members: np.ndarray) -> np.ndarray:

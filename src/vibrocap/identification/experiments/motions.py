@@ -101,7 +101,7 @@ def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: floa
         raise ArgumentError("law", f"{law.name} cannot be driven by {motion.name}: {driven.status}")
     wobble = np.random.default_rng(seed).standard_normal(len(motion.time))
     force = driven.force + noise * float(np.std(driven.force)) * wobble
-    columns = {"velocity": motion.velocity, "displacement": motion.displacement}
+    columns: dict[str, Any] = {"velocity": motion.velocity, "displacement": motion.displacement}
     columns |= {"acceleration": np.gradient(motion.velocity, motion.time), "normal_force": load}
     source = f"{law.name} law, {100 * noise:g} % noise, seed {seed}"
     return Record(motion.name or "motion", motion.time, force, **columns, source=source)
