@@ -9,10 +9,10 @@ import numpy as np
 from vibrocap.numerics.codegen.resolution import SharpArgument
 from vibrocap.numerics.codegen.straight_line import LEAVES, ScalarWriter, chosen_source, function_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.numerics.kernel.driven_generated import Numbers, Wholes
 
 SMALLEST_EXPONENT = -700.0  # exp of it is 1e-304
-# Entries of `ints`.
-INT_ENTRIES = ("STATUS", "STEPS", "REFUSED", "STEP_LIMIT", "JUMPS", "FORCE_START", "INTERNAL_START")
+INT_ENTRIES = tuple(name.upper() for name in Wholes.__annotations__)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -53,17 +53,9 @@ class DrivenLayout:
     @property
     def sizes(self) -> dict[str, int]:
         """Numbers per entry of `floats`."""
-        return {
-            "PARAMETER": self.parameters,
-            "FROZEN": self.frozen,
-            "STATE": self.states,
-            "NEW": self.states,  # at the end of the step
-            "INVERSE_SCALE": self.states,  # one over tolerance and natural size
-            **dict.fromkeys(("VELOCITY", "LOAD", "VELOCITY_RATE", "LOAD_RATE"), 1),
-            "STEP": 1,  # proposed
-            "VISIBLE_SPEED": 1,  # up to which friction changes fast
-            "LEAP": 1,  # longest change of a state within a step, over its tolerance
-        }
+        own = {"parameter": self.parameters, "frozen": self.frozen}
+        own |= dict.fromkeys(("state", "new", "inverse_scale"), self.states)
+        return {name.upper(): own.get(name, 1) for name in Numbers.__annotations__}
 
     @property
     def places(self) -> dict[str, int]:
@@ -108,12 +100,12 @@ class DrivenWriter(ScalarWriter):
 
 def is_frozen(graph: Graph, index: int) -> bool:
     """Whether a node depends on nothing but parameters and the side."""
-    waiting, seen = [index], set()
+    waiting, visited = [index], set()
     while waiting:
         node = waiting.pop()
-        if node in seen:
+        if node in visited:
             continue
-        seen.add(node)
+        visited.add(node)
         op, *operands = graph.nodes[node]
         if op in ("state", "time"):
             return False
@@ -143,9 +135,8 @@ def force_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`force`: of the states at a place of the memory."""
     writer = DrivenWriter(equations, frozen)
     value = writer.name(equations.force)
-    return function_source(
-        "force(floats, at, v, w, side)", [*_loaded(writer, equations.states), *writer.lines, f"return {value}"]
-    )
+    lines = [*_loaded(writer, equations.states), *writer.lines, f"return {value}"]
+    return function_source("force(floats, at, v, w, side)", lines)
 
 
 def guard_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:

@@ -101,9 +101,9 @@ class Enclosures:
         return self._known[index]
 
     def _enclosure(self, index: int) -> Interval:
-        given = self.leaf(index)
-        if given is not None:
-            return given
+        known = self.leaf(index)
+        if known is not None:
+            return known
         text = self.text
         op, *operands = self.graph.nodes[index]
         if op == "constant":
@@ -151,8 +151,8 @@ class Enclosures:
         if low == high:
             return same(text.function(op, low))
         middle = text.name(f"0.5 * ({low} + {high})")
-        value, way = text.function(op, middle), text.name(f"{high} - {middle}")
-        return text.larger(text.name(f"{value} - {way}"), "-1.0"), text.smaller(text.name(f"{value} + {way}"), "1.0")
+        value, far = text.function(op, middle), text.name(f"{high} - {middle}")
+        return text.larger(text.name(f"{value} - {far}"), "-1.0"), text.smaller(text.name(f"{value} + {far}"), "1.0")
 
     def _pair(self, a: Interval, formula: Callable[[str], str], turned: bool = False) -> Interval:
         ends = tuple(self.text.name(formula(x)) for x in (a[::-1] if turned else a))

@@ -11,7 +11,10 @@ def guard_source(order: int, sticks: bool, limit_constant: bool, several: bool, 
     Where there are branches also `switch_simd`, the same of the guard of one. `signs_simd` says how often the Bernstein
     coefficients change their sign (see `roots.py`), `guard_at` is the value of the polynomial.
     """
-    body = [f"v{k} = load(floats, velocity + {k} * LANES)" for k in range(order + 1)]
+    body = ["velocity = VELOCITY_OF[contact]"]
+    if sticks:
+        body += ["hold = HOLD_OF[contact]", "limit = LIMIT_OF[contact]"]
+    body += [f"v{k} = load(floats, velocity + {k} * LANES)" for k in range(order + 1)]
     for k in range(order + 1):
         one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
         guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
@@ -20,7 +23,7 @@ def guard_source(order: int, sticks: bool, limit_constant: bool, several: bool, 
             held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
             guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
         body += _stored(k, guard, several)
-    heads = {"guard_simd(floats, chosen, velocity, hold, limit, side, stuck, push, one, two, h)": body}
+    heads = {"guard_simd(floats, chosen, contact, side, stuck, push, one, two, h)": body}
     body = []
     if branches:
         body = [f"v{k} = load(floats, row + {k} * LANES)" for k in range(order + 1)]

@@ -267,9 +267,9 @@ class JetWriter:
 @functools.lru_cache(maxsize=32)
 def shortest(equations: Equations) -> Mechanics | None:
     """The equations of motion as told with which the series take the fewest operations; None: the solved ones do."""
-    given, told = (equations.graph, list(equations.rates)), equations.mechanics
+    recorded, told = (equations.graph, list(equations.rates)), equations.mechanics
     if told is None:
         return None
-    whole = JetWriter(*given, mechanics=told).mechanics
-    ways = [None, *(() if whole is None else (told, whole.reduced()))]
-    return min(ways, key=lambda way: JetWriter(*given, mechanics=way).operations())
+    whole = JetWriter(*recorded, mechanics=told).mechanics
+    candidates = [None, *(() if whole is None else (told, whole.reduced()))]
+    return min(candidates, key=lambda candidate: JetWriter(*recorded, mechanics=candidate).operations())

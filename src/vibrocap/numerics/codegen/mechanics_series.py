@@ -36,8 +36,8 @@ class MechanicsWriter:
         loads = ((c, contact.load) for c, contact in enumerate(self.contacts))
         self.loads = {c: load for c, load in loads if load is not None}
         self._loaded = {load.moving.index: c for c, load in self.loads.items()}
-        told = (*(row.left for row in self.rows), *(load.value for load in self.loads.values()))
-        self._told = (*told, *(contact.friction for contact in self.contacts))
+        recorded = (*(row.left for row in self.rows), *(load.value for load in self.loads.values()))
+        self._told = (*recorded, *(contact.friction for contact in self.contacts))
         self._newest: dict[int, bool] = {}
         self._levels: dict[int, int | None] = {}
         self._simples: dict[int, bool] = {}
@@ -68,18 +68,18 @@ class MechanicsWriter:
             formulas |= {index: functools.partial(self.writer.coefficient, first) for index in same}
         return formulas
 
-    def _reached(self, roots: Sequence[Expression], told: set[int]) -> set[int]:
+    def _reached(self, roots: Sequence[Expression], known: set[int]) -> set[int]:
         """The nodes that these and the rates of their states need, but for accelerations and what is told."""
-        seen: set[int] = set()
+        visited: set[int] = set()
         waiting = [root.index for root in roots]
         while waiting:
             index = waiting.pop()
-            if index not in seen and index not in told and index not in self.unknown:
-                seen.add(index)
+            if index not in visited and index not in known and index not in self.unknown:
+                visited.add(index)
                 op, *operands = self.graph.nodes[index]
                 waiting.extend(operands_of(self.graph, index))
                 waiting.extend(self.writer.rates[i].index for i in operands if op == "state")
-        return seen
+        return visited
 
     @property
     def usable(self) -> bool:
@@ -112,8 +112,8 @@ class MechanicsWriter:
         """Whether the first accelerations that a coefficient contains stand there by sums and products only."""
         if index not in self._simples:
             op, *operands = self.graph.nodes[index]
-            given = self.level(index) is None or self._is_told(index)
-            self._simples[index] = given or self._made_simply(op, operands)
+            settled = self.level(index) is None or self._is_told(index)
+            self._simples[index] = settled or self._made_simply(op, operands)
         return self._simples[index]
 
     def _made_simply(self, op: str, operands: list) -> bool:

@@ -156,9 +156,8 @@ def lacunary(equations: Equations) -> bool:
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations)[0].nodes:
         op, *operands = graph.nodes[node]
-        slopes = [
-            sensitivity(Expression(graph, operands[-1]), contact.velocity.index) for contact in equations.contacts
-        ]
+        argument = Expression(graph, operands[-1])
+        slopes = [sensitivity(argument, contact.velocity.index) for contact in equations.contacts]
         with np.errstate(all="ignore"):
             if op in ("log", "power") or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
                 return True
@@ -182,9 +181,9 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
 
     def around(place: str, row: str, state: int, over: bool) -> Interval:
         """A value, with how far it may go over the step and by how much it may be off in a proof that is to last."""
-        value, ways = text.name(text.entry(place)), [text.excursion(row)] if over else []
-        way = text.name(" + ".join([*ways, f"widened * {text.entry(f'SCALE + {state} * LANES')}"]))
-        return text.name(f"{value} - {way}"), text.name(f"{value} + {way}")
+        value, parts = text.name(text.entry(place)), [text.excursion(row)] if over else []
+        half_width = text.name(" + ".join([*parts, f"widened * {text.entry(f'SCALE + {state} * LANES')}"]))
+        return text.name(f"{value} - {half_width}"), text.name(f"{value} + {half_width}")
 
     def leaf(index: int, over: bool, velocity: Interval) -> Interval | None:
         """What is given, at the start or over the step, with the contact velocity in between."""
@@ -261,8 +260,8 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
             line, square = (_missed(graph, node, text, step, start, (order - 1) // (k * m)) for k in (1, 2))
             linear = f"abs({second}) >= abs({third}) * h"
             rest = f"(abs({first}) <= FAINT * (abs({second}) + abs({third}) * h) * h)"
-            told = f"{least} * {text.chosen(linear, line, square)} <= {near_rest(speed)}"
-            missed = text.chosen("widened == 0.0", text.chosen(told, "worst", "worst + 1.0"), "worst")
+            visible = f"{least} * {text.chosen(linear, line, square)} <= {near_rest(speed)}"
+            missed = text.chosen("widened == 0.0", text.chosen(visible, "worst", "worst + 1.0"), "worst")
             text.lines.append(f"worst = {text.chosen(rest, missed, 'worst')}")
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 

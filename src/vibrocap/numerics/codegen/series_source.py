@@ -28,9 +28,8 @@ def jet_source(equations: Equations, layout: Layout, loop: str) -> str:
     """
     if loop == "simd":
         sticks = any(contact.sticks for contact in equations.contacts)
-        guard = guard_source(
-            layout.order, sticks, limits_are_constant(equations), equations.several, bool(equations.switches)
-        )
+        switched, constant = bool(equations.switches), limits_are_constant(equations)
+        guard = guard_source(layout.order, sticks, constant, equations.several, switched)
         slow = range(len(layout.slow))
         body = _series(equations, layout, loop, slow if equations.several else ())
         one = ["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), ""]
@@ -66,7 +65,7 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
     loads = equations.true_loads.values() if layout.watched else ()
-    watched = [LoadSeries(equations.told(load), writer, order) for load in loads]
+    watched = [LoadSeries(equations.by_momenta(load), writer, order) for load in loads]
     states = layout.states
     code.name("time", code.entry("TIME"))
     for i in range(layout.contacts):
@@ -83,15 +82,12 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     for k in range(order + 1):
         for i in range(states):
             keep(i, k, settled_coefficient(writer, i, k))
-        for i, each in enumerate(equations.imposed, start=imposed_from):
-            keep(i, k, settled_coefficient(writer, each.state, k, each.velocity))
+        for i, contact in enumerate(equations.imposed, start=imposed_from):
+            keep(i, k, settled_coefficient(writer, contact.state, k, contact.velocity))
         for i, shift in enumerate(equations.shifts[: layout.shifts], start=shifts_from):
             keep(i, k, writer.coefficient(shift.index, k))
         if k < order:
-            pairs = (
-                pair for contact in equations.contacts for pair in (contact.hold, contact.limit) if pair is not None
-            )
-            for i, value in enumerate(pairs, start=held_from):
+            for i, value in enumerate(equations.holding, start=held_from):
                 keep(i, k, writer.coefficient(value.index, k))
         for i, true_load in enumerate(watched, start=held_from + 2 * layout.held):
             for number, term in true_load.at_order(k):

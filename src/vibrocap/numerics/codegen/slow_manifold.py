@@ -43,13 +43,13 @@ def pair(layout: Layout) -> bool:
 
 def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
     """The writer of the series of these equations; slow: numbers of the manifolds on which they may be."""
-    given = equations.graph, list(equations.rates), code
+    recorded = equations.graph, list(equations.rates), code
     if not slow:
-        return JetWriter(*given, shortest(equations))
+        return JetWriter(*recorded, shortest(equations))
     states = {layout.slow[number][1]: number for number in slow}
     creeping = frozenset(contact.state for contact in equations.contacts if contact.state in states)
     mechanics = None if creeping else shortest(equations)  # which gives no rate that is slaved
-    return SlowWriter(*given, mechanics, states, creeping, layout)
+    return SlowWriter(*recorded, mechanics, states, creeping, layout)
 
 
 def bounding_decays(
@@ -90,9 +90,8 @@ def bounding_decays(
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
         for place in places:
             rest = ZERO if layout.lanes > 1 or writer.alone else formulas[place] - own
-            formulas[place] = writer.code.name(
-                f"bounding_{number}_{place}", writer.chosen(state, rest, formulas[place])
-            )
+            bounding = writer.chosen(state, rest, formulas[place])
+            formulas[place] = writer.code.name(f"bounding_{number}_{place}", bounding)
     return formulas
 
 
@@ -106,10 +105,10 @@ def store_reach(writer: JetWriter) -> None:
         for state, other in enumerate(writer.rates):
             slope = derivative(other, slow)
             if state not in together and slope.value != 0.0:
-                given = slope
-                for each in together:
-                    given = given - writer.push(other, each) * derivative(writer.rates[each], slow)
-                for values, value in ((lasting, given), (passing, slope)):
+                lasting_slope = slope
+                for member in together:
+                    lasting_slope = lasting_slope - writer.push(other, member) * derivative(writer.rates[member], slow)
+                for values, value in ((lasting, lasting_slope), (passing, slope)):
                     size = Formula(f"abs({writer.coefficient(value.index, 0).text})")
                     values.append(size / code.entry(f"SCALE + {state} * LANES"))
         for name, values in (("DRIFT", lasting), ("KICK", passing)):
@@ -226,19 +225,18 @@ class SlowWriter(JetWriter):
         together = self.together(state)
         trial, at_start = self.trial(together, k), self.trial(together, 0)
 
-        def left(each: int) -> Formula:
-            return self.target(each, k) - trial.coefficient(self.rates[each].index, k)
+        def left(own_state: int) -> Formula:
+            return self.target(own_state, k) - trial.coefficient(self.rates[own_state].index, k)
 
-        def slope(each: int, other: int) -> Formula:
-            return at_start.coefficient(derivative(self.rates[each], other).index, 0)
+        def slope(own_state: int, other: int) -> Formula:
+            return at_start.coefficient(derivative(self.rates[own_state], other).index, 0)
 
         number = self.slow[state]
         if len(together) == 1:
             own_slope = slope(state, state)
             for other_state in at_start.others:
-                through = sensitivity(self.rates[state], self.rates[other_state].index) * derivative(
-                    self.rates[other_state], state
-                )
+                other_rate = self.rates[other_state]
+                through = sensitivity(self.rates[state], other_rate.index) * derivative(other_rate, state)
                 if through.value != 0.0:
                     own_slope = own_slope - self.chosen(other_state, at_start.coefficient(through.index, 0), ZERO)
             return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / own_slope)
@@ -295,6 +293,5 @@ class Trial(JetWriter):
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""
-        return self.code.name(
-            f"{kind}t{self.label}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
-        )
+        name = f"{kind}t{self.label}_{self.k}_{self.whole.number(index)}"
+        return self.code.name(name if k is None else f"{name}_{k}", formula)

@@ -95,10 +95,8 @@ def constants_source(equations: Equations, layout: Layout) -> str:
     sharp, number = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SHARP_CONTACT": number}
     constants["LACUNARY"] = lacunary(equations)
-    no_series = (
-        contact.sticks and no_series_at_rest(contact.velocity, equations.rates) for contact in equations.contacts
-    )
-    constants["ROUGH"] = tuple(map(int, no_series))
+    rough = (own.sticks and no_series_at_rest(own.velocity, equations.rates) for own in equations.contacts)
+    constants["ROUGH"] = tuple(map(int, rough))
     constants["GAPS"] = bool(gaps(equations, sharp.nodes))
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
@@ -214,13 +212,8 @@ def integrands_source(
         values += [friction, f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
     values += [writer.name(function) for function in own]
     summed = len(values) - len(own_extremes)
-    constants = {
-        "INTEGRANDS": len(values),
-        "SUMMED": summed,
-        "FRICTION": len(equations.powers),
-        "MIRROR": tuple(equations.symmetry),
-    }
-    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    constants = {"INTEGRANDS": len(values), "SUMMED": summed, "FRICTION": len(equations.powers)}
+    lines = [f"{name} = {value!r}" for name, value in (constants | {"MIRROR": tuple(equations.symmetry)}).items()]
     body = [*writer.lines, *(f"floats[out + {i}] = {value}" for i, value in enumerate(values))]
     text = "\n".join([*lines, "", "def integrands(floats, t, point, lane, out):", *indented(body), ""])
     return Integrands(text, summed, len(own_extremes))

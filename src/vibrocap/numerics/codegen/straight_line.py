@@ -7,7 +7,6 @@ latest term last. The values of recorded expressions in one lane, and functions 
 """
 
 import dataclasses
-import functools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -107,9 +106,10 @@ def total(terms: Iterable[Term]) -> Formula:
     ordered.insert(0, ordered.pop(first))
     if len(ordered) > 1 and ordered[1][0] > 0 and all(size.factors is not None for _, size in ordered[:2]):
         ordered[:2] = ordered[1::-1]  # of two products that are added the left one is free
-    return functools.reduce(
-        lambda done, term: done + term[1] if term[0] > 0 else done - term[1], ordered[1:], ordered[0][1]
-    )
+    whole = ordered[0][1]
+    for sign, size in ordered[1:]:
+        whole = whole + size if sign > 0 else whole - size
+    return whole
 
 
 def combined(op: str, operands: Iterable[Iterable[Term]]) -> list[Term]:

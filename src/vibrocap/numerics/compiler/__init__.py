@@ -72,8 +72,8 @@ def literal_ir(text: str, entry: str) -> str:
     from vibrocap.numerics.compiler.lowering import lowered
     from vibrocap.numerics.compiler.own_functions import with_own_functions
 
-    made = lowered(with_own_functions(text), entry, host().lanes, short=True, library=LIBRARY)
-    return made.replace(" contract ", " ")
+    lowered_text = lowered(with_own_functions(text), entry, host().lanes, short=True, library=LIBRARY)
+    return lowered_text.replace(" contract ", " ")
 
 
 def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:

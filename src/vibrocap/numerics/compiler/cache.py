@@ -102,9 +102,9 @@ def folder() -> pathlib.Path:
 @functools.cache
 def _temporary_folder() -> pathlib.Path:
     """A folder of this process, removed at its end."""
-    made = pathlib.Path(tempfile.mkdtemp(prefix="vibrocap-"))
-    atexit.register(shutil.rmtree, made, ignore_errors=True)
-    return made
+    temporary = pathlib.Path(tempfile.mkdtemp(prefix="vibrocap-"))
+    atexit.register(shutil.rmtree, temporary, ignore_errors=True)
+    return temporary
 
 
 def key(*parts: str) -> str:
@@ -234,10 +234,8 @@ def _wait_for(lock: Callable[[], None], handle: int) -> None:
         except BlockingIOError:
             waited, holder = time.monotonic() - begun, locks.holder(handle)
         if waited > (STOPPED if locks.is_stopped(holder) else PATIENCE):
-            words = (
-                f"a kernel is made anew: {locks.in_words(holder)} has kept its lock in {folder()} for {waited:.0f} s"
-            )
-            warnings.warn(words, RuntimeWarning, stacklevel=2)
+            words = f"{locks.in_words(holder)} has kept its lock in {folder()} for {waited:.0f} s"
+            warnings.warn(f"a kernel is made anew: {words}", RuntimeWarning, stacklevel=2)
             return None
         time.sleep(pause)
         pause = min(2.0 * pause, longest)

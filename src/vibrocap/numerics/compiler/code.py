@@ -78,10 +78,8 @@ class Code:
         if value.kind == kind:
             return self.packed(value) if kind.items else value
         if kind.items and len(kind.items) == len(value.kind.items):
-            items = self.items(value) or ()
-            return self.packed(
-                self.tupled([self.as_kind(item, part) for item, part in zip(items, kind.items, strict=True)])
-            )
+            pairs = zip(self.items(value), kind.items, strict=True)
+            return self.packed(self.tupled([self.as_kind(item, part) for item, part in pairs]))
         if value.kind == PLACES:
             return value
         assert kinds.joined(value.kind, kind) == kind
@@ -118,9 +116,8 @@ class Code:
             text = "poison"
             for i, item in enumerate(value.items or ()):
                 part = self.packed(item) if item.kind.items else item
-                text = self.emit(
-                    value.kind, f"insertvalue {value.kind.llvm} {text}, {part.kind.llvm} {part.text}, {i}"
-                ).text
+                code = f"insertvalue {value.kind.llvm} {text}, {part.kind.llvm} {part.text}, {i}"
+                text = self.emit(value.kind, code).text
             return Value(value.kind, text, value.constant, value.items)
         return value
 
@@ -304,9 +301,8 @@ class Code:
         kind = kinds.joined(one.kind, other.kind) or FLOAT
         one, other = self.as_kind(one, kind), self.as_kind(other, kind)
         better = self._compared(op, other, one)
-        return self.emit(
-            kind, f"select {better.kind.llvm} {better.text}, {kind.llvm} {other.text}, {kind.llvm} {one.text}"
-        )
+        values = f"{kind.llvm} {other.text}, {kind.llvm} {one.text}"
+        return self.emit(kind, f"select {better.kind.llvm} {better.text}, {values}")
 
     def _of_Magnitude(self, node: nodes.Magnitude) -> Value:
         value = self.value(node.value)
@@ -334,13 +330,13 @@ class Code:
 
     def _of_Call(self, node: nodes.Call) -> Value:
         arguments = [self.value(argument) for argument in node.arguments]
-        made = self.module.written(node.function)
+        name = self.module.written(node.function)
         packed = [self.packed(argument) if argument.kind.items else argument for argument in arguments]
         passed = ", ".join(f"{argument.kind.llvm} {argument.text}" for argument in packed)
         if node.kind == NOTHING:
-            self.do(f"call void {made}({passed})")
+            self.do(f"call void {name}({passed})")
             return Value(NOTHING, "")
-        return self.emit(node.kind, f"call {node.kind.llvm} {made}({passed})")
+        return self.emit(node.kind, f"call {node.kind.llvm} {name}({passed})")
 
     def _of_Primitive(self, node: nodes.Primitive) -> Value:
         arguments = [self.value(argument) for argument in node.arguments]

@@ -23,8 +23,8 @@ def foreign_code(text: str, target: Target, form: Form, mark: bytes) -> bytes:
         command = [sys.executable, "-P", "-m", __name__, form, target.triple, target.processor, target.features]
         done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
         if done.returncode != 0:
-            said = done.stderr.decode(errors="replace")[-2000:]
-            raise RuntimeError(f"LLVM made no code for {target.triple}: {said}")
+            message = done.stderr.decode(errors="replace")[-2000:]
+            raise RuntimeError(f"LLVM made no code for {target.triple}: {message}")
         code = done.stdout
         cache.keep(name, code)
     return code
@@ -32,6 +32,8 @@ def foreign_code(text: str, target: Target, form: Form, mark: bytes) -> bytes:
 
 if __name__ == "__main__":
     wanted, *rest = sys.argv[1:]
-    given, chosen = sys.stdin.read(), Target(*rest)
-    made = assembly(given, chosen).encode() if wanted == "assembly" else object_code(given, chosen)
-    sys.stdout.buffer.write(made)
+    source, target = sys.stdin.read(), Target(*rest)
+    if wanted == "assembly":
+        sys.stdout.buffer.write(assembly(source, target).encode())
+    else:
+        sys.stdout.buffer.write(object_code(source, target))

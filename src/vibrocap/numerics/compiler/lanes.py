@@ -106,8 +106,8 @@ def _bits(code: "Code", chosen: Value) -> Value:
 
 def _exponent(code: "Code", x: Value) -> Value:
     width, whole = _of_bits(x)
-    seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
-    shifted = code.emit(whole, f"lshr {whole.llvm} {seen.text}, {_same('i64', '52', width)}")
+    pattern = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
+    shifted = code.emit(whole, f"lshr {whole.llvm} {pattern.text}, {_same('i64', '52', width)}")
     # As the last digits of 2^52 they are a float; a conversion costs processors without AVX-512 far more.
     digits = code.emit(whole, f"or {whole.llvm} {shifted.text}, {_same('i64', str((1023 + 52) << 52), width)}")
     number = code.emit(x.kind, f"bitcast {whole.llvm} {digits.text} to {x.kind.llvm}")
@@ -117,8 +117,8 @@ def _exponent(code: "Code", x: Value) -> Value:
 
 def _mantissa(code: "Code", x: Value) -> Value:
     width, whole = _of_bits(x)
-    seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
-    kept = code.emit(whole, f"and {whole.llvm} {seen.text}, {_same('i64', str(2**52 - 1), width)}")
+    pattern = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
+    kept = code.emit(whole, f"and {whole.llvm} {pattern.text}, {_same('i64', str(2**52 - 1), width)}")
     one = code.emit(whole, f"or {whole.llvm} {kept.text}, {_same('i64', str(1023 << 52), width)}")
     return code.emit(x.kind, f"bitcast {whole.llvm} {one.text} to {x.kind.llvm}")
 
@@ -128,8 +128,8 @@ def _power_of_two(code: "Code", k: Value) -> Value:
     # The last binary digits of this sum are k + 1023, without a conversion.
     offset = _same("double", float_text(1.5 * 2.0**52 + 1023.0), width)
     digits = code.emit(k.kind, f"fadd contract {k.kind.llvm} {k.text}, {offset}")
-    seen = code.emit(whole, f"bitcast {k.kind.llvm} {digits.text} to {whole.llvm}")
-    biased = code.emit(whole, f"shl {whole.llvm} {seen.text}, {_same('i64', '52', width)}")
+    pattern = code.emit(whole, f"bitcast {k.kind.llvm} {digits.text} to {whole.llvm}")
+    biased = code.emit(whole, f"shl {whole.llvm} {pattern.text}, {_same('i64', '52', width)}")
     return code.emit(k.kind, f"bitcast {whole.llvm} {biased.text} to {k.kind.llvm}")
 
 

@@ -137,9 +137,9 @@ def _initialised(all_targets: bool) -> None:
 def _machine(target: Target) -> Any:
     """LLVM's target machine."""
     _initialised(target.triple != llvm.get_process_triple())
-    made = llvm.Target.from_triple(target.triple)
+    kind = llvm.Target.from_triple(target.triple)
     reloc = "static" if target.triple.startswith("wasm") else "pic"  # a module's memory begins at 0
-    return made.create_target_machine(
+    return kind.create_target_machine(
         cpu=target.processor, features=target.features, opt=3, reloc=reloc, codemodel="default"
     )
 
@@ -186,11 +186,11 @@ def called_once_marked(text: str) -> str:
     """The same, in which functions called once are marked to be put in the place of their call."""
     calls = Counter(_CALL.findall(text))
 
-    def marked(found: re.Match[str]) -> str:
-        if found[2].startswith("@slow_jet_"):  # long, and asked for by few motions
-            return f"{found[1]}noinline optsize {{"
-        alone = calls[found[2]] == 1 and "noinline" not in found[1]
-        return f"{found[1]}alwaysinline {{" if alone else found[0]
+    def marked(match: re.Match[str]) -> str:
+        if match[2].startswith("@slow_jet_"):  # long, and asked for by few motions
+            return f"{match[1]}noinline optsize {{"
+        alone = calls[match[2]] == 1 and "noinline" not in match[1]
+        return f"{match[1]}alwaysinline {{" if alone else match[0]
 
     return _FUNCTION.sub(marked, text)
 

@@ -73,9 +73,8 @@ class DecisionRows:
             for i, row in enumerate(answers):
                 for j, entry in enumerate(row):
                     if entry.value != 0.0:
-                        groups = [
-                            min(groups[i], groups[j]) if group in (groups[i], groups[j]) else group for group in groups
-                        ]
+                        both = groups[i], groups[j]
+                        groups = [min(both) if group in both else group for group in groups]
         return tuple(groups)
 
 
@@ -186,12 +185,17 @@ class Equations:
         """Whether they contain the time; otherwise motions have periods of their own."""
         return self.corners is not None or depends_on_time(self.rates)
 
-    def told(self, load: Expression) -> Expression:
-        """A load by the rates of momenta where it is told so, which takes few products."""
-        loads = [] if self.mechanics is None else [contact.load for contact in self.mechanics.contacts]
-        return next(
-            (bearing.value for bearing in loads if bearing is not None and bearing.moving.index == load.index), load
-        )
+    def by_momenta(self, load: Expression) -> Expression:
+        """A load by the rates of momenta where mechanics has it so, which takes few products."""
+        contacts = () if self.mechanics is None else self.mechanics.contacts
+        loads = {contact.load.moving.index: contact.load.value for contact in contacts if contact.load is not None}
+        return loads.get(load.index, load)
+
+    @property
+    def holding(self) -> list[Expression]:
+        """Of each contact that can rest the force that would hold it, and its limit."""
+        pairs = ((contact.hold, contact.limit) for contact in self.contacts)
+        return [value for pair in pairs for value in pair if value is not None]
 
     @property
     def several(self) -> bool:

@@ -338,15 +338,15 @@ def evaluated(expressions: Sequence[Expression], t, states, side, parameters, sh
 
 def reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
     """Indices of all nodes that the roots need, operands first."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     waiting = list(roots)
     while waiting:
         index = waiting.pop()
-        if index in seen:
+        if index in visited:
             continue
-        seen.add(index)
+        visited.add(index)
         waiting.extend(operands_of(graph, index))
-    return sorted(seen)
+    return sorted(visited)
 
 
 def operands_of(graph: Graph, index: int) -> list[int]:

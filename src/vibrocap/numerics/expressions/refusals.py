@@ -62,9 +62,9 @@ class Recordable:
         if method != "__call__" or options or name not in UFUNCS:
             known = ", ".join(name for name in UFUNCS if name not in ("true_divide", "float_power"))
             refuse(f"does not know numpy's {name}: of numpy's functions there are {known}")
-        if any(getattr(each, "shape", ()) for each in inputs):
+        if any(getattr(operand, "shape", ()) for operand in inputs):
             refuse("takes single numbers, no arrays: a law is recorded as one scalar formula")
-        return UFUNCS[name](*(each if isinstance(each, Recordable) else float(each) for each in inputs))
+        return UFUNCS[name](*(operand if isinstance(operand, Recordable) else float(operand) for operand in inputs))
 
     def __pos__(self):
         return self

@@ -124,18 +124,15 @@ def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
 
     () where a contact has a law with a force for every velocity, but no such bristles: those take implicit steps.
     """
-    bristles, stiff = (
-        slow_bristles(equations),
-        [i for i, contact in enumerate(equations.contacts) if not contact.sticks],
-    )
+    bristles = slow_bristles(equations)
+    stiff = [i for i, contact in enumerate(equations.contacts) if not contact.sticks]
     if stiff != [contact for contact, _ in bristles]:
         return ()
     rates = dict[int, int]()  # contact by state
     for contact, _ in bristles:
         rubbing = equations.contacts[contact]
-        if (rubbing.is_state or equations.several) and derivative(
-            equations.rates[rubbing.state], rubbing.state
-        ).value is None:
+        decay = derivative(equations.rates[rubbing.state], rubbing.state)
+        if (rubbing.is_state or equations.several) and decay.value is None:
             rates.setdefault(rubbing.state, contact)
     return (*bristles, *((contact, state) for state, contact in rates.items()))
 
@@ -178,25 +175,17 @@ class Speed:
 
 def speeds(equations: Equations) -> list[Speed]:
     """All on which sharp functions may depend: the velocities of the contacts and the states of their laws."""
-    contacts = equations.contacts
-    speeds_of_contacts = [
-        Speed(contact.velocity, f"VELOCITY_OF[{i}]", contact.state, contact.sticks)
-        for i, contact in enumerate(contacts)
-    ]
-    for i in (i for contact in contacts for i in contact.internal):
-        speeds_of_contacts.append(
-            Speed(equations.graph.node("state", i), f"SERIES + {i} * (ORDER + 1) * LANES", i, False)
-        )
-    return speeds_of_contacts
+    contacts, node = equations.contacts, equations.graph.node
+    velocities = [Speed(own.velocity, f"VELOCITY_OF[{i}]", own.state, own.sticks) for i, own in enumerate(contacts)]
+    internal = [i for contact in contacts for i in contact.internal]
+    return velocities + [Speed(node("state", i), f"SERIES + {i} * (ORDER + 1) * LANES", i, False) for i in internal]
 
 
 def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -> bool:
     """Whether these contain a power of the velocity that is not whole, and so has no series where it vanishes."""
     graph = velocity.graph
-    powers = [
-        i for i in reachable(graph, [expression.index for expression in expressions]) if graph.nodes[i][0] == "power"
-    ]
-    return velocity.index in reachable(graph, powers)
+    reached = reachable(graph, [expression.index for expression in expressions])
+    return velocity.index in reachable(graph, [i for i in reached if graph.nodes[i][0] == "power"])
 
 
 def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:

@@ -11,35 +11,20 @@ import math
 
 from vibrocap.numerics.kernel.codes import DONE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.driven_generated import (
-    FORCE_START,
     GUARDS,
-    INTERNAL_START,
-    INVERSE_SCALE,
-    JUMPS,
-    LEAP,
-    LOAD,
-    LOAD_RATE,
     MOVING,
-    NEW,
-    REFUSED,
     SET_VALUED,
     SHARP_INTERNAL,
-    STATE,
     STATES,
-    STATUS,
-    STEP,
-    STEP_LIMIT,
-    STEPS,
-    VELOCITY,
-    VELOCITY_RATE,
-    VISIBLE_SPEED,
     attempt,
     force,
     freeze,
+    law,
     least_guard,
     reverse,
     switch,
 )
+from vibrocap.numerics.kernel.lane import at
 
 JUMP_LIMIT = 1000  # in an interval between two samples
 SHORTEST = 1e-14  # of the interval: below, a step is lost
@@ -51,20 +36,20 @@ LOCATED = 1e-12  # of the interval: to which a jump is located
 
 def switch_fallen(floats, ints, side):
     """Switch pieces of the law until every guard of the present one is positive."""
-    while ints[STATUS] == RUNNING:
-        least, which = least_guard(floats, STATE, floats[VELOCITY], floats[LOAD], side)
+    while law.status == RUNNING:
+        least, which = least_guard(floats, at.state, law.velocity, law.load, side)
         if least > 0.0:
             return
-        switch(floats, STATE, which, floats[VELOCITY], floats[LOAD], side)
-        ints[JUMPS] += 1
-        if ints[JUMPS] > JUMP_LIMIT:
-            ints[STATUS] = TOO_MANY_EVENTS
+        switch(floats, at.state, which, law.velocity, law.load, side)
+        law.jumps += 1
+        if law.jumps > JUMP_LIMIT:
+            law.status = TOO_MANY_EVENTS
 
 
 def guard_after(floats, side, h):
     """The least guard at the end of a step of length h."""
-    v, w = floats[VELOCITY] + h * floats[VELOCITY_RATE], floats[LOAD] + h * floats[LOAD_RATE]
-    return least_guard(floats, NEW, v, w, side)[0]
+    v, w = law.velocity + h * law.velocity_rate, law.load + h * law.load_rate
+    return least_guard(floats, at.new, v, w, side)[0]
 
 
 def located(floats, side, h, span):
@@ -75,7 +60,7 @@ def located(floats, side, h, span):
     """
     low, high = 0.0, h
     moved = 0  # +1, -1: the end that moved last, low or high
-    above = least_guard(floats, STATE, floats[VELOCITY], floats[LOAD], side)[0]
+    above = least_guard(floats, at.state, law.velocity, law.load, side)[0]
     below = guard_after(floats, side, h)
     within = LOCATED * span
     for i in range(200):
@@ -103,21 +88,21 @@ def leaps(floats):
     """Whether a state changes by so much that a sharp function of it could hide between the stages of the step."""
     farthest = 0.0
     for i in range(MOVING):
-        farthest = max(farthest, abs(floats[NEW + i] - floats[STATE + i]) * floats[INVERSE_SCALE + i])
-    return farthest > floats[LEAP]
+        farthest = max(farthest, abs(law.new[i] - law.state[i]) * law.inverse_scale[i])
+    return farthest > law.leap
 
 
 def stretch(floats, ints, side, span, longest, v1, w1):
     """Follow the law over a time `span` on one side, to velocity v1 and load w1, by steps no longer than `longest`."""
-    v0, w0 = floats[VELOCITY], floats[LOAD]
-    floats[VELOCITY_RATE] = (v1 - v0) / span
-    floats[LOAD_RATE] = (w1 - w0) / span
+    v0, w0 = law.velocity, law.load
+    law.velocity_rate = (v1 - v0) / span
+    law.load_rate = (w1 - w0) / span
     s = 0.0
     if GUARDS > 0:
         switch_fallen(floats, ints, side)
-    while ints[STATUS] == RUNNING:
+    while law.status == RUNNING:
         remaining = span - s
-        h = min(floats[STEP], longest)
+        h = min(law.step, longest)
         if h >= remaining:
             h = remaining
         elif 2.0 * h > remaining:
@@ -126,32 +111,30 @@ def stretch(floats, ints, side, span, longest, v1, w1):
         if SHARP_INTERNAL and leaps(floats):
             error = max(error, LEAPT)
         if not (error <= 1.0):
-            ints[REFUSED] += 1
-            floats[STEP] = h * max(0.1, 0.9 * error**EXPONENT)
-            if not (floats[STEP] >= SHORTEST * span):
-                ints[STATUS] = STEP_UNDERFLOW if error < math.inf else NOT_FINITE
+            law.refused += 1
+            law.step = h * max(0.1, 0.9 * error**EXPONENT)
+            if not (law.step >= SHORTEST * span):
+                law.status = STEP_UNDERFLOW if error < math.inf else NOT_FINITE
             continue
-        ints[STEPS] += 1
-        if ints[STEPS] > ints[STEP_LIMIT]:
-            ints[STATUS] = TOO_MANY_STEPS
+        law.steps += 1
+        if law.steps > law.step_limit:
+            law.status = TOO_MANY_STEPS
         if h < span or error > 0.5:
             proposed = h * min(6.0, 0.9 * max(error, 1e-10) ** EXPONENT)
-            if (
-                h == floats[STEP] or error > 0.5 or proposed > floats[STEP]
-            ):  # else it was not the error that cut the step
-                floats[STEP] = proposed
+            if h == law.step or error > 0.5 or proposed > law.step:  # else it was not the error that cut the step
+                law.step = proposed
         fallen = False
         if GUARDS > 0:
             fallen = not (guard_after(floats, side, h) > 0.0)
             if fallen:
                 h = located(floats, side, h, span)
         for i in range(STATES):
-            floats[STATE + i] = floats[NEW + i]
+            law.state[i] = law.new[i]
         if h == remaining:
-            floats[VELOCITY], floats[LOAD] = v1, w1
+            law.velocity, law.load = v1, w1
         else:
             s += h
-            floats[VELOCITY], floats[LOAD] = v0 + s * floats[VELOCITY_RATE], w0 + s * floats[LOAD_RATE]
+            law.velocity, law.load = v0 + s * law.velocity_rate, w0 + s * law.load_rate
         if fallen:
             switch_fallen(floats, ints, side)
         if h == remaining:
@@ -164,7 +147,7 @@ def cover(floats, ints, side, span, v1, w1):
     Where the contact passes the speed below which friction drops, the time is cut: a long step from rest to far beyond
     would have no stage where friction changes, and not see it. Below that speed steps are bounded for the same reason.
     """
-    visible, v0, end = floats[VISIBLE_SPEED], side * floats[VELOCITY], side * v1
+    visible, v0, end = law.visible_speed, side * law.velocity, side * v1
     change = abs(end - v0)
     if change <= RESOLVED * visible or min(v0, end) >= visible:
         stretch(floats, ints, side, span, math.inf, v1, w1)
@@ -174,7 +157,7 @@ def cover(floats, ints, side, span, v1, w1):
     if not (0.0 < share < 1.0):
         stretch(floats, ints, side, span, longest, v1, w1)
         return
-    w = floats[LOAD] + share * (w1 - floats[LOAD])
+    w = law.load + share * (w1 - law.load)
     stretch(floats, ints, side, share * span, longest if v0 < end else math.inf, side * visible, w)
     stretch(floats, ints, side, span - share * span, math.inf if v0 < end else longest, v1, w1)
 
@@ -197,24 +180,24 @@ def first_side(trace, samples):
 
 def write(floats, ints, trace, i, value):
     """Put the force and the internal states of sample i on the trace."""
-    trace[ints[FORCE_START] + i] = value
-    start = ints[INTERNAL_START]
+    trace[law.force_start + i] = value
+    start = law.internal_start
     if start >= 0:
         for j in range(STATES):
-            trace[start + i * STATES + j] = floats[STATE + j]
+            trace[start + i * STATES + j] = law.state[j]
 
 
 def follow(floats, ints, trace, samples):
-    """Follow the law through all samples, from the states at STATE; returns the number of samples completed."""
+    """Follow the law through all samples, from the states in memory; returns the number of samples completed."""
     side = first_side(trace, samples)
     freeze(floats, side)
     moved = not SET_VALUED
-    floats[VELOCITY], floats[LOAD] = trace[samples], trace[2 * samples]
+    law.velocity, law.load = trace[samples], trace[2 * samples]
     if GUARDS > 0:
         switch_fallen(floats, ints, side)
     for i in range(samples):
         if i > 0:
-            ints[JUMPS] = 0
+            law.jumps = 0
             span = trace[i] - trace[i - 1]
             v0, w0 = trace[samples + i - 1], trace[2 * samples + i - 1]
             v1, w1 = trace[samples + i], trace[2 * samples + i]
@@ -223,23 +206,23 @@ def follow(floats, ints, trace, samples):
                 share = v0 / (v0 - v1)
                 if share > 0.0:
                     cover(floats, ints, side, share * span, 0.0, w0 + share * (w1 - w0))
-                floats[VELOCITY] = 0.0
+                law.velocity = 0.0
                 span *= 1.0 - share
             present = after if after != 0.0 else before
             if present * side < 0.0:
                 side = present
                 freeze(floats, side)
-                reverse(floats, STATE, floats[LOAD], side)
+                reverse(floats, at.state, law.load, side)
             if span > 0.0:
                 cover(floats, ints, side, span, v1, w1)
-            floats[VELOCITY], floats[LOAD] = v1, w1
-        if ints[STATUS] != RUNNING:
+            law.velocity, law.load = v1, w1
+        if law.status != RUNNING:
             return i
-        moved = moved or floats[VELOCITY] != 0.0
-        value = force(floats, STATE, floats[VELOCITY], floats[LOAD], side) if moved else 0.0
+        moved = moved or law.velocity != 0.0
+        value = force(floats, at.state, law.velocity, law.load, side) if moved else 0.0
         if not (abs(value) <= 1e300):
-            ints[STATUS] = NOT_FINITE
+            law.status = NOT_FINITE
             return i
         write(floats, ints, trace, i, value)
-    ints[STATUS] = DONE
+    law.status = DONE
     return samples

@@ -9,9 +9,41 @@ MOVING = 1  # how many states move
 SET_VALUED = False
 SHARP_INTERNAL = False  # whether a sharp function depends on an internal state, see `resolution.py`
 
-STATUS = STEPS = REFUSED = STEP_LIMIT = JUMPS = FORCE_START = INTERNAL_START = 0  # places in `ints`
-PARAMETER = FROZEN = STATE = NEW = INVERSE_SCALE = 0  # places in `floats`
-VELOCITY = LOAD = VELOCITY_RATE = LOAD_RATE = STEP = VISIBLE_SPEED = LEAP = 0
+
+class Wholes:
+    """Entries of `ints`."""
+
+    status: int
+    steps: int  # accepted
+    refused: int
+    step_limit: int
+    jumps: int  # between two samples
+    force_start: int  # places on the trace
+    internal_start: int  # -1: internal states are not kept
+
+
+class Numbers:
+    """Entries of `floats`."""
+
+    parameter: list[float]
+    frozen: list[float]  # what depends on parameters and side only
+    state: list[float]
+    new: list[float]  # states at the end of the step
+    inverse_scale: list[float]  # one over tolerance and natural size
+    velocity: float
+    load: float
+    velocity_rate: float
+    load_rate: float
+    step: float  # proposed
+    visible_speed: float  # up to which friction changes fast
+    leap: float  # longest change of a state within a step, over its tolerance
+
+
+class Law(Wholes, Numbers):
+    """What a law carries that is driven."""
+
+
+law = Law()
 
 
 def freeze(floats, side):

@@ -52,7 +52,12 @@ class Wholes:
     next_trial: int  # first mark at which the limit may be tried
     on_trial: int  # 1: the lane has gone on from that limit; 2: which holds
     refused_trials: int
-    period_budget: int  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
+    # of drives with corners
+    segment: int  # present one of the drive
+    cycle: int  # whole periods of the drive since the period of the run began
+    table: int  # place of the run's table of segments on the trace
+    # all below of lane 0, for all lanes
+    period_budget: int  # periods to run where nothing settles
     evidence_periods: int  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
     extrapolate: int  # 1: runs go on from the extrapolated limit of their marks
     asked: int  # groups of measures to gather, a sum of the powers of two in `window.py`
@@ -60,11 +65,7 @@ class Wholes:
     next_run: int  # first run of the trace that no lane has begun
     last_run: int  # end of the runs to begin
     more: int  # 1: come back for more runs as soon as a lane is free
-    # of drives with corners only
-    segment: int  # present one of the drive
-    cycle: int  # whole periods of the drive since the period of the run began
-    table: int  # place of the run's table of segments on the trace
-    segment_count: int  # of a table (of lane 0, for all lanes, like all below)
+    segment_count: int  # of a table
     table_start: int  # place of the first table on the trace
     table_stride: int  # from the table of a run to that of the next; 0: one serves all runs
     # of a stepper only
@@ -89,9 +90,7 @@ class Numbers:
 
     time: float  # since the start of the period
     period: float  # length of a period
-    hold_rate: (
-        float  # by which the last term of a holding force follows from the last but two, see `taylor.taylor_step`
-    )
+    hold_rate: float  # of the last term of a sticking force over the last but two, see `taylor.holding_terms`
     tail: float  # time to run after the whole periods
     side: list[float]  # [contacts] +1, -1 sliding; 0 stuck
     came_from: list[float]  # [contacts] side before it came to rest
@@ -126,9 +125,7 @@ class Numbers:
     wait: list[float]  # [manifolds] steps until it is tried again
     pause: list[float]  # [manifolds] how long it waits after the next failure
     own_decay: list[float]  # [manifolds] rate of decay towards it
-    drift: list[
-        float
-    ]  # [manifolds] what an error of it does to other states over their natural size, in a unit of time
+    drift: list[float]  # [manifolds] change of other states by an error of it, over their natural size, per time
     kick: list[float]  # [manifolds] the same while it decays
     guess: list[float]  # [manifolds * (order + 1)] series of what is slaved, of the sweep before
     until: float  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
@@ -147,9 +144,7 @@ class Numbers:
     steady: list[float]  # [states] extrapolated limit of the marks, over natural sizes
     kept: list[float]  # [entries] all of the lane above, and of `ints`, while a limit is tried
     return_marks: list[float]  # [marks * (states + turns)] the same as MARKS of states at returns
-    marks: list[
-        float
-    ]  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
+    marks: list[float]  # [marks * (states + turns)] stroboscopic states over natural sizes, k at k modulo `marks`
     series: list[float]  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     work: list[float]  # [work size, once for all lanes] of the event search and the implicit step
 

@@ -257,10 +257,10 @@ def digest(*records: Any) -> str:
     A drive's corners are left out: they say how a table follows from the parameters, which is no part of a kernel.
     """
     digest = _Digest()
-    told = [digest.told(record) for record in records]
+    words = [digest.words_of(record) for record in records]
     nodes = [graph.nodes[: last + 1] for graph, last in digest.graphs.values()]
     modules = [_text_hash(module) for module in sorted(digest.modules)]
-    return hashlib.sha256(repr((told, nodes, modules)).encode()).hexdigest()
+    return hashlib.sha256(repr((words, nodes, modules)).encode()).hexdigest()
 
 
 class _Digest:
@@ -273,20 +273,20 @@ class _Digest:
         self.graphs: dict[int, tuple[Graph, int]] = {}
         self.modules: set[str] = set()
 
-    def told(self, value: Any) -> Any:
+    def words_of(self, value: Any) -> Any:
         """What a value says."""
         if isinstance(value, Expression):
             graph, last = self.graphs.get(id(value.graph), (value.graph, -1))
             self.graphs[id(value.graph)] = graph, max(last, value.index)
             return "node", list(self.graphs).index(id(graph)), value.index
         if isinstance(value, (tuple, list)):
-            return [self.told(item) for item in value]
+            return [self.words_of(item) for item in value]
         if isinstance(value, Mapping):
-            return [(name, self.told(item)) for name, item in value.items()]
+            return [(name, self.words_of(item)) for name, item in value.items()]
         if dataclasses.is_dataclass(value):
             self.modules.add(type(value).__module__)
             fields = (field.name for field in dataclasses.fields(value) if field.name not in ("graph", "corners"))
-            return type(value).__name__, [(name, self.told(getattr(value, name))) for name in fields]
+            return type(value).__name__, [(name, self.words_of(getattr(value, name))) for name in fields]
         if value is None or isinstance(value, (str, bool, int, float)):
             return value
         raise TypeError(f"{type(value).__name__} has no digest")

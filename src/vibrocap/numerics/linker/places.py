@@ -2,17 +2,20 @@
 
 import re
 
+from vibrocap.numerics.kernel.driven_generated import Law
 from vibrocap.numerics.kernel.lane import Gathered, Lane, Numbers, Rows, Wholes
 
+WHOLES, NUMBERS = (Wholes, Law.__bases__[0]), (Numbers, Gathered, Law.__bases__[1])
 ARRAYS = {
     name: array
-    for array, entries in (("ints", Wholes), ("floats", Numbers), ("floats", Gathered))
-    for name in entries.__annotations__
+    for array, records in (("ints", WHOLES), ("floats", NUMBERS))
+    for record in records
+    for name in record.__annotations__
 }
 ROWS = {"row": "SERIES", "guard_row": "SWITCH", "guess_row": "GUESS", "load_row": "REACTION"}
 OF_CONTACT = {"velocity": "VELOCITY_OF", "sticking_force": "HOLD_OF", "limit": "LIMIT_OF"}
 assert Rows.__annotations__.keys() == {*ROWS, *OF_CONTACT, *(f"{name}_row" for name in OF_CONTACT)}
-ENTRY = re.compile(r"\b(lane|lanes|at|shared|stepper|alone)\.(\w+)(\[?)")
+ENTRY = re.compile(r"\b(lane|lanes|at|shared|stepper|alone|law)\.(\w+)(\[?)")
 HOOK = re.compile(r"\bhook\.(?=\w+\()")
 SIMPLE = re.compile(r"\w+|\w+\[\w+\]")  # an index that needs no brackets before `* LANES`
 
@@ -49,9 +52,8 @@ def with_places(text: str) -> str:
 def _place(owner: str, name: str, index: str) -> str:
     """The place of an entry, or of the item of it at an index."""
     several, lane = owner in ("lane", "lanes", "at"), " + lane" if owner == "lane" else ""
-    of_contact = OF_CONTACT.get(name.removesuffix("_row"))
-    if of_contact:
-        return f"{of_contact}[{index}]{lane}"
+    if owner != "law" and name.removesuffix("_row") in OF_CONTACT:
+        return f"{OF_CONTACT[name.removesuffix('_row')]}[{index}]{lane}"
     if not index:
         return name.upper() + lane
     factors = (" * (ORDER + 1)" if name in ROWS else "") + (" * LANES" if several else "")

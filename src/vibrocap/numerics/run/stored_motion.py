@@ -49,8 +49,8 @@ class StoredMotion:
         return self._seen([0, len(times), 0.0, bound], 1, pieces, ends, times)[0]
 
     def _seen(self, head: list, rows: int, pieces: np.ndarray, ends: np.ndarray, times: np.ndarray) -> np.ndarray:
-        given = np.concatenate((head, pieces.ravel(), ends, times))
-        trace = np.empty(len(given) + rows * len(times))
-        trace[: len(given)] = given
+        written = np.concatenate((head, pieces.ravel(), ends, times))
+        trace = np.empty(len(written) + rows * len(times))
+        trace[: len(written)] = written
         self._look_along(*self._memory, trace, len(pieces))
-        return trace[len(given) :].reshape(rows, -1)
+        return trace[len(written) :].reshape(rows, -1)

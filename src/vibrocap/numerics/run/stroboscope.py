@@ -26,8 +26,8 @@ class Stroboscope:
         self.functions: dict[str, Any] = {"math": math, **places}
         exec(_decision(), self.functions)
 
-    def _asked(self, question: str, *given: Any) -> Any:
-        return self.functions[question](self._states, 0, 0, self.last, *given)
+    def _asked(self, question: str, *arguments: Any) -> Any:
+        return self.functions[question](self._states, 0, 0, self.last, *arguments)
 
     def difference(self, n: int) -> float:
         """Largest difference over the states to the mark n periods earlier."""

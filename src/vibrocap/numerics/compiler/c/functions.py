@@ -63,13 +63,11 @@ class CFunction:
         """A value as one of another kind that can hold it."""
         return self._as(self.value(node), node.kind, kind)
 
-    def _as(self, text: str, given: Kind, kind: Kind) -> str:
-        if given is kind:
+    def _as(self, text: str, own: Kind, kind: Kind) -> str:
+        if own is kind:
             return text
         if kind.items:
-            items = [
-                self._as(f"{text}.i{i}", a, b) for i, (a, b) in enumerate(zip(given.items, kind.items, strict=True))
-            ]
+            items = [self._as(f"{text}.i{i}", a, b) for i, (a, b) in enumerate(zip(own.items, kind.items, strict=True))]
             return self._packed(kind, items)
         return f"(({self.module.type(kind)}){text})"
 

@@ -73,17 +73,15 @@ class Module:
         """The name of a constant array, put into the text."""
         kind = FLOAT if isinstance(numbers[0], float) else INT
         items = ", ".join(number_text(number) for number in numbers)
-        self.needed.setdefault(
-            f"table {name}", f"static const {TYPES[kind]} {self.prefix}_{name}[{len(numbers)}] = {{{items}}};"
-        )
+        content = f"static const {TYPES[kind]} {self.prefix}_{name}[{len(numbers)}] = {{{items}}};"
+        self.needed.setdefault(f"table {name}", content)
         return f"{self.prefix}_{name}"
 
     def head(self, function: nodes.Function, name: str) -> str:
         """A function's first line."""
-        pairs = (
-            (ARRAYS[kind] if kind in ELEMENTS else f"{self.type(kind)} ", name) for name, kind in function.arguments
-        )
-        return f"{self.type(function.result)} {name}({', '.join(f'{kind}a_{name}' for kind, name in pairs) or 'void'})"
+        kinds = (ARRAYS[kind] if kind in ELEMENTS else f"{self.type(kind)} " for _, kind in function.arguments)
+        passed = ", ".join(f"{kind}a_{argument}" for kind, (argument, _) in zip(kinds, function.arguments, strict=True))
+        return f"{self.type(function.result)} {name}({passed or 'void'})"
 
     def written(self, function: nodes.Function) -> str:
         """The name of a function, which is written when first called."""

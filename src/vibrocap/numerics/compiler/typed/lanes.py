@@ -112,5 +112,5 @@ def primitive(within: "Values", node: ast.Call, name: str, arguments: list[Typed
         kind = own[kind] if isinstance(kind, str) else kind
         taken.append(BOOL if name == "where" and argument.kind is BOOL else kind)
         within.fitting(node, argument, taken[-1])
-    made = own[result] if isinstance(result, str) else result
-    return nodes.Primitive(made, name, tuple(arguments), tuple(taken))
+    kind_of_result = own[result] if isinstance(result, str) else result
+    return nodes.Primitive(kind_of_result, name, tuple(arguments), tuple(taken))

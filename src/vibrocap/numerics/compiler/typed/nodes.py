@@ -250,9 +250,8 @@ class Primitive(Typed):
     kinds: tuple[Kind, ...]
 
 
-WRITERS = {
-    subclass: f"_of_{subclass.__name__}" for subclass in Typed.__subclasses__()
-}  # the method that writes the code of a value
+# The methods that write the code of values.
+WRITERS = {subclass: f"_of_{subclass.__name__}" for subclass in Typed.__subclasses__()}
 
 
 # --- statements ------------------------------------------------------------------------------------------------------

@@ -23,14 +23,6 @@ NARROWEST = 2.0**-36  # of a step: roots closer than this count as a touch
 INVERSE_BINOMIALS = np.array([[1.0 / max(math.comb(n, i), 1) for i in range(ORDER + 1)] for n in range(ORDER + 1)])
 
 
-def polynomial_value(floats, row, stride, degree, s):
-    """Value at s."""
-    result = floats[row + degree * stride]
-    for k in range(degree - 1, -1, -1):
-        result = result * s + floats[row + k * stride]
-    return result
-
-
 def polynomial_slope(floats, row, stride, degree, s):
     """Slope at s."""
     result = degree * floats[row + degree * stride]
@@ -159,7 +151,7 @@ def first_root(floats, row, degree, sign, zeros, h):
             return h * root, touch
         if changes >= 2 and (turns(floats, now, n) == 1 or width < NARROWEST):
             place = bracketed_root(floats, a, 1, n, True, 0.0, -1.0, low, low + width, low + 0.5 * width, 0.0)
-            least = polynomial_value(floats, a, 1, n, place)
+            least = value_and_rate(floats, a, 1, n, place, False)[0]
             if least < -noise:
                 root = bracketed_root(floats, a, 1, n, False, 0.0, 1.0, low, place, 0.5 * (low + place), 0.0)
                 return h * root, touch

@@ -159,12 +159,12 @@ def guard_series(floats, lane, c, direction, h):
 
     A coefficient is rounding where, over the step h, it moves the guard by no more than the rounding of the forces.
     """
-    hold, limit = lane.sticking_force_row[c], lane.limit_row[c]
-    noise = ROUNDINGS * EPSILON * (floats[limit] + abs(floats[hold]))
+    force, limit = lane.sticking_force_row[c], lane.limit_row[c]
+    noise = ROUNDINGS * EPSILON * (floats[limit] + abs(floats[force]))
     zeros = 0
     power = 1.0
     for k in range(ORDER):
-        guard = floats[limit + k * LANES] - direction * floats[hold + k * LANES]
+        guard = floats[limit + k * LANES] - direction * floats[force + k * LANES]
         floats[GUARD + k * LANES + lane] = guard
         if zeros == k and abs(guard) * power <= noise:
             zeros = k + 1
@@ -238,12 +238,10 @@ def give_way_together(floats, ints, lane, h):
     """All contacts at rest whose forces are at their limits at time h of the series give way there."""
     for d in range(CONTACTS):
         if STICKS[d] == 1 and lane.side[d] == 0.0:
-            hold, limit = (
-                series_value(floats, lane.sticking_force_row[d], h),
-                series_value(floats, lane.limit_row[d], h),
-            )
-            if limit - abs(hold) <= SLIGHT * limit:
-                lane.side[d] = 1.0 if hold > 0.0 else -1.0
+            force = series_value(floats, lane.sticking_force_row[d], h)
+            limit = series_value(floats, lane.limit_row[d], h)
+            if limit - abs(force) <= SLIGHT * limit:
+                lane.side[d] = 1.0 if force > 0.0 else -1.0
                 lane.zeros[d] = 2
                 lane.gave_way[d] = 1
 
@@ -257,11 +255,11 @@ def rest(floats, ints, lane):
     came_from = lane.side
     write_state(floats, lane, WORK)
     holding(floats, lane.time, WORK, lane, WORK + STATES)
-    hold, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
-    if came_from * hold < -(1.0 + DOUBT) * limit:
+    force, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
+    if came_from * force < -(1.0 + DOUBT) * limit:
         lane.side = -came_from
         lane.zeros = 1
-    elif abs(hold) < (1.0 - DOUBT) * limit:
+    elif abs(force) < (1.0 - DOUBT) * limit:
         lane.side = 0.0
     else:
         arrive(floats, ints, lane, 0)

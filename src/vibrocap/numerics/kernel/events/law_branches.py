@@ -138,10 +138,10 @@ def begin_branch(floats, ints, trace, lane, which):
     strikes = False
     if which >= LAW_BRANCHES:
         strikes = hits(floats, ints, lane)
-    chosen = lane.taylor_steps + lane.implicit_steps == 0
+    at_start = lane.taylor_steps + lane.implicit_steps == 0
     if which < LAW_BRANCHES:
         hook.on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
-    elif not (chosen and floats[lane.guard_row[which]] < -SLIGHT):
+    elif not (at_start and floats[lane.guard_row[which]] < -SLIGHT):
         hook.on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, -1, 0.0)
         if OCCURRED >= 0 and lane.window_start >= 0:
             lane.occurred[which - LAW_BRANCHES] += 1.0

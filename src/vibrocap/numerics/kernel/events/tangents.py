@@ -40,10 +40,8 @@ def leave_piece(floats, ints, lane, event, contact, h):
         change, slope = floats[out + 3 * contact], polynomial_slope(floats, velocity + lane, LANES, ORDER, h)
     elif event >= FIRST_SWITCH:
         which = event - FIRST_SWITCH
-        change, slope = (
-            floats[out + 3 * CONTACTS + which],
-            polynomial_slope(floats, lane.guard_row[which], LANES, ORDER, h),
-        )
+        change = floats[out + 3 * CONTACTS + which]
+        slope = polynomial_slope(floats, lane.guard_row[which], LANES, ORDER, h)
     else:
         push = 1.0 if event > 0 else -1.0
         change = floats[out + 3 * contact + 2] - push * floats[out + 3 * contact + 1]

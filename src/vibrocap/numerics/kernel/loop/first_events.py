@@ -37,7 +37,7 @@ def first_events(floats, ints, plain, slow, longest, h):
     which = 0.0 * h
     again, looked, waiting = plain, which - 1.0, -1
     for _ in range(CONTACTS):
-        chosen, held, later, contacts, waiting = none, none, none, waiting, 0
+        searched, sticking, later, contacts, waiting = none, none, none, waiting, 0
         for c in range(CONTACTS):
             asked = again & (looked < 1.0 * c) if SEVERAL else again
             if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
@@ -62,38 +62,26 @@ def first_events(floats, ints, plain, slow, longest, h):
                 fine = fine & resolved_simd(floats, own, lanes.velocity[c], change, h, plain & fine)
             ahead = ahead | stays
             if SEVERAL:
-                open_still = asked & chosen & ~(ahead & fine)
+                open_still = asked & searched & ~(ahead & fine)
                 later = later | open_still
                 waiting += (1 << c) if bits(open_still) != 0 else 0
-                asked = asked & ~chosen
+                asked = asked & ~searched
             plain = plain & (fine | ~asked)
             asked = asked & plain & ~ahead
             if bits(asked) != 0:
-                guard_simd(
-                    floats,
-                    asked,
-                    at.velocity_row[c],
-                    at.sticking_force_row[c],
-                    at.limit_row[c],
-                    own,
-                    stuck,
-                    push,
-                    one,
-                    two,
-                    h,
-                )
-                chosen = chosen | asked
-                held = held | (asked & stuck)
+                guard_simd(floats, asked, c, own, stuck, push, one, two, h)
+                searched = searched | asked
+                sticking = sticking | (asked & stuck)
                 looked = where(asked, 1.0 * c, looked)
-        if bits(chosen) == 0:
+        if bits(searched) == 0:
             break
         leading, last, changes = signs_simd(floats)
-        plain = plain & (~chosen | ((leading > 0.0) & (changes <= 1.0)))
-        sure = plain & chosen & (changes == 1.0)
+        plain = plain & (~searched | ((leading > 0.0) & (changes <= 1.0)))
+        sure = plain & searched & (changes == 1.0)
         if bits(sure) != 0:
             root = root_simd(floats, leading, last, sure)
             # As in `one_step.step`: the last stretch is a step of its own.
-            early = sure & held & (root > NEAR)
+            early = sure & sticking & (root > NEAR)
             h = where(sure, h * root, h)
             h = where(early, (1.0 - 0.5 * NEAR) * h, h)
             which = where(sure, looked, which)
@@ -119,10 +107,10 @@ def hold_simd(floats, c, stuck, two, longest, h):
         growth = growth * h + term
         change = change * h + force
     push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
-    held = abs(hold) < (1.0 - 1e-12) * limit
-    sure = held & (limit + push * hold > growth * h)
-    if bits(stuck & held & ~sure) != 0:
-        sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
+    below_limit = abs(hold) < (1.0 - 1e-12) * limit
+    sure = below_limit & (limit + push * hold > growth * h)
+    if bits(stuck & below_limit & ~sure) != 0:
+        sure = sure | (below_limit & (least_of_guard(floats, c, push, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
     threshold = max(1e-4 * limit, abs(load(floats, at.velocity_row[c] + 2 * LANES)) * longest)
     steady = ~two | (abs(load(floats, at.velocity_row[c] + LANES)) <= JUMP * threshold)
@@ -132,14 +120,14 @@ def hold_simd(floats, c, stuck, two, longest, h):
 
 def least_of_guard(floats, c, push, h):
     """A bound from below of limit + push * hold over the step, as `taylor.least_of_cubic`."""
-    hold, limit = at.sticking_force_row[c], at.limit_row[c]
+    force, limit = at.sticking_force_row[c], at.limit_row[c]
     others = 0.0 * h
     for k in range(ORDER - 1, 3, -1):
-        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))
-    first = load(floats, limit) + push * load(floats, hold)
-    second = (load(floats, limit + LANES) + push * load(floats, hold + LANES)) * h
-    third = (load(floats, limit + 2 * LANES) + push * load(floats, hold + 2 * LANES)) * h * h
-    fourth = load(floats, limit + 3 * LANES) + push * load(floats, hold + 3 * LANES)
+        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, force + k * LANES))
+    first = load(floats, limit) + push * load(floats, force)
+    second = (load(floats, limit + LANES) + push * load(floats, force + LANES)) * h
+    third = (load(floats, limit + 2 * LANES) + push * load(floats, force + 2 * LANES)) * h * h
+    fourth = load(floats, limit + 3 * LANES) + push * load(floats, force + 3 * LANES)
     return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
 
 

@@ -191,13 +191,13 @@ def first_rest(floats, ints, lane, c, side, h):
 
 def first_release(floats, lane, c, h):
     """(event, time, touch) of a contact that sticks: where its hold gives way."""
-    hold, limit = lane.sticking_force_row[c], lane.limit_row[c]
+    force, limit = lane.sticking_force_row[c], lane.limit_row[c]
     event = 0
     earliest = -1.0
     growth = 0.0
     for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
-        growth = growth * h + (abs(floats[hold + k * LANES]) + abs(floats[limit + k * LANES]))
-    if abs(floats[hold]) + growth * h < floats[limit]:
+        growth = growth * h + (abs(floats[force + k * LANES]) + abs(floats[limit + k * LANES]))
+    if abs(floats[force]) + growth * h < floats[limit]:
         return 0, h, -1.0
     for direction in range(-1, 2, 2):
         zeros = guard_series(floats, lane, c, direction, h)

@@ -141,12 +141,12 @@ def step_simd(floats, ints, trace, running):
                 sure = sure | one
             switch_simd(floats, row, one, h)
             leading, last, changes = signs_simd(floats)
-            found = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
-            plain = plain & (clear | found | (sure & (leading > 0.0) & (changes == 0.0)))
-            if bits(found) != 0:
-                h = where(found, h * root_simd(floats, leading, last, found), h)
-                event = event | found
-                which = where(found, 1.0 * (CONTACTS + i), which)
+            located = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
+            plain = plain & (clear | located | (sure & (leading > 0.0) & (changes == 0.0)))
+            if bits(located) != 0:
+                h = where(located, h * root_simd(floats, leading, last, located), h)
+                event = event | located
+                which = where(located, 1.0 * (CONTACTS + i), which)
     if MAYBE_STIFF:
         store(floats, at.damped_step, where(damped & ~plain, longest, 0.0))
     if SLOWED:

@@ -78,11 +78,9 @@ def ends_open(floats, ints, lane, h):
     for c in range(CONTACTS):
         side = lane.side[c]
         if STICKS[c] == 1 and side == 0.0:
-            hold, limit = (
-                series_value(floats, lane.sticking_force_row[c], h),
-                series_value(floats, lane.limit_row[c], h),
-            )
-            opens = opens or abs(hold) >= (1.0 - DOUBT) * limit
+            force = series_value(floats, lane.sticking_force_row[c], h)
+            limit = series_value(floats, lane.limit_row[c], h)
+            opens = opens or abs(force) >= (1.0 - DOUBT) * limit
         elif STICKS[c] + KINKS[c] > 0 and lane.zeros[c] == 0:
             v = present_velocity(floats, lane, c)
             opens = rests_to_rounding(floats, ints, lane, c, v, 2.0) or opens or side * v < 0.0

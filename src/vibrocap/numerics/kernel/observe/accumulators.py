@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, value_and_rate
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
@@ -169,7 +169,7 @@ def gather_extremes(floats, lane, h):
             for cell in range(CELLS):
                 turn = turning_point(floats, row, LANES, ORDER, cell * h / CELLS, (cell + 1.0) * h / CELLS)
                 if turn >= 0.0:
-                    value = polynomial_value(floats, row, LANES, ORDER, turn)
+                    value = value_and_rate(floats, row, LANES, ORDER, turn, False)[0]
                     largest, least = max(largest, value), min(least, value)
         lane.largest[i] = largest
         lane.least[i] = least

@@ -92,9 +92,9 @@ def ask(floats, ints, lane, s, h):
         left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * lane.inverse_scale[i])
     left *= h
     if MAYBE_STIFF and left > DEFECT_BOUND * lane.tolerance:
-        way = hook.fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left
-        if way > 0.0:
-            left = way
+        distance = hook.fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left
+        if distance > 0.0:
+            left = distance
     if not (left <= HUGE):
         left = HUGE
     lane.defect = max(lane.defect, left)

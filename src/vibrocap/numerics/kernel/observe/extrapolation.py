@@ -13,7 +13,7 @@ on as if nothing had been tried, for at least 1, 2, 4 ... periods before the nex
 
 from vibrocap.numerics.kernel.generated.equations import contact_velocity
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, KINKS, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import KEPT, MARKS, PERIOD_BUDGET, SEGMENT, SEGMENT_COUNT, WORK
+from vibrocap.numerics.kernel.generated.places import KEPT, MARKS, PERIOD_BUDGET, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, MARK_SIZE, STATES
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.limit_of_marks import (
@@ -47,8 +47,8 @@ def begin_marks(ints, lane):
 
 def note_event(floats, ints, lane, event, c):
     """Add an event of contact c, in the present mode, to those of the period."""
-    told = event + 3 + 256 * c + 65536 * int(lane.side[c] + 1.0)
-    lane.modes = (lane.modes * 8191 + told) % MODULUS
+    number = event + 3 + 256 * c + 65536 * int(lane.side[c] + 1.0)
+    lane.modes = (lane.modes * 8191 + number) % MODULUS
 
 
 def starts_trial(floats, ints, lane):
@@ -118,10 +118,10 @@ def at_ease(ints, lane):
 
 def present_sides(floats, lane):
     """A number for the sides of all contacts."""
-    told = 0
+    number = 0
     for c in range(CONTACTS):
-        told = (3 * told + int(lane.side[c] + 1.0)) % MODULUS
-    return told
+        number = (3 * number + int(lane.side[c] + 1.0)) % MODULUS
+    return number
 
 
 def next_limit(floats, lane, mark):
@@ -168,8 +168,8 @@ def multipliers_within(floats, rank, radius):
 def to_point(floats, lane, mark):
     """Write the state at the limit to WORK; a coordinate that does not change at the marks stays as it is."""
     for i in range(STATES):
-        way = lane.steady[i] - mark_entry(floats, MARKS, lane, mark, i)
-        floats[WORK + i] = lane.state[i] + way * lane.scale[i]
+        to_go = lane.steady[i] - mark_entry(floats, MARKS, lane, mark, i)
+        floats[WORK + i] = lane.state[i] + to_go * lane.scale[i]
 
 
 def same_sides(floats, lane, mark):
@@ -203,9 +203,6 @@ def keep_lane(floats, ints, lane):
     for entry in range(0, PERIOD_BUDGET, LANES):
         floats[place] = float(ints[entry + lane])
         place += LANES
-    for entry in range(SEGMENT, SEGMENT_COUNT, LANES):
-        floats[place] = float(ints[entry + lane])
-        place += LANES
 
 
 def put_back(floats, ints, lane):
@@ -216,9 +213,6 @@ def put_back(floats, ints, lane):
         floats[entry + lane] = floats[place]
         place += LANES
     for entry in range(0, PERIOD_BUDGET, LANES):
-        ints[entry + lane] = int(floats[place])
-        place += LANES
-    for entry in range(SEGMENT, SEGMENT_COUNT, LANES):
         ints[entry + lane] = int(floats[place])
         place += LANES
     lane.refused_trials = refused

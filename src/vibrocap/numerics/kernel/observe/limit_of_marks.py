@@ -99,10 +99,10 @@ def takes_column(floats, m, most):
 
 def way_to_limit(floats, rank, i):
     """What state i of the last mark still has to go to the limit."""
-    way = 0.0
+    to_go = 0.0
     for m in range(rank):
-        way += floats[FACTORS + m] * floats[MARK_STEPS + (RANK - m) * MARK_SIZE + i]
-    return way
+        to_go += floats[FACTORS + m] * floats[MARK_STEPS + (RANK - m) * MARK_SIZE + i]
+    return to_go
 
 
 def largest_way(floats, marks, lane, mark, stride):

@@ -56,19 +56,19 @@ def place_passed(floats, ints, lane, h):
         return -1.0
     row = lane.row[PLACE]
     turns = PLACE_TURN > 0.0
-    target, way = 0.0, -1.0
+    target, direction = 0.0, -1.0
     if turns:
         start, end = floats[row], series_value(floats, row, h)
-        way = 1.0 if end > start else -1.0
+        direction = 1.0 if end > start else -1.0
         tiny = SLIGHT * (abs(start) + PLACE_TURN)
-        target = way * PLACE_TURN * (math.floor((way * start + tiny) / PLACE_TURN) + 1.0)
+        target = direction * PLACE_TURN * (math.floor((direction * start + tiny) / PLACE_TURN) + 1.0)
     elif not (floats[row + LANES] * h > SLIGHT * lane.scale[PLACE]):
         return -1.0
     high = (1.0 - BEFORE) * h
     there, _ = value_and_rate(floats, row, LANES, ORDER, high, not turns)
-    if way * (there - target) < 0.0:
+    if direction * (there - target) < 0.0:
         return -1.0
-    return bracketed_root(floats, row, LANES, ORDER, not turns, target, -way, 0.0, high, 0.5 * high, EPSILON * h)
+    return bracketed_root(floats, row, LANES, ORDER, not turns, target, -direction, 0.0, high, 0.5 * high, EPSILON * h)
 
 
 def on_place(floats, ints, lane):

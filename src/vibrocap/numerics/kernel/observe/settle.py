@@ -117,8 +117,8 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     for k in range(mark - block + 1, mark + 1):  # earlier ones continued at that rate
         distance = max(distance * per_period, difference(floats, marks, lane, k, k - n))
     distance *= ratio / (1.0 - ratio)
-    way = largest_way(floats, marks, lane, mark, n)
-    return ratio, max(distance, way, UNSEEN * unexplained_step(floats))
+    to_limit = largest_way(floats, marks, lane, mark, n)
+    return ratio, max(distance, to_limit, UNSEEN * unexplained_step(floats))
 
 
 def shortest_period(floats, marks, lane, mark, n, ratio, threshold):

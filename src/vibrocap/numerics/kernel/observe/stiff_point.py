@@ -33,7 +33,7 @@ def fit_to_slopes(floats, lane, s, point):
     time, inverse = lane.time + s, 1.0 / lane.step
     for i in range(STATES):
         floats[POINT + i] = floats[point + i]
-    reach, way = 0.0, 0.0
+    reach, distance = 0.0, 0.0
     for i in range(NEWTON_STEPS):
         left = newton_step(floats, lane, s, time, inverse, point)
         if not (left <= HUGE):
@@ -48,12 +48,12 @@ def fit_to_slopes(floats, lane, s, point):
                 if after < 0.0:
                     keep_share(floats, point, share_to_rest(before, after))
     for i in range(STATES):
-        way = max(way, abs(floats[POINT + i] - floats[point + i]) / lane.scale[i])
-    if not (way <= reach):
+        distance = max(distance, abs(floats[POINT + i] - floats[point + i]) / lane.scale[i])
+    if not (distance <= reach):
         return 0.0
     for i in range(STATES):
         floats[point + i] = floats[POINT + i]
-    return way
+    return distance
 
 
 def share_to_rest(before, after):

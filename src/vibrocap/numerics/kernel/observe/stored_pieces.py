@@ -70,7 +70,7 @@ def left_of_equations(floats, ints, s, bound):
         if not (own <= left):  # also where it is no number
             left = own
     if MAYBE_STIFF and (alone.stiff == 1 or not (left <= bound)):
-        way = hook.fit_to_slopes(floats, 0, s, INSTANT)
-        if way > 0.0:
-            left = way
+        distance = hook.fit_to_slopes(floats, 0, s, INSTANT)
+        if distance > 0.0:
+            left = distance
     return left

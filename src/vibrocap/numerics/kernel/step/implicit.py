@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import HUGE, polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import SHIFT, SHIFTS, WORK
@@ -68,20 +68,12 @@ DENSE = np.array([
     [11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643, -52.072871366152654,
      -59.78993625266729, -0.15582684282751913, 4.883087185713722],
 ])
+TIME_WEIGHTS = np.array([
+    0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069,
+    0.0, 0.0, 0.0,
+])
 # fmt: on
 NODES = np.array([0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0])
-TIME_WEIGHTS = np.array(
-    [
-        0.21193756319429014,
-        -0.42387512638858027,
-        -0.3384627126235924,
-        1.8046452872882734,
-        2.325825639765069,
-        0.0,
-        0.0,
-        0.0,
-    ]
-)
 
 SURE = 0.03  # share of a velocity that its error may have where its sign counts
 BEYOND_DOUBT = 1e9
@@ -173,7 +165,7 @@ def velocity_series(floats, ints, lane, h):
 def velocity_at(floats, ints, lane, c, s):
     """Velocity of a contact at time s of the present series."""
     for i in range(STATES):
-        floats[POINT + i] = polynomial_value(floats, lane.row[i], LANES, 4, s)
+        floats[POINT + i] = value_and_rate(floats, lane.row[i], LANES, 4, s, False)[0]
     return contact_velocity(floats, lane.time + s, POINT, c, lane)
 
 

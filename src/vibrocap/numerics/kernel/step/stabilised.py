@@ -139,9 +139,8 @@ def damping_error(floats, lane, h):
     worst = 0.0 * h
     for i in range(STATES):
         row = SERIES + (i * (ORDER + 1) + FIRST_DAMPED) * LANES + lane
-        total = FILTER[0] * floats[row] + h * (
-            FILTER[1] * floats[row + LANES] + h * (FILTER[2] * floats[row + 2 * LANES])
-        )
+        last = FILTER[1] * floats[row + LANES] + h * (FILTER[2] * floats[row + 2 * LANES])
+        total = FILTER[0] * floats[row] + h * last
         worst = max(worst, abs(total) * hook.inverse_scale(floats, i, lane))
     power = h * h
     for _ in range(FIRST_DAMPED - 2):

@@ -4,7 +4,7 @@ The instant is read from the series of that step, so that the motion does not de
 happens later within the step waits until the clock has come to it.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import value_and_rate
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.places import PARAMETER, WAITING
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, ORDER, PRESENT, STATES
@@ -84,7 +84,7 @@ def show_instant(floats, ints, point):
         return 0.0
     s = stepper.clock - stepper.piece_clock
     for i in range(STATES):
-        floats[point + i] = polynomial_value(floats, alone.row[i], 1, ORDER, s)
+        floats[point + i] = value_and_rate(floats, alone.row[i], 1, ORDER, s, False)[0]
     time, stiff = stepper.time, stepper.stiff
     stepper.time, stepper.stiff = stepper.piece_time, stepper.piece_stiff
     stepper.piece_time, stepper.piece_stiff = time, stiff
