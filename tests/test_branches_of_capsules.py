@@ -77,23 +77,6 @@ def test_travel_begins_and_ends_where_symmetric_orbits_change_their_stability(di
     assert diagram.unfollowed == ()
 
 
-@pytest.mark.exhaustive
-def test_drift_vanishes_like_a_square_root_at_the_pitchfork(diagram):
-    """Brute force: settled drifts near the pitchfork, whose squares must grow linearly from it."""
-    law = diagram.system.friction.name
-    beyond = 1e-3 * np.arange(2, 8)
-    over = {OVER: BEGINS[law] + beyond}
-    found = vc.ensemble(
-        diagram.system, over, measures=["drift"], initial=START, periods=60_000, settle=1e-9, tolerance=1e-11
-    )  # fmt: skip
-    assert found["settled"].all()
-    coefficients = np.polyfit(beyond, found["drift"] ** 2, 3)
-    root = min(np.roots(coefficients), key=abs).real
-    assert abs(root) < 1e-6  # of the amplitude; the fit's own error, from points 2e-3 and more away
-    one, _ = np.polyfit(np.log(beyond), np.log(np.abs(found["drift"])), 1)
-    assert abs(one - 0.5) < 0.05
-
-
 def test_brute_force_agrees_with_every_stable_part(diagram):
     """From both sides and various starts a simulation settles on a stable orbit of the diagram, and on no other."""
     rng = np.random.default_rng(5)

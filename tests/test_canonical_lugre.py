@@ -99,20 +99,6 @@ def test_no_creep_about_zero():
     assert not found.creeps
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_ten_thousand_cycles():
-    """LuGre's drift is measured, the elasto-plastic block stays: by no more than rounding."""
-    from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
-
-    lugre = creep(OWN, cycles=10_000)
-    a, b = (lugre.bias - lugre.amplitude) / 1.5, (lugre.bias + lugre.amplitude) / 1.5
-    assert lugre.drift_per_cycle == pytest.approx(1.5e-5 * math.log((1.0 - a**2) / (1.0 - b**2)), rel=5e-3)
-    held = creep(ElastoPlastic(), cycles=10_000)
-    assert not held.creeps
-    assert abs(held.drift) <= 1e-11 * np.ptp(held.displacement)
-
-
 # --- frictional lag --------------------------------------------------------------------------------------------------
 
 

@@ -258,14 +258,6 @@ def test_every_complaint_is_made_at_once(case, capsys):
         assert len(re.findall(rf"^  --{start}:", message, re.MULTILINE)) == 1
 
 
-def test_wrong_case_is_refused_with_the_options(case, capsys):
-    case.write_text(CASE.replace("[friction]", "mass_ratio = -1\n[friction]"))
-    message = refused(capsys, "sweep", case, "--over", "x", "--out", "map", "--measure", "drft")
-    assert str(case) in message
-    for text in ("machine.mass_ratio: should be greater than 0", "--over x: should be", "--measure: there is no"):
-        assert text in message
-
-
 def test_case_whose_periods_are_not_whole_asks_for_the_option(case, capsys):
     case.write_text(CASE.replace("periods = 12", "periods = 12.5"))
     message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map")
@@ -414,13 +406,6 @@ def test_plot_names_what_it_cannot_draw(case, cheap, capsys):
     assert "holds no study" in refused(capsys, "plot", ".")
     assert command("plot", "map/", "--at", "drive.amplitude=1.4", "--out", "line.svg") == OK
     assert Path("line.svg").stat().st_size > 1000
-
-
-@pytest.mark.slow
-def test_exported_study_is_drawn(case, cheap):
-    assert command("sweep", case, "--over", MASS, "--over", TORQUE, "--export", "map.nc") == OK
-    assert command("plot", "map.nc") == OK
-    assert Path("map-mean_velocity.png").exists()
 
 
 # --- the time left ---------------------------------------------------------------------------------------------------

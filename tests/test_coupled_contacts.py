@@ -113,18 +113,6 @@ def test_the_first_contact_is_decided_though_it_is_said_to_move_by_rounding():
         assert vc.simulate(system, periods=2, tolerance=1e-13).status is vc.Status.FINISHED
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-@pytest.mark.parametrize("tolerance", exhaustive_but([0], [1e-9, 1e-12]))
-def test_four_bodies_that_are_their_own_mirror_image_sway(tolerance):
-    """Of friction that falls with speed it would be an unstable motion."""
-    system = vc.System(vc.worm(4)(), vc.Coulomb(), vc.Harmonic())
-    motion = vc.simulate(system, periods=5, tolerance=tolerance)
-    assert motion.status is vc.Status.FINISHED
-    times = np.linspace(0.0, motion.end, 100)
-    assert motion.at(times, "centre_velocity") == pytest.approx(0.0, abs=1e-9)
-
-
 # --- closed forms -----------------------------------------------------------------------------------------------------
 
 

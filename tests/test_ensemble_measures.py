@@ -335,12 +335,6 @@ def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
     assert empty - not_settled == (without & set(found)) - not_settled
 
 
-def test_what_is_derived_comes_after_what_it_needs():
-    asked, needed = resolved(["cost_of_transport", "drift"])
-    assert [measure.name for measure in asked] == ["cost_of_transport", "drift"]
-    assert [measure.name for measure in needed] == ["drive_work", "drift", "cost_of_transport"]
-
-
 # --- the ensemble ----------------------------------------------------------------------------------------------------
 
 SYSTEM = system_with(vc.Exponential())
@@ -366,13 +360,6 @@ def test_the_same_bits_however_it_is_cut(monkeypatch):
         assert [single[name][0] for single in alone] == [column[i] for i in (0, 11, 22)], name
 
 
-def test_asking_for_less_leaves_the_rest_as_it_is():
-    """Every measure asked for alone, from the same kernel."""
-    together = small_ensemble([1.0, 2.5])
-    for name in ASKED:
-        assert np.array_equal(small_ensemble([1.0, 2.5], measures=[name])[name], together[name])
-
-
 def test_the_window_fits_the_run_unless_told():
     """The last ten periods, or all where a run has fewer; a window that is asked for has to fit."""
     for periods, expected in ((2, 2), (12, 10)):
@@ -383,16 +370,6 @@ def test_the_window_fits_the_run_unless_told():
         assert vc.measured(motion, "displacement") == vc.measured(motion, "displacement", window=expected)
     with pytest.raises(ValueError, match="window should be a whole number from 1 to 2, got 10"):
         small_ensemble([2.5], periods=2, window=10)
-
-
-def test_initial_states_and_parameters_reach_the_run():
-    over = {"initial.angle": [0.4, 1.0], "drive.frequency": [1.0, 1.2], "friction.decay_rate": [10.0, 8.0]}
-    found = vc.ensemble(SYSTEM, over, measures=["displacement", "mean_velocity"], periods=4, window=4)
-    for i in range(2):
-        system = SYSTEM.with_parameters({path: over[path][i] for path in over if not path.startswith("initial")})
-        motion = vc.simulate(system, periods=4, initial={"angle": over["initial.angle"][i]}, tolerance=1e-11)
-        assert found["displacement"][i] == pytest.approx(vc.displacement(motion), abs=1e-6)
-        assert found["mean_velocity"][i] == pytest.approx(vc.mean_velocity(motion, 4).value, abs=1e-7)
 
 
 def test_failed_runs_are_shown_as_failed():
@@ -446,14 +423,6 @@ def test_symmetry_is_asked_run_by_run():
     tones = {"drive.second_amplitude": np.array([0.0, 0.1, 0.0]), "drive.second_phase": np.array([0.0, 0.3, 0.3])}
     assert BRIDGE._mirrored(system, tones).tolist() == [True, False, True]
     assert BRIDGE._mirrored(system, {"machine.damping": np.ones(2)}).tolist() == [True, True]
-
-
-def test_no_travel_costs_infinitely_much():
-    found = vc.ensemble(
-        SYSTEM, {"drive.amplitude": [0.0]}, measures=["cost_of_transport", "drift"], periods=2, window=1
-    )
-    assert found["drift"][0] == 0.0
-    assert found["cost_of_transport"][0] == math.inf
 
 
 @pytest.mark.parametrize(

@@ -68,19 +68,6 @@ def test_same_input_same_numbers_whatever_the_threads(found):
     assert [(p.value, p.low, p.high) for p in again.parameters] == [(p.value, p.low, p.high) for p in found.parameters]
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_standard_errors_are_the_scatter_of_repeated_fits():
-    values, errors = [], []
-    for seed in range(24):
-        one = fit(record(seed=seed), TRUTH, starts=1, start="relaxed", intervals="covariance")
-        values.append([one[name].value for name in one.free])
-        errors.append([one[name].standard_error for name in one.free])
-    ratio = np.std(values, axis=0, ddof=1) / np.mean(errors, axis=0)
-    # the standard deviation of 24 values has a relative error of 1/sqrt(46): four of them either way
-    assert np.all(np.abs(np.log(ratio)) < 4 / math.sqrt(46)), ratio
-
-
 @pytest.mark.slow
 def test_a_stiffness_without_presliding_is_not_determined_and_an_experiment_is_named():
     stiff = LuGre(bristle_stiffness=1e4, viscous_damping=0.05)

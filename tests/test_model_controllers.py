@@ -49,25 +49,6 @@ def test_tracking_under_feedback_reaches_the_speed_of_the_closed_form(ratio, ang
     assert -vc.mean_velocity(motion, periods=1).value == pytest.approx(speed, abs=1e-9)
 
 
-@pytest.mark.exhaustive
-def test_the_torque_is_that_of_the_ideal_tracking():
-    """The pendulum crawler imposes the same stroke and says from an equation of its own what torque that takes."""
-    drive, law = vc.Harmonic(0.5, 1.7), vc.Coulomb(0.2, 0.3)
-    told = vc.System(vc.PendulumCapsule(normal_load=2.0), law, drive, controller=vc.StrokeComputedTorque())
-    ideal = vc.System(vc.PendulumCrawler(normal_load=2.0, motion="displacement"), law, drive)
-    start = {"angle": math.asin(0.5)}
-    one = vc.simulate(told, periods=4, initial=start, tolerance=1e-12)
-    other = vc.simulate(ideal, periods=4, tolerance=1e-12)
-    times = np.linspace(0.0, one.end, 301)[1:-1]
-    assert one.at(times, "velocity") == pytest.approx(other.at(times, "contact_velocity"), abs=1e-10)
-    moves = np.abs(one.at(times, "velocity")) > 1e-3  # away from events, where both jump
-    torque = other.at(times, "actuator_torque")
-    assert one.at(times, "drive")[moves] == pytest.approx(torque[moves], abs=1e-8)
-    assert vc.energy_balance(one).controller == pytest.approx(
-        scipy.integrate.simpson(one.at(times, "drive") * one.at(times, "angle_rate"), x=times), rel=2e-2
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "law"),

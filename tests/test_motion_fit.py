@@ -30,57 +30,6 @@ TRUE_BLOCK = BLOCK.with_parameters(
     {path: value for path, value in TRUTH.items() if "," not in path}
     | {"friction.coulomb_coefficient": 0.42, "friction.static_coefficient": 0.42}
 )
-PENDULUM = """
-[machine]
-kind = "mechanism"
-inertia_kg_m2 = 0.1
-damping_N_m_s_per_rad = 0.1
-mgl_N_m = 2.0
-load_N_m = 1.0
-
-[mechanism]
-name = "driven-pendulum"
-effort = "torque"
-units = "SI"
-travels = false
-
-[mechanism.parameters]
-inertia = { unit = "kg m^2", symbol = "I", meaning = "inertia about the pivot" }
-damping = { range = ">= 0", role = "torsional damping", symbol = "c", meaning = "viscous drag" }
-mgl = { range = ">= 0", unit = "N m", symbol = "m g l", meaning = "largest torque of the weight" }
-load = { unit = "N m", symbol = "N", meaning = "load on the bearing: coefficients are torques" }
-
-[mechanism.coordinates]
-angle = { unit = "rad", symbol = "q", meaning = "angle from hanging" }
-
-[[mechanism.inertia]]
-name = "pendulum"
-inertia = "inertia"
-angle = "angle"
-
-[[mechanism.damper]]
-damping = "damping"
-stretch = "angle"
-
-[[mechanism.potential]]
-energy = "-mgl * cos(angle)"
-
-[[mechanism.drive]]
-path = "angle"
-
-[[mechanism.contact]]
-body = "pendulum"
-load = "load"
-
-[friction]
-law = "coulomb"
-coulomb_coefficient = 0.1
-
-[drive]
-waveform = "harmonic"
-amplitude_N_m = 1.0
-frequency_Hz = 1.0
-"""
 
 
 def multisine(seed: int, time: np.ndarray, lowest: float = 0.2, highest: float = 2.5) -> np.ndarray:
@@ -139,23 +88,6 @@ def test_a_wrong_model_is_doubted(exact):
     assert found.relative["second"] > 0.9
     worse = dataclasses.replace(found, relative=found.relative | {"second": 1.0})
     assert "no better than a constant" in worse.facts["second"]
-
-
-@pytest.mark.exhaustive
-def test_a_driven_pendulum_is_found_over_several_turns(tmp_path):
-    """Inertia, drag, weight and friction within 1 %, of a mechanism in a case file, with noise of 0.01 rad."""
-    (tmp_path / "pendulum.toml").write_text(PENDULUM)
-    system = vc.read_case(tmp_path / "pendulum.toml").system
-    truth = {"machine.inertia_kg_m2": 0.15, "machine.damping_N_m_s_per_rad": 0.15, "machine.mgl_N_m": 3.3}
-    true = system.with_parameters(truth | {"friction.coulomb_coefficient": 0.03})
-    time = np.linspace(0.0, 10.0, 2000)
-    swing = record(true, "swing", time, 6.0 * multisine(5, time, 1.9, 18.0), 0.01, "angle")
-    within = {path: (0.1 * value, 5.0 * value) for path, value in truth.items()}
-    found = vc.fit_motion(system, swing, within | {"friction.coulomb_coefficient": (0.0, 0.5)}, predict="angle")
-    assert np.ptp(swing.displacement) > 4 * np.pi
-    for path, value in truth.items():
-        assert found[path].value == pytest.approx(value, rel=0.01)
-    assert found.rms["swing"] == pytest.approx(0.01, rel=0.05)
 
 
 def test_motions_that_end_early_are_not_trusted():

@@ -24,8 +24,7 @@ from vibrocap.paper.load_finding import loaded_figure, loaded_motions
 from vibrocap.paper.main_finding import PRINTED, asymmetry
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11, law, start, with_load
 from vibrocap.paper.runs import LIGHT_POINTS, SWEEP_POINTS, Runs
-from vibrocap.paper.steady_points import RANGE_OF_SOFT, SOFT, steady_points
-from vibrocap.paper.steady_travel import steady_panel
+from vibrocap.paper.steady_points import SOFT, steady_points
 from vibrocap.report.pieces import number
 from vibrocap.report.reproduce import KEYS, reproduce
 
@@ -199,18 +198,6 @@ def test_soft_spring_gives_the_printed_shape_but_not_all_points(runs):
     assert points.equal == {"lugre": (), "exponential": (), "both": ()}
 
 
-@pytest.mark.exhaustive
-def test_no_spring_gives_the_four_printed_points(runs):
-    for stiffness in RANGE_OF_SOFT:
-        points = steady_points(runs, stiffness)
-        hits = [
-            name for name, value in PRINTED.items()
-            if abs(points.at[name] - value) <= CLAIMS_OF[name].tolerance.value
-        ]  # fmt: skip
-        assert len(hits) < 4
-    assert math.isnan(steady_points(runs, 0.5).at["O1"])  # too soft: LM travels at every mass ratio
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("point", ["O1", "O2", "P1", "P2"])
 def test_there_is_no_such_point_in_the_steady_state_and_the_claim_shows_it(runs, point):
@@ -363,22 +350,6 @@ def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
     assert "Painlevé's paradox" in loaded_figure(runs, "load09").sentence
     rows = list(FIGURES["load09"](runs).rows)
     assert any(row[1] == "EM: lift off" and row[3] == "end_time" for row in rows)
-
-
-@pytest.mark.exhaustive
-def test_map_of_steady_travel_is_that_of_single_runs():
-    ratios, springs = np.array([0.2, 2.5]), np.array([2.0, 4.0])
-    for load in (1.0, "dynamic"):
-        panel = steady_panel("exponential", load, ratios, springs)
-        for i, j in np.ndindex(2, 2):
-            system = with_load(figures_9_to_11("exponential", ratios[i], springs[j]), load)
-            motion = vc.simulate(system, periods=120, initial=start(system), tolerance=1e-10)
-            assert list(Status)[panel.status[i, j]] is motion.run_status
-            if motion.run_status.ok and panel.settled[i, j]:
-                found = vc.mean_velocity(motion, periods=1).value
-                assert panel.mean_velocity[i, j] == pytest.approx(found, abs=panel.residue)
-    assert panel.ended == {"lift off": 1}
-    assert steady_panel("exponential", 1.0, ratios, springs).hidden == 1  # the same one
 
 
 def test_numbers_of_the_report_are_short_with_all_digits_in_the_title():

@@ -152,17 +152,6 @@ def test_a_fast_loop_tends_to_the_continuous_one():
     assert off[1] / off[2] == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.exhaustive
-def test_an_angle_and_a_velocity_are_sampled_alike():
-    pendulum = vc.PendulumCapsule(normal_load=100.0)
-    angle = vc.SampledAnglePID(proportional_gain=5.0, derivative_gain=1.5, integral_gain=2.0, sample_time=0.01)
-    held = vc.simulate(vc.System(pendulum, vc.Coulomb(), vc.Constant(0.4), controller=angle), periods=40)
-    assert held.state["angle"] == pytest.approx(0.4, abs=1e-6)
-    velocity = vc.SampledVelocityPI(proportional_gain=2.0, integral_gain=1.0, sample_time=0.02, quantum=1e-6)
-    system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(0.3, 0.5), vc.Constant(0.7), controller=velocity)
-    assert vc.simulate(system, periods=60).state["sliding_velocity"] == pytest.approx(0.7, abs=2e-6)
-
-
 # --- orbits ----------------------------------------------------------------------------------------------------------
 
 

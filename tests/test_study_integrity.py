@@ -229,21 +229,6 @@ def test_a_folder_that_goes_away_in_midrun_is_noticed_at_the_next_tile(tmp_path,
     assert out.exists() == bool(what)
 
 
-def test_a_folder_that_is_replaced_in_midrun_is_noticed(tmp_path, monkeypatch):
-    out = tmp_path / "out"
-
-    def replace():
-        # What is being written meanwhile has names that go away.
-        shutil.copytree(out, tmp_path / "copy", ignore=shutil.ignore_patterns("unfinished"))
-        (tmp_path / "copy" / "unfinished").mkdir()
-        out.rename(tmp_path / "away")
-        (tmp_path / "copy").rename(out)
-
-    removed_in_midrun(monkeypatch, 3, replace)
-    with pytest.raises(StoreError, match="removed or replaced while the study ran"):
-        stored(out)
-
-
 def test_a_chunk_that_goes_away_in_midrun_is_noticed_at_the_end(tmp_path, monkeypatch, capsys):
     out = tmp_path / "out"
     case = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
@@ -406,12 +391,3 @@ def test_runs_that_were_never_made_are_not_read_as_finished(whole, capsys):
         open_study(whole)
     assert main(["plot", str(whole)]) == 2
     assert "Traceback" not in capsys.readouterr().err
-
-
-def test_a_finished_study_that_lost_its_marks_is_damaged(whole, capsys):
-    for mark in (whole / "done").iterdir():
-        mark.unlink()
-    assert list(verify_study(whole).damaged.values()) == ["its mark is missing"] * TILES
-    assert main(["sweep", str(whole), "--verify"]) == 3
-    with pytest.raises(StoreError, match="its mark is missing"):
-        open_study(whole).load()

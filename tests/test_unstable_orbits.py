@@ -70,17 +70,6 @@ def test_the_saddle_that_was_passed_is_kept():
     assert found.passed.state["angle"] == pytest.approx(saddle.state["angle"], abs=1e-9)
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
-def test_the_way_on_which_a_state_lies_comes_first(law):
-    """Close by, the way of a start off the saddle is that of a simulation."""
-    saddle = symmetric(law)
-    for off in (1e-5, -1e-5):
-        start = saddle.state | {"velocity": saddle.state["velocity"] + off}
-        first = orbits.pushed_off(saddle, towards=state_vector(saddle.system, start))[0]
-        assert first.drift == pytest.approx(simulated(saddle.system, start), abs=1e-9)
-
-
 def test_what_leaves_and_does_not_settle_is_said(monkeypatch):
     monkeypatch.setattr(orbits, "orbits_reached", lambda *given: ([], np.array([-1, -1]), None))
     found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
