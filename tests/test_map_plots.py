@@ -242,6 +242,21 @@ def test_plain_measure_has_its_own_scale_and_says_why_values_are_missing():
     assert "NaN" not in "".join(text.get_text() for text in fig.texts)
 
 
+def test_cost_per_residue_of_travel_is_infinite_whether_or_not_the_travel_is_known():
+    """In SI too, where the band is that of the velocity and not of the cost."""
+    dataset = study()
+    still = np.abs(dataset["mean_velocity"].values) < 1e-3
+    arrays = {"cost_of_transport": np.where(still, 1e7, 12.0), "mean_velocity": np.where(still, 1e-8, 0.05)}
+    dataset = dataset.assign({name: dataset[name].copy(data=values) for name, values in arrays.items()})
+    for name, unit in (("cost_of_transport", 1e-9), ("mean_velocity", 1.0)):
+        dataset[name].attrs["dimensionless_unit"] = unit
+    for known in (dataset, dataset.drop_vars("mean_velocity")):
+        view = study_view(known, "cost_of_transport")
+        finished = view.panels[0].status == 0
+        assert np.array_equal((cells(view, view.panels[0]) == Cell.INFINITE)[finished], still[finished])
+        assert still[finished].any()
+
+
 def test_cost_of_transport_is_infinite_without_travel_and_logarithmic_over_decades():
     view = study_view(study(), "cost_of_transport")
     assert set(cells(view, view.panels[0])[9].tolist()) - {Cell.NOT_RUN} == {Cell.INFINITE}

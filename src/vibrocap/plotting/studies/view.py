@@ -170,10 +170,10 @@ def study_view(
         axes, points = _scattered(chosen)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
     case, settle = case_of(dataset), dataset.attrs.get("settle")
-    travel = asked if asked in TRAVEL else "mean_velocity"
+    travel = next((name for name in (asked, *TRAVEL) if name in TRAVEL and name in names), "mean_velocity")
     known = residue(case.system, travel, float(settle)) if settle and case else ZERO
     band = float(dataset.attrs.get("dead_band", float(f"{known:.2g}")))
-    if (size := dataset[asked].attrs.get("dimensionless_unit")) is not None:
+    if travel in names and (size := dataset[travel].attrs.get("dimensionless_unit")) is not None:
         band = float(f"{band * float(size):.2g}")
     if asked in TRAVEL:
         kind = "signed"
