@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.arguments import Refusal
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.commands.crossing import _other
 from vibrocap.cli.main import main
-from vibrocap.cli.refusal import Refusal
 from vibrocap.lab.bundle import contents
 from vibrocap.lab.presets import Preset
 from vibrocap.physics.catalogue import drives, laws

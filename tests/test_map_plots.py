@@ -13,13 +13,14 @@ from matplotlib.patches import PathPatch
 
 from crowding import crowded
 from thinned import slow_but
+from vibrocap.arguments import Refusal
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.status import Status
 from vibrocap.plotting.look.style import blank_figure, logarithmic
 from vibrocap.plotting.studies.cells import Cell, categories, cell_labels, cells, limits
 from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
-from vibrocap.plotting.studies.view import ViewError, study_view
+from vibrocap.plotting.studies.view import study_view
 
 xarray = pytest.importorskip("xarray")
 
@@ -414,7 +415,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
     assert set(segments[:, :, 0].ravel()) == {7.5}
     assert len(segments) == 12
     assert "border of mode sequence" in legend_of(figure(dataset, border="mode_sequence"))
-    with pytest.raises(ViewError, match="--border: mean_velocity takes real values"):
+    with pytest.raises(Refusal, match="--border: mean_velocity takes real values"):
         figure(dataset, border="mean_velocity")
 
 
@@ -472,14 +473,14 @@ def test_further_axes_are_fixed_at_the_nearest_value():
     ],
 )
 def test_view_that_a_study_does_not_offer(options, expected):
-    with pytest.raises(ViewError, match=re.escape(expected)):
+    with pytest.raises(Refusal, match=re.escape(expected)):
         study_view(study(laws=["exponential", "lugre"]), **options)
 
 
 def test_too_many_axes_are_asked_to_be_fixed():
     dataset = xarray.concat([study()] * 9, xarray.Variable("machine.damping", np.arange(9.0)))
     with pytest.raises(
-        ViewError, match=r"machine\.damping: 9 values from 0 to 8; .*--at|--at.*machine\.damping: 9 values"
+        Refusal, match=r"machine\.damping: 9 values from 0 to 8; .*--at|--at.*machine\.damping: 9 values"
     ):
         study_view(dataset)
     few = study_view(dataset.isel({"machine.damping": [0, 4]}))

@@ -13,9 +13,9 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from thinned import slow_but
+from vibrocap.arguments import Refusal
 from vibrocap.cli.command import COMMANDS, perform
 from vibrocap.cli.commands.stick_slip import StickSlipRequest
-from vibrocap.cli.refusal import Refusal
 from vibrocap.records.checks import RecordError
 from vibrocap.records.regime_diagram import regime_diagram
 from vibrocap.records.slips.periods import recurrence

@@ -7,7 +7,7 @@ import math
 import numbers
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 
@@ -58,6 +58,20 @@ class Complaints(list[str]):
             if not (complaints := getattr(error, "complaints", ())):
                 raise
             self.extend(complaints)
+
+
+class Refusal(ValueError):
+    """Input that cannot be used: each complaint names a field, such as an option of a command, and a correct value."""
+
+    def __init__(self, *complaints: str):
+        super().__init__("\n".join(complaints))
+        self.complaints = complaints
+
+
+def by_option(complaints: Iterable[str], options: Mapping[str, str]) -> list[str]:
+    """The same complaints, with options in place of the fields that they set; options: their names by field."""
+    known = ((text, options.get(text.field) if isinstance(text, Complaint) else None) for text in complaints)
+    return [text.about(name) if name is not None and isinstance(text, Complaint) else text for text, name in known]
 
 
 class ArgumentError(ValueError):

@@ -17,12 +17,11 @@ from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from vibrocap.arguments import Complaints
+from vibrocap.arguments import Complaints, Refusal, by_option
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import SECTIONS
 from vibrocap.cli.destinations import needs
 from vibrocap.cli.options import CASE, Option, flag, option
-from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
 from vibrocap.plotting.look.page import on_page
@@ -81,6 +80,9 @@ class Request:
                 words += itertools.chain.from_iterable((flag(field.name), word) for word in values)
         return shlex.join(["vibrocap", name, *places, *words])
 
+    def register(self) -> None:
+        """Make known what the request names, before it is checked."""
+
     def plan(self, refused: Complaints) -> None:
         """Complain of options that do not go together, before any work."""
 
@@ -112,6 +114,19 @@ class WithParts(Request):
     parts: list[Path] | None = option(
         "a Python file with your own laws, machines, drives or controllers; may be repeated"
     )
+
+    def register(self) -> None:
+        """Register the parts of files; Refusal, with every file that cannot be used."""
+        from vibrocap.physics.part_files import PartsError, load_parts
+
+        refused = []
+        for path in self.parts or ():
+            try:
+                load_parts(path)
+            except PartsError as error:
+                refused.append(f"--parts: {error}")
+        if refused:
+            raise Refusal(*refused)
 
 
 class OfCase(WithParts):
@@ -255,9 +270,7 @@ def _parameter(field: Any, kind: Any, declared: Option) -> inspect.Parameter:
 
 def perform(chosen: Command, request: Request) -> int:
     """Run a command: its options are checked, it computes, and its answer is shown; returns the exit code."""
-    from vibrocap.cli.parts import load
-
-    load(getattr(request, "parts", None) or ())
+    request.register()
     request.refuse()
     with refusing(request), request.page() if isinstance(request, Drawn) else contextlib.nullcontext():
         if chosen.doing:

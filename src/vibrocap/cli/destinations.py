@@ -6,8 +6,7 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from vibrocap.arguments import lacking
-from vibrocap.cli.refusal import Refusal
+from vibrocap.arguments import Refusal, lacking
 from vibrocap.files import other_place
 from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
 

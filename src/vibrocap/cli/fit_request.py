@@ -6,12 +6,11 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import ArgumentError, Complaints, check_whole, suggestion
+from vibrocap.arguments import ArgumentError, Complaints, Refusal, by_option, check_whole, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Drawn, WithParts
 from vibrocap.cli.destinations import needs, own_names
 from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, SEED, flag, folder, option, picture
-from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.texts import column_names, pairs, priors, range_of, split
 
 if TYPE_CHECKING:

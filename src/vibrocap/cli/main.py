@@ -17,13 +17,12 @@ from typing import Literal
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
 
 from vibrocap import files, inputs
-from vibrocap.arguments import SettingError
+from vibrocap.arguments import Refusal, SettingError
 from vibrocap.case.case import CaseError
 from vibrocap.cli import commands
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.completers import script
 from vibrocap.cli.overview import ABOUT, REQUESTS, names, overview
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, Page, complain
 from vibrocap.files import WriteError, write_text
 

@@ -2,9 +2,8 @@
 
 from typing import Any
 
-from vibrocap.arguments import ArgumentError, Complaints, suggestion
+from vibrocap.arguments import ArgumentError, Complaints, Refusal, suggestion
 from vibrocap.case.sections import SECTIONS, is_section
-from vibrocap.cli.refusal import Refusal
 from vibrocap.physics.dimensions.conversion import Quantity, quantity
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System

@@ -201,7 +201,6 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
     """Measured and predicted force of a record over time.
 
     record: the name of one of the fit's, by default the first
-    Returns the axes: `ax`, or those of a new figure.
     """
     names = [record.name for record in fit.records]
     if not names or record not in (None, *names):
@@ -218,7 +217,6 @@ def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
 
     The scale is linear about zero and logarithmic beyond, so that an interval of a tenth of a percent is seen beside
     one of a hundred percent. Arrows stand where the data leave an end open, or where it lies beyond the scale.
-    Returns the axes: `ax`, or those of a new figure.
     """
     searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
     with drawing(ax, (7.5, 1.2 + 0.26 * len(searched))) as ax:

@@ -26,7 +26,7 @@ def front_figure(found: ParetoFront) -> Figure:
 
 
 def draw_front(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
-    """The panel of `front_figure`. Returns the axes: `ax`, or those of a new figure."""
+    """The panel of `front_figure`."""
     with drawing(ax) as ax:
         legend_below(ax, _draw(ax, found), ncols=2)
     return ax

@@ -79,7 +79,6 @@ def draw_history(
     """A quantity of a motion over time in drive periods; where its contact sticks is shaded.
 
     name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
-    Returns the axes: `ax`, or those of a new figure.
     """
     with drawing(ax) as ax:
         return history(motion, name, last_periods(motion, periods), ax, shaded=periods is not None)
@@ -150,7 +149,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
     load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off. Of
     several contacts the true loads are drawn.
 
-    periods: so many at the end, by default all. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
+    periods: so many at the end, by default all. Raises ArgumentError
     for a machine that does not know its load.
     """
     if not loads_of(motion):

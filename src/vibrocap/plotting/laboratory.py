@@ -80,7 +80,6 @@ def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = Non
     """Friction force at constant velocity, to both sides; what a set-valued law can hold at rest stands upright.
 
     widest: the largest speed, by default some of those over which friction changes
-    Returns the axes: `ax`, or those of a new figure.
     """
     widest = WIDEST * contact_sizes(law, load).speed if widest is None else widest
     speed = widest * np.concatenate((np.geomspace(1e-5, 0.01, 100), np.linspace(0.01, 1.0, 400)[1:]))
@@ -112,7 +111,6 @@ def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0,
     """Loops of force over displacement: the first loading thin, the last cycle in full.
 
     loops: or a law, whose loops are made at some amplitudes
-    Returns the axes: `ax`, or those of a new figure.
     """
     if isinstance(loops, Law):
         law, displacement = loops, contact_sizes(loops, load).displacement

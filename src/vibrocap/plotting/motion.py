@@ -136,7 +136,6 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
 
     x, y: by default the first state and its rate, of an imposed motion itself and the force it takes; "position" of
         what travels is drawn less the steady travel, so that a steady motion closes
-    Returns the axes: `ax`, or those of a new figure.
     """
     inner, rate = _inner_plane(motion) or (place_of(motion), _velocity(motion))
     with drawing(ax, (5.0, 3.6)) as ax:
@@ -208,7 +207,7 @@ def _relative(motion: Trajectory, name: str, recent: Stretch) -> tuple[Callable[
 def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None = None) -> Axes:
     """Friction over sliding velocity in the last response: accelerating, decelerating and stuck.
 
-    contact: which, of a machine with several. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
+    contact: which, of a machine with several. Raises ArgumentError
     for a contact that there is not.
     """
     if contact not in (contacts := contacts_of(motion)):

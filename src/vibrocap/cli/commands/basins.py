@@ -3,11 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.options import JSON, SETTLE_PERIODS, option, picture, required
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import range_of
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si

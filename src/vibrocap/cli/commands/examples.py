@@ -3,12 +3,11 @@
 import os
 from pathlib import Path
 
-from vibrocap.arguments import Complaints, suggestion
+from vibrocap.arguments import Complaints, Refusal, suggestion
 from vibrocap.cli.command import Answer, Request, command
 from vibrocap.cli.completers import example_names
 from vibrocap.cli.examples import examples_folder, shows, tables_of
 from vibrocap.cli.options import folder, option
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, table
 from vibrocap.files import made_folder, write_text
 

@@ -4,13 +4,12 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from vibrocap.arguments import suggestion
+from vibrocap.arguments import Refusal, suggestion
 from vibrocap.citations.bibliography import references
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, Report, WithParts, command
 from vibrocap.cli.friction_limits import limits_of, print_limits
 from vibrocap.cli.options import JSON, option, picture, required
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, parameters_in_words
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law

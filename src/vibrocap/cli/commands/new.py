@@ -5,14 +5,13 @@ import functools
 from pathlib import Path
 from typing import Literal
 
-from vibrocap.arguments import Complaints, suggestion
+from vibrocap.arguments import Complaints, Refusal, by_option, suggestion
 from vibrocap.case.case import case_text
 from vibrocap.case.sections import CHOICES, DIMENSIONLESS, SI
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, WithParts, command
 from vibrocap.cli.new_case import new_case
 from vibrocap.cli.options import file, option
-from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.texts import pairs, split
 from vibrocap.files import write_text
 from vibrocap.io.motion_file import read_source

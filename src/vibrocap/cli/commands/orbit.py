@@ -5,10 +5,9 @@ import itertools
 import math
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.cli.command import Answer, OfCase, Report, command
 from vibrocap.cli.options import JSON, SETTLE_PERIODS, TOLERANCE, option
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, said, table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import scaled, without_unit

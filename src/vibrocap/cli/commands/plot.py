@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from vibrocap.arguments import Complaints
+from vibrocap.arguments import Complaints, Refusal
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command import Answer, Drawn, command
 from vibrocap.cli.destinations import needs, writable_picture
 from vibrocap.cli.options import option, required
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.texts import pairs
 
 

@@ -4,14 +4,13 @@ import functools
 from pathlib import Path
 from typing import Any, Literal
 
-from vibrocap.arguments import Complaints
+from vibrocap.arguments import Complaints, Refusal, by_option
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.completers import paths_of_case, states_of_case
 from vibrocap.cli.destinations import with_headings, writable_film, writable_table
 from vibrocap.cli.motion_tables import print_motion
 from vibrocap.cli.options import JSON, TOLERANCE, option, picture
-from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import progress, said
 from vibrocap.cli.texts import changes, split
 from vibrocap.io.motion_file import read_source, write_motion

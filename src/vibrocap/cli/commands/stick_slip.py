@@ -5,10 +5,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import ArgumentError, Complaints
+from vibrocap.arguments import ArgumentError, Complaints, Refusal, by_option
 from vibrocap.cli.command import Answer, Drawn, command
 from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, option, picture, required
-from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import Page, table
 from vibrocap.cli.texts import column_names, pairs, split
 

@@ -81,7 +81,6 @@ def draw_basins(
     """One panel of `basin_figure`: where each start of the plane leads.
 
     what: "direction" of travel, or "attractor"; axes: as in `basin_figure`
-    Returns the axes: `ax`, or those of a new figure.
     """
     if what not in TITLES:
         raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")

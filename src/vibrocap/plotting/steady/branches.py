@@ -112,7 +112,6 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
 
     quantity: by default the mean velocity, or the period where the machine is held to its place
-    Returns the axes: `ax`, or those of a new figure.
     """
     quantity = quantity or ("mean_velocity" if found.system.cyclic is not None else "period")
     _check([found], quantity)
@@ -126,10 +125,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
 
 
 def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
-    """The size of the largest Floquet multiplier over the parameter: stable below 1.
-
-    Returns the axes: `ax`, or those of a new figure.
-    """
+    """The size of the largest Floquet multiplier over the parameter: stable below 1."""
     with drawing(ax) as ax:
         draw_multipliers(ax, _branches(found))
         ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=_range(found, _along(found)))

@@ -33,7 +33,7 @@ def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> F
 
 
 def draw_bifurcation(found: BifurcationDiagram, state: str | None = None, *, ax: Axes | None = None) -> Axes:
-    """The panel of `bifurcation_figure`. Returns the axes: `ax`, or those of a new figure."""
+    """The panel of `bifurcation_figure`."""
     with drawing(ax) as ax:
         legend_below(ax, _draw(ax, found, state), ncols=2)
     return ax

@@ -45,10 +45,7 @@ def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), 
 
 
 def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Axes | None = None) -> Axes:
-    """One panel of `equilibrium_figure`: a state over the parameter, or, by "eigenvalues", their real parts.
-
-    Returns the axes: `ax`, or those of a new figure.
-    """
+    """One panel of `equilibrium_figure`: a state over the parameter, or, by "eigenvalues", their real parts."""
     with drawing(ax) as ax:
         used: set[str] = set()
         if what == "eigenvalues":

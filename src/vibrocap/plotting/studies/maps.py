@@ -22,7 +22,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.look.labels import filled
@@ -43,7 +43,7 @@ from vibrocap.plotting.studies.cells import (
     unsettled_label,
 )
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
-from vibrocap.plotting.studies.view import Panel, View, ViewError, study_view
+from vibrocap.plotting.studies.view import Panel, View, study_view
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -87,7 +87,7 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
     """The figure of a view of a study: a map, lines or dots, as its axes are."""
     names = [] if border is None else [border] if isinstance(border, str) else list(border)
     if len(names) > len(BORDERS):
-        raise ViewError([f"--border: a map shows {len(BORDERS)} kinds of border at most, got {len(names)}"])
+        raise Refusal(f"--border: a map shows {len(BORDERS)} kinds of border at most, got {len(names)}")
     borders = dict(zip(dict.fromkeys(names), BORDERS, strict=False))
     lines = {name: [_border_lines(panel, view, name) for panel in view.panels] for name in borders}
     with style(settings_of(PRINT)):
@@ -119,12 +119,11 @@ def draw_study(
     """One panel of a study: a map with its scale of colours, or lines over one axis.
 
     measure, at, dead_band: as in `study_view`; what would be several maps side by side is refused: fix one with `at`
-    Returns the axes: `ax`, or those of a new figure.
     """
     view = study_view(dataset, measure, at, dead_band)
     if len(view.axes) > 1 and len(view.panels) > 1:
         titles = ", ".join(panel.title for panel in view.panels)
-        raise ViewError([f"at: leaves {len(view.panels)} maps ({titles}), where one pair of axes shows one"])
+        raise Refusal(f"at: leaves {len(view.panels)} maps ({titles}), where one pair of axes shows one")
     with drawing(ax, (4.6, 3.8)) as ax:
         assert isinstance(ax.figure, (Figure, SubFigure))
         handles = draw_lines(ax, view) if len(view.axes) == 1 else _draw_maps(ax.figure, [ax], view)
@@ -299,7 +298,7 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     from vibrocap.studies.adaptive import border
 
     if view.points is not None or len(view.axes) < 2:
-        raise ViewError(["--border: needs a map over two axes"])
+        raise Refusal("--border: needs a map over two axes")
     dataset = panel.dataset
     if "computed" not in dataset:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
@@ -310,4 +309,4 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     try:
         return border(dataset.load(), name).segments
     except ArgumentError as error:
-        raise ViewError([error.complaint.about("--border")]) from None
+        raise Refusal(error.complaint.about("--border")) from None

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, suggestion
+from vibrocap.arguments import Complaints, Refusal, suggestion
 from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.motion.status import Status
 from vibrocap.motion.trust import TRAVEL, ZERO, residue
@@ -41,14 +41,6 @@ VALUE_LABELS = {
     "settled": {0.0: "not settled", 1.0: "settled"},
     "computed": {0.0: "filled in", 1.0: "run"},
 }
-
-
-class ViewError(ValueError):
-    """A view that a study does not offer: `complaints` names each option, what was given and what would be right."""
-
-    def __init__(self, complaints: Sequence[str]):
-        super().__init__("\n".join(complaints))
-        self.complaints = tuple(complaints)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -147,7 +139,7 @@ def study_view(
     measure: a variable, by default the first measure that the study took
     at: values at which dimensions are fixed, by path; the nearest value of the axis is taken
     dead_band: sizes of travel up to this are none; by default the residue of settled motions
-    Raises ViewError for a measure or a path that the study does not have, and where dimensions are left over.
+    Raises Refusal for a measure or a path that the study does not have, and where dimensions are left over.
     """
     complaints = Complaints()
     names = [str(name) for name in dataset.data_vars]
@@ -157,7 +149,7 @@ def study_view(
     chosen, fixed, view_axes = _fixed(dataset, at or {})
     complaints += view_axes
     if complaints:
-        raise ViewError(complaints)
+        raise Refusal(*complaints)
 
     gridded = all(dim in dataset.coords for dim in chosen["status"].dims)
     if gridded:
@@ -241,11 +233,11 @@ def _facets(dataset: Any) -> tuple[list[str], tuple[str, ...]]:
         numbers.remove(few)
     panels = int(np.prod([dataset.sizes[dim] for dim in words]))
     if not numbers:
-        raise ViewError(["--at: leaves no axis of numbers to draw over; fix fewer"])
+        raise Refusal("--at: leaves no axis of numbers to draw over; fix fewer")
     if len(numbers) > 2 or panels > MOST_PANELS:
         ways = "; ".join(f"{dim}: {_span(dataset[dim])}" for dim in dims)
         limit = f"a picture has one or two axes and at most {MOST_PANELS} panels"
-        raise ViewError([f"--at: {limit}; fix some with --at PATH=VALUE ({ways})"])
+        raise Refusal(f"--at: {limit}; fix some with --at PATH=VALUE ({ways})")
     return words, tuple(numbers)
 
 
