@@ -194,27 +194,21 @@ class FitRequest(WithParts, Drawn):
         with wrong.collected():
             if self.out is not None and self.compare:
                 own_names("--out", self.out, "comparison.json", "comparison.png", "report.html")
-            for folder in [self.out / law for law in self.laws] if self.out and self.compare else [self.out]:
-                if folder is not None:
-                    own_names("--out", folder, *OF_FIT)
+            folders = [] if self.out is None else [self.out / law for law in self.laws] if self.compare else [self.out]
+            for folder in folders:
+                own_names("--out", folder, *OF_FIT)
         records, doubts = read(self, wrong)
         hidden = held_out(self.hold_out, records, wrong)
         scales = units_of_case(self.pendulum, self.out, records, wrong)
-        settings: dict[str, Any] = {
-            "fixed": held,
-            "free": split(self.free) or None,
-            "bounds": bounds,
-            "loss": self.loss,
-        }
-        settings |= {"starts": self.starts, "seed": self.seed} | self.given("intervals")
+        settings: dict[str, Any] = {"fixed": held, "free": split(self.free) or None, "bounds": bounds}
+        settings |= self.given("loss", "starts", "seed", "intervals")
         if self.prior:
             settings["priors"] = priors(self.prior, wrong)
         if self.spring is not None:
-            settings |= {"machine_stiffness": stiffness}
+            settings["machine_stiffness"] = stiffness
         else:
             settings |= {"held_out": hidden, "weights": self.weights, "terms": split(self.terms)}
-            own = ("least_speed",) if self.steady else ("start",)
-            settings |= {name: getattr(self, name) for name in own}
+            settings |= self.given("least_speed" if self.steady else "start")
             settings |= {"by_record": split(self.by_record)} if self.by_record else {}
             settings |= {"along": pairs("along", split(self.along), wrong, ALONG)} if self.along else {}
         return FitPlan(records, settings, scales, doubts), wrong
@@ -297,8 +291,7 @@ def held_out(patterns: Any, records: "list[Record]", complaints: Complaints) -> 
     """Names of the records that are held out."""
     from fnmatch import fnmatchcase
 
-    names = [record.name for record in records]
-    hidden = []
+    names, hidden = [record.name for record in records], []
     for pattern in split(patterns):
         matching = [name for name in names if fnmatchcase(name, pattern)]
         if not matching and names:

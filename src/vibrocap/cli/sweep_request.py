@@ -145,9 +145,8 @@ class SweepRequest(WithParts):
         if self.adaptive and self.out is not None:
             complaints.add("--out", "an adaptive map is made in one go; leave it out, and give --export FILE.nc")
         elif self.adaptive and self.export is None:
-            complaints.add(
-                "--export", "is missing; an adaptive map needs a file for its results, such as --export map.nc"
-            )
+            missing = "is missing; an adaptive map needs a file for its results, such as --export map.nc"
+            complaints.add("--export", missing)
         elif self.out is None and self.export is None:
             complaints.add("--out", "is missing; give a folder for the results, such as --out map")
         with complaints.collected():
@@ -187,15 +186,11 @@ class SweepRequest(WithParts):
 
     def _settings(self, case: Case) -> dict[str, Any]:
         """How the runs are made: as the options say, else as the case does."""
-        given: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
-        settings = {name: getattr(case, name) if given.get(name) is None else given[name] for name in FROM_CASE}
+        settings = {name: getattr(case, name) for name in FROM_CASE} | self.given("periods", "tolerance")
         periods = settings["periods"]
         if 1 <= periods < 1e9 and periods == int(periods):
             settings["periods"] = int(periods)
-        settings["window"] = self.window
-        settings["settle"] = self.settle
-        settings["extrapolate"] = not self.no_extrapolate
-        return settings
+        return settings | {"window": self.window, "settle": self.settle, "extrapolate": not self.no_extrapolate}
 
     def _by_option(self, complaints: "tuple[str, ...]", cases: "CaseTable | None") -> list[str]:
         """The complaints of the study, with the option that each is about in front."""

@@ -42,10 +42,9 @@ def basins(request: BasinsRequest, report: Report) -> Answer:
         given.system,
         {along.plain.removeprefix(INITIAL): ends for along, ends in asked},
         request.resolution,
-        phase=request.phase,
         initial=given.initial,
-        settle_periods=request.settle_periods,
         progress=report,
+        **request.given("phase", "settle_periods"),
     )
     record, axes = view(in_si(result)), [along.path.removeprefix(INITIAL) for along, _ in asked]
     return Answer(record, lambda page: _print_basins(page, record), result, {"axes": axes})

@@ -36,15 +36,8 @@ def branch(request: BranchRequest, report: Report) -> Answer:
 
     given = request.setup
     along, low, high = quantity_range(request.over, given.system)
-    result = branches(
-        given.system,
-        along.plain,
-        (low, high),
-        initial=given.initial,
-        depth=request.depth,
-        points=request.points,
-        settle_periods=request.settle_periods,
-    )
+    settings = request.given("depth", "points", "settle_periods")
+    result = branches(given.system, along.plain, (low, high), initial=given.initial, **settings)
     shown = in_si(result, over=along.path)
     quantity = "mean_velocity" if result.system.cyclic is not None else "period"
     if not any(len(branch) for branch in result.branches):

@@ -51,32 +51,24 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
     from vibrocap.design.calibration.calibration import calibrate as calibrated
 
     ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as machine.damping=0.5:3")
-    result = calibrated(
-        request.setup,
-        request.to,
-        ranges,
-        held_out=[row - 1 for row in request.held_out or ()],
-        starts=request.starts,
-        seed=request.seed,
-        periods=request.periods,
-        progress=report,
-    )
+    held_out, settings = [row - 1 for row in request.held_out or ()], request.given("starts", "seed", "periods")
+    result = calibrated(request.setup, request.to, ranges, held_out=held_out, progress=report, **settings)
     record = in_si(result)
-    written: tuple[tuple[str, Any], ...] = ()
+    written = []
     if request.out is not None:
         folder = made_folder(request.out)
         write_text(folder / "calibration.json", json_text(record) + "\n")
         columns = _residuals(result)
         write_table(folder / "residuals.csv", columns, zip(*columns.values(), strict=True))
         result.case().save(folder / "calibrated.toml")
-        written = (("case", request.out / "calibrated.toml"),)
+        written = [("case", request.out / "calibrated.toml")]
 
     def text(page: Page) -> None:
         page.say(f"Calibration of {request.case} on {result.measured.rows} rows of {request.to}", style="bold")
         page.rows(list(result.facts.items()), 2 + max(map(len, result.facts)))
         page.rows([("not determined", str(line)) for line in result.directions if not line.determined], 16)
 
-    return Answer(record, text, written=written)
+    return Answer(record, text, written=tuple(written))
 
 
 def _residuals(found: Any) -> dict[str, list[float]]:

@@ -61,22 +61,20 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
         value=request.value if scale is None else request.value / scale,
         against=None if request.against is None else _other(given.system, request.against),
         initial=given.initial,
-        points=request.points,
-        periods=request.periods,
         progress=report,
+        **request.given("points", "periods"),
     )
     shown = in_si(result, given.system, over=along.path)
     other = "" if request.against is None else f" less that with {request.against}"
     head = f"{result.measure}{other} = {said(request.value, unit, 6)} over {along.path}"
-    incomplete = ""
-    if result.unsettled or any(place.kind is CrossingKind.LOST for place in result.found):
-        many = f"{len(result.unsettled)} of {len(result.parameters)} motions of the scan did not settle"
-        what = many if result.unsettled else "in a bracket of the scan a motion did not settle"
-        incomplete = (
-            f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic."
-        )
+    what = ""
+    if result.unsettled:
+        what = f"{len(result.unsettled)} of {len(result.parameters)} motions of the scan did not settle"
+    elif any(place.kind is CrossingKind.LOST for place in result.found):
+        what = "in a bracket of the scan a motion did not settle"
+    advice = f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic."
     text = "\n".join([head, *(f"  {line}" for line in str(shown).splitlines())])
-    return Answer(shown, text, incomplete=incomplete)
+    return Answer(shown, text, incomplete=advice if what else "")
 
 
 def _other(system: Any, text: str) -> Any:

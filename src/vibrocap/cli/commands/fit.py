@@ -131,13 +131,9 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
             from vibrocap.plotting.look.finishing import save
 
             written.append(save(comparison_figure(result), out / "comparison.png"))
-    return Answer(
-        result,
-        result.summary(),
-        result if good else None,
-        written=tuple(("Written:", path) for path in written),
-        incomplete="" if good else f"None of the laws could be fitted: {result.laws[0].fit.status}.",
-    )
+    incomplete = "" if good else f"None of the laws could be fitted: {result.laws[0].fit.status}."
+    shown = tuple(("Written:", path) for path in written)
+    return Answer(result, result.summary(), result if good else None, written=shown, incomplete=incomplete)
 
 
 def _write(found: "Fit", folder: Path, scales: Any, request: FitRequest, more: "Sequence[Chapter]" = ()) -> list[Path]:
@@ -184,17 +180,9 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
     ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as machine.mass_kg=1:10")
     if request.out is not None:
         own_names("--out", request.out, *FILES)
-    result = fit_motion(
-        read_source(request.machine),
-        records,
-        ranges,
-        predict=request.predict,
-        held_out=settings["held_out"],
-        priors=settings.get("priors"),
-        starts=request.starts,
-        seed=request.seed,
-        progress=report,
-    )
+    settings = {"held_out": settings["held_out"], "priors": settings.get("priors"), "progress": report}
+    settings |= request.given("predict", "starts", "seed")
+    result = fit_motion(read_source(request.machine), records, ranges, **settings)
     record: Any = in_si(result)
     written, facts = [], dict(result.facts)
     if request.posterior is not None:

@@ -108,14 +108,8 @@ def _tests(request: FrictionRequest, law: Law, report: Report) -> Answer:
     """The canonical tests of a law."""
     from vibrocap.laboratory.test_sheet import test_sheet
 
-    sheet = test_sheet(
-        law,
-        load=request.load,
-        mass=request.mass,
-        stiffness=request.stiffness,
-        speed=request.speed,
-        progress=lambda now: report(0.0, f"Testing {request.name}: {now}"),
-    )
+    settings = request.given("load", "mass", "stiffness", "speed")
+    sheet = test_sheet(law, progress=lambda now: report(0.0, f"Testing {request.name}: {now}"), **settings)
     return Answer(sheet, lambda page: print_sheet(page, request.name, sheet), sheet)
 
 

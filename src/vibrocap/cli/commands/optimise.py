@@ -87,14 +87,8 @@ def optimise(request: OptimiseRequest, report: Report) -> Answer:
     """
     unsure = checked_pairs("uncertain", request.uncertain, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1")
     ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as drive.frequency=0.5:3")
-    shared = {
-        "subject_to": request.subject_to or (),
-        "evaluations": request.evaluations,
-        "seed": request.seed,
-        "store": request.out,
-        "resume": request.resume,
-        "progress": report,
-    }
+    shared = {"subject_to": request.subject_to or (), "store": request.out, "progress": report}
+    shared |= request.given("evaluations", "seed", "resume")
     if request.against is not None:
         return _front(request, ranges, shared)
     return _best(request, ranges, unsure, shared)
@@ -104,14 +98,8 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
     """The best design for one measure."""
     from vibrocap.design.optimise import optimise as optimised
 
-    result = optimised(
-        request.setup,
-        ranges,
-        request.for_,
-        uncertain=unsure or None,
-        **{"robust": "worst", "samples": 16} | request.given("robust", "samples"),
-        **shared,
-    )
+    shared |= {"robust": "worst", "samples": 16} | request.given("robust", "samples")
+    result = optimised(request.setup, ranges, request.for_, uncertain=unsure or None, **shared)
     record = view(in_si(result, request.setup.system))
     record["bounds"] = [] if result.orbit is None else bounds_record(result.orbit.system, result.orbit)
     written = []

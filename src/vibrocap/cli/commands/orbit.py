@@ -70,16 +70,9 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
         except ArgumentError as error:
             raise Refusal(f"--gradients: {error.complaint.text}") from None
     section, context = checked_section(given.system, request.section), given.system.si_context()
-    result = steady_motion(
-        given.system,
-        initial=given.initial,
-        response_period=request.response_period,
-        half=request.half,
-        settle_periods=request.settle_periods,
-        section=section if context is None else OfSection().converted(section, context, back=True),
-        returns=request.returns,
-        tolerance=request.tolerance,
-    )
+    section = section if context is None else OfSection().converted(section, context, back=True)
+    settings = request.given("response_period", "half", "settle_periods", "returns", "tolerance")
+    result = steady_motion(given.system, initial=given.initial, section=section, **settings)
     left = result.passed or (result if result.closes and result.unstable else None)
     ways = left.pushed_off(settle_periods=request.settle_periods) if left and left.response_period else None
     what = None

@@ -30,9 +30,8 @@ def robust(request: RobustRequest, report: Report) -> Answer:
     from vibrocap.design.robustness import robustness
 
     quantities = checked_pairs("uncertain", request.uncertain, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1")
-    result = robustness(
-        request.setup, quantities, request.for_, samples=request.samples, seed=request.seed, progress=report
-    )
+    settings = request.given("samples", "seed")
+    result = robustness(request.setup, quantities, request.for_, progress=report, **settings)
 
     def text(page: Page) -> None:
         page.say(f"Robustness of {result.measure}", style="bold")

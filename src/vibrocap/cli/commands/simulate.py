@@ -115,9 +115,6 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
         where = f"it stopped at time {motion.said('end')} of {end}{state}.\n{motion.status.text}"
         incomplete = f"The run could not be completed ({motion.status.value}): {where}"
         incomplete += "" if moved or not (request.plot or request.animate) else "\nThere is nothing to draw."
-    return Answer(
-        record,
-        lambda page: print_motion(page, motion, record, str(request.case)),
-        computed(motion) if moved else None,
-        incomplete=incomplete,
-    )
+    drawn = computed(motion) if moved else None
+    title = str(request.case)
+    return Answer(record, lambda page: print_motion(page, motion, record, title), drawn, incomplete=incomplete)

@@ -104,7 +104,7 @@ def printed(number: str) -> Tolerance:
 
 
 def claim(
-    where: str, says: str, tolerance: Tolerance, *figures: str, key: str = "", test: str = "", **settings: Any
+    where: str, says: str, tolerance: Tolerance = DRAWN, *figures: str, key: str = "", test: str = "", **settings: Any
 ) -> Callable[[Callable[..., Finding]], Claim]:
     """Make a claim of the function that judges it and add it to the list.
 

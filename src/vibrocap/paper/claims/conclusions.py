@@ -33,7 +33,7 @@ def _flat(table: dict[str, dict[str, float]]) -> dict[str, float]:
     return {f"{short}: {what}": value for short, row in table.items() for what, value in row.items()}
 
 
-@claim("abstract, sec. 4", "The energy requirements favour LM.", DRAWN)
+@claim("abstract, sec. 4", "The energy requirements favour LM.")
 def energy_requirements(runs: Runs, tolerance: float) -> Finding:
     """Work of the drive per settled period, and per distance travelled."""
     table = energies(runs)
@@ -94,7 +94,7 @@ def vibration_quenching(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 4", "LM is to be preferred to EM in most of the evaluations.", DRAWN)
+@claim("sec. 4", "LM is to be preferred to EM in most of the evaluations.")
 def lm_desirable(runs: Runs, tolerance: float) -> Finding:
     """The paper's own criteria, one by one: hysteresis, energy per period and per distance, vibration, travel."""
     table, (lm, em) = energies(runs), both(runs)
@@ -148,7 +148,7 @@ def bidirectional(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3, Figs 5-8", "The parameters of Figs 5-8 are given.", DRAWN)
+@claim("sec. 3, Figs 5-8", "The parameters of Figs 5-8 are given.")
 def parameters_of_figures_5_to_8(runs: Runs, tolerance: float) -> Finding:
     """Settled drift per period (LM) for h = 1.6, 1.8 and 2.0 at omega = 1: h and omega are not printed."""
     numbers = {}

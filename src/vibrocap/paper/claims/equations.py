@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, printed, restricted
+from vibrocap.paper.claims.claim import ROUNDING, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import figures_5_to_8
 from vibrocap.paper.runs import Runs
 from vibrocap.physics.drives.harmonic import Harmonic
@@ -174,7 +174,7 @@ def load_is_the_weight(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 2.3.2, 3, (8)", "The rate of the exponential law (8) is the alpha that is the exponent of (7).", DRAWN)
+@claim("sec. 2.3.2, 3, (8)", "The rate of the exponential law (8) is the alpha that is the exponent of (7).")
 def one_alpha(runs: Runs, tolerance: float) -> Finding:
     """Friction of (8) at X' = 0.1 with its rate read as alpha = 2, against the value a = 10 given in section 3."""
     as_alpha = Exponential(decay_rate=2.0).steady_force(0.1, 1.0)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vibrocap.measures.recorded.friction_loop import FrictionLoop
-from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.claim import ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.claims.vibration import ALIKE, both
 from vibrocap.paper.presets import law
 from vibrocap.paper.runs import Period, Runs
@@ -103,9 +103,7 @@ def bristle_follows_speed(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim(
-    "sec. 3.1, Figs 6(b), 6(c)", "Sharp declines of the friction force mark the onset of the sticking regime.", DRAWN
-)
+@claim("sec. 3.1, Figs 6(b), 6(c)", "Sharp declines of the friction force mark the onset of the sticking regime.")
 def sharp_fall_marks_sticking(runs: Runs, tolerance: float) -> Finding:
     """EM, settled period: jumps of the force by more than 1 % of N eta_s, and how many of them begin a stick."""
     motion = runs.steady("exponential").motion
@@ -173,7 +171,7 @@ def em_without_hysteresis(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "EM performs oscillations of a relatively higher frequency than LM.", DRAWN)
+@claim("sec. 3.1, Fig. 8", "EM performs oscillations of a relatively higher frequency than LM.")
 def higher_frequency_with_em(runs: Runs, tolerance: float) -> Finding:
     """Settled period: reversals, mean frequency rms(X'')/rms(X') and share of the harmonics from the fifth on."""
     numbers = {}
@@ -194,7 +192,7 @@ def higher_frequency_with_em(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "The largest friction force is lower with LM than with EM.", DRAWN)
+@claim("sec. 3.1, Fig. 8", "The largest friction force is lower with LM than with EM.")
 def lower_peak_with_lm(runs: Runs, tolerance: float) -> Finding:
     """Largest |R| of the settled period, against EM's and against N eta_s; the same at delta1 = 1."""
     numbers = {

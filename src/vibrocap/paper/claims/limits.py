@@ -208,7 +208,6 @@ def upper_offset_near_stribeck(runs: Runs, tolerance: float) -> Finding:
     "sec. 2.3.1, Fig. 3",
     "While the velocity oscillates in pure sliding, friction is larger accelerating (AS) than decelerating (DS): a "
     "clockwise loop.",
-    DRAWN,
 )
 def loop_of_imposed_sliding(runs: Runs, tolerance: float) -> Finding:
     """Mean of R(AS) - R(DS) for an imposed X' = 0.1 + 0.05 sin(tau) under LM, at the printed delta1 = 10 and at 1."""

@@ -5,7 +5,7 @@ import numpy as np
 from vibrocap.measures.recorded.friction_loop import LoopSide
 from vibrocap.measures.recorded.limits import boundary_velocity
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.claims.claim import DRAWN, Finding, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.claim import Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.claims.friction import LIMIT, LOW, loop
 from vibrocap.paper.presets import law
 from vibrocap.paper.runs import Runs
@@ -39,7 +39,6 @@ for _way, _side in WAYS.items():
     claim(
         "sec. 3.1, Fig. 8",
         f"{_way.capitalize()}, in pure sliding, friction is smaller in the DS than in the AS.",
-        DRAWN,
         key=f"{_way}-loop-in-sliding",
         test=GAP.format("beyond", _way),
         way=_side,
@@ -53,7 +52,6 @@ for _way, _side in WAYS.items():
     claim(
         "sec. 3.1, Fig. 8",
         f"Near zero velocity, {_way}, friction is smaller in the AS than in the DS.",
-        DRAWN,
         key=f"{_way}-loop-in-presliding",
         test=GAP.format("below", _way),
         way=_side,
@@ -66,7 +64,6 @@ for _way, _side in WAYS.items():
 @claim(
     "sec. 3.1, Fig. 8",
     "M1 bounds presliding: from M1 to the terminal point friction is smaller in the DS, below M1 it is reversed.",
-    DRAWN,
 )
 def order_reverses_at_m1(runs: Runs, tolerance: float) -> Finding:
     """Speeds at which the forward branches cross, beside the speed of M1, at the printed delta1 and at 1."""
@@ -125,7 +122,6 @@ def _meeting(runs: Runs) -> float:
 @claim(
     "sec. 3.1, Fig. 8",
     "At M1 friction has risen to a level within the maximum of EM, then declines monotonically with growing velocity.",
-    DRAWN,
 )
 def decline_beyond_m1(runs: Runs, tolerance: float) -> Finding:
     """Accelerating branches beyond M1: largest rise of |R| with speed, over N eta_s, at the printed delta1 and at 1."""
@@ -157,9 +153,7 @@ def _largest_rise(motion: Trajectory, side: LoopSide) -> float:
     return float(np.max(force - np.minimum.accumulate(force)))
 
 
-@claim(
-    "sec. 3.1, Fig. 8", "The branches end in one terminal point, the largest velocity, where AS and DS overlap.", DRAWN
-)
+@claim("sec. 3.1, Fig. 8", "The branches end in one terminal point, the largest velocity, where AS and DS overlap.")
 def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
     """|R - R_steady| over N eta_s at the largest forward and backward velocity (LM)."""
     period = runs.steady("lugre")
@@ -177,7 +171,7 @@ def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 8", "The hysteretic curves have offset points near zero velocity.", DRAWN)
+@claim("sec. 3.1, Fig. 8", "The hysteretic curves have offset points near zero velocity.")
 def offset_points_of_the_loop(runs: Runs, tolerance: float) -> Finding:
     """Points of the settled loop with dR/dX' = 0, and how many of them lie below v_s."""
     made = loop(runs)

@@ -8,7 +8,7 @@ from vibrocap.measures.recorded.response import response_class
 from vibrocap.measures.recorded.settling import settling
 from vibrocap.measures.recorded.sticking import stick_phases
 from vibrocap.measures.recorded.travel import drift
-from vibrocap.paper.claims.claim import DRAWN, RUN_ERROR, Finding, claim, decided, restricted
+from vibrocap.paper.claims.claim import RUN_ERROR, Finding, claim, decided, restricted
 from vibrocap.paper.claims.vibration import both, larger
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Period, Runs, return_residual
@@ -28,7 +28,7 @@ def _compared_cycles(lm: dict[str, float], em: dict[str, float]) -> tuple[dict[s
     return numbers, [larger(em[what], lm[what]) for what in lm]
 
 
-@claim("sec. 3.1, Fig. 7(a)", "The limit cycle of the pendulum is larger with EM.", DRAWN)
+@claim("sec. 3.1, Fig. 7(a)", "The limit cycle of the pendulum is larger with EM.")
 def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled theta-theta' cycle."""
     lm, em = (_cycle(p, p["angle"], p["angle_rate"]) for p in both(runs))
@@ -41,7 +41,7 @@ def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 7(b)", "The limit cycle of the capsule is larger with EM.", DRAWN)
+@claim("sec. 3.1, Fig. 7(b)", "The limit cycle of the capsule is larger with EM.")
 def larger_cycle_of_capsule(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled X-X' cycle, X less its drift; largest forward velocity."""
     lm, em = (_cycle(p, p.wave, p["velocity"]) | {"forward peak": float(p["velocity"].max())} for p in both(runs))
@@ -54,11 +54,7 @@ def larger_cycle_of_capsule(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim(
-    "sec. 3.1, Fig. 7",
-    "There are steps in the phase planes where the velocity passes zero: a quasi-static phase.",
-    DRAWN,
-)
+@claim("sec. 3.1, Fig. 7", "There are steps in the phase planes where the velocity passes zero: a quasi-static phase.")
 def steps_at_zero_velocity(runs: Runs, tolerance: float) -> Finding:
     """EM, settled period: how often the velocity comes to zero, and how often the capsule rests there."""
     em = runs.steady("exponential").motion
@@ -116,7 +112,7 @@ def _since(runs: Runs, name: str) -> float:
     return math.nan if since is None else float(since)
 
 
-@claim("sec. 3.1, Fig. 7", "The imperfect overlap is due to the hysteretic characteristic of the friction.", DRAWN)
+@claim("sec. 3.1, Fig. 7", "The imperfect overlap is due to the hysteretic characteristic of the friction.")
 def gap_from_hysteresis(runs: Runs, tolerance: float) -> Finding:
     """The gap in X per settled period with hysteresis (LM) and without (EM)."""
     lm, em = (abs(p.drift) for p in both(runs))
@@ -128,7 +124,7 @@ def gap_from_hysteresis(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 7", "The dynamics stay within finite boundaries.", DRAWN)
+@claim("sec. 3.1, Fig. 7", "The dynamics stay within finite boundaries.")
 def bounded(runs: Runs, tolerance: float) -> Finding:
     """Largest |theta|, |theta'|, |X'| and |X| over the first 40 and over all 200 periods (LM)."""
     long = runs.steady("lugre").motion

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibrocap.paper.averages import STEADY_WINDOW, averages, in_words, meetings, window_name, zeros
-from vibrocap.paper.claims.claim import DRAWN, RUN_ERROR, Finding, Tolerance, claim, decided, printed, restricted
+from vibrocap.paper.claims.claim import RUN_ERROR, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_points import BOTH, PRINTED, SOFT, printed_range_in_numbers, steady_points
@@ -90,7 +90,7 @@ def _monotone(runs: Runs, tolerance: float, friction: str) -> Finding:
 for _name, _short in SHORT.items():
     _says = f"The average velocity of {_short} decreases monotonically with lambda on [0.01, 8.1]."
     _key = f"monotone-{_short.lower()}"
-    claim("sec. 3.2, Fig. 9; sec. 4", _says, DRAWN, key=_key, friction=_name)(_monotone)
+    claim("sec. 3.2, Fig. 9; sec. 4", _says, key=_key, friction=_name)(_monotone)
 
 
 @claim("sec. 3.2, Fig. 9", "The curve of EM has the larger negative slope.", RUN_ERROR)

@@ -46,11 +46,7 @@ def similar_patterns(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim(
-    "sec. 3.1, Fig. 5(d); sec. 4",
-    "With LM the velocity does not drop to zero completely in the sticking regime.",
-    DRAWN,
-)
+@claim("sec. 3.1, Fig. 5(d); sec. 4", "With LM the velocity does not drop to zero completely in the sticking regime.")
 def velocity_while_sticking(runs: Runs, tolerance: float) -> Finding:
     """Largest |X'| of LM while EM sticks (settled, same phase of the drive), over LM's peak."""
     lm, em = both(runs)
@@ -67,7 +63,7 @@ def velocity_while_sticking(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 5(d)", "The sticking regime has a greater influence on EM than on LM.", DRAWN)
+@claim("sec. 3.1, Fig. 5(d)", "The sticking regime has a greater influence on EM than on LM.")
 def sticking_stronger_with_em(runs: Runs, tolerance: float) -> Finding:
     """Share of the settled period in which |X'| is below 0.001, and the exact stick fraction of EM."""
     lm, em = both(runs)
@@ -81,7 +77,7 @@ def sticking_stronger_with_em(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 5(c)", "The displacement is larger with EM than with LM.", DRAWN)
+@claim("sec. 3.1, Fig. 5(c)", "The displacement is larger with EM than with LM.")
 def larger_displacement_with_em(runs: Runs, tolerance: float) -> Finding:
     """X after 40 periods from the printed start and of its mirror twin, and the drift of the settled period."""
     numbers = {}
@@ -97,7 +93,7 @@ def larger_displacement_with_em(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim("sec. 3.1, Fig. 5(d)", "The velocity is higher with EM than with LM.", DRAWN)
+@claim("sec. 3.1, Fig. 5(d)", "The velocity is higher with EM than with LM.")
 def higher_velocity_with_em(runs: Runs, tolerance: float) -> Finding:
     """Mean velocity over the last 10 of 200 periods, and the peaks of the settled period, forward and back."""
     lm, em = both(runs)
