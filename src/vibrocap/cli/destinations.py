@@ -44,9 +44,8 @@ def writable_film(option: str, path: Path | None) -> None:
         writable_file(option, path, FILMS)
         needs(option, "matplotlib")
         if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-            raise Refusal(
-                f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
-            )
+            needed = "an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
+            raise Refusal(f"{option}: {needed}")
 
 
 def with_headings(path: Path | None, wanted: bool, option: str) -> None:

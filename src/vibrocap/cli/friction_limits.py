@@ -11,6 +11,8 @@ from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view
 
+BOUNDARY = "v*: below it friction is larger while accelerating, above it while decelerating (erratum 7)"
+
 
 def limits_of(system: System) -> tuple[dict[str, Any], dict[str, Any], list[str]]:
     """The limits of friction at each contact by name, in SI where the system is; their record; notes.
@@ -63,15 +65,14 @@ def print_limits(page: Page, name: str, limits: Any, force: str = "", speed: str
     """The limits of friction at a contact, with the units of their numbers."""
     page.say(f"{name}: {limits.law} at normal load N = {said(limits.load, force)}", style="bold")
     made = table("Limits", "limit", "value", "meaning")
-    breakaway = said(limits.breakaway_force, force, 12)
-    made.add_row("breakaway force", breakaway, "N eta_s: approached, not reached, by bristles")
-    made.add_row("Coulomb force", said(limits.coulomb_force, force, 12), "N eta_c")
-    if limits.deflection_limit is not None:
-        deflection = said(limits.deflection_limit, length, 12)
-        made.add_row("deflection limit", deflection, "g(0), eq. 10: |xi| never exceeds it")
-    if limits.boundary_velocity is not None:
-        words = "v*: below it friction is larger while accelerating, above it while decelerating (erratum 7)"
-        made.add_row("boundary velocity", said(limits.boundary_velocity, speed, 12), words)
+    for name, value, unit, meaning in (
+        ("breakaway force", limits.breakaway_force, force, "N eta_s: approached, not reached, by bristles"),
+        ("Coulomb force", limits.coulomb_force, force, "N eta_c"),
+        ("deflection limit", limits.deflection_limit, length, "g(0), eq. 10: |xi| never exceeds it"),
+        ("boundary velocity", limits.boundary_velocity, speed, BOUNDARY),
+    ):
+        if value is not None:
+            made.add_row(name, said(value, unit, 12), meaning)
     page.print(made)
     damper = f"{force} s/m" if force else ""
     curve = table("Steady sliding (eqs 11, 12)", "velocity", "friction", "slope")

@@ -88,16 +88,13 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
             made.add_row(name.replace("_", " "), "none", f"the {law.name} law creeps instead of sticking")
     made.add_section()
     for kind, count in record["events"].items():
+        stem, number = name_and_number(kind)
+        words = (events.MEANINGS | events.ADDED).get(kind, "this happens")
+        if number > 1 and stem in events.MEANINGS:
+            words = events.MEANINGS[stem].replace("the contact", f"contact {number}")
         if count:
-            made.add_row(kind.replace("_", " "), str(count), f"times {_event_words(kind)}")
+            made.add_row(kind.replace("_", " "), str(count), f"times {words}")
     return made
-
-
-def _event_words(kind: str) -> str:
-    stem, number = name_and_number(kind)
-    if number > 1 and stem in events.MEANINGS:
-        return events.MEANINGS[stem].replace("the contact", f"contact {number}")
-    return (events.MEANINGS | events.ADDED).get(kind, "this happens")
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
@@ -148,9 +145,8 @@ def _certificate_table(certificate: dict[str, Any]) -> Table:
             value, bound = f"{value:.6g}", "1"
         made.add_row(field.replace("_", " "), value if isinstance(value, str) else f"{value:.1e}", bound, word, meaning)
     made.add_section()
-    made.add_row(
-        "all of it", "", "", "passed" if certificate["ok"] else "FAILED", "see below" * (not certificate["ok"])
-    )
+    verdict = ("passed", "") if certificate["ok"] else ("FAILED", "see below")
+    made.add_row("all of it", "", "", *verdict)
     steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
     made.add_row("steps", steps, "", "", "Taylor + implicit")
     return made

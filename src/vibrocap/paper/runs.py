@@ -61,9 +61,13 @@ class Sweep:
 
     def mean_velocity(self, period: float, window: int, last: bool = False) -> np.ndarray:
         """Average velocity over the first (or the last) `window` periods."""
-        if last:
-            return (self.sections[:, -1] - self.sections[:, -1 - window]) / (window * period)
-        return (self.sections[:, window] - self.sections[:, 0]) / (window * period)
+        return _travelled(self.sections, window, last) / (window * period)
+
+
+def _travelled(sections: np.ndarray, window: int, last: bool) -> np.ndarray:
+    """How far the position gets in the first (or the last) `window` periods, of its values at the period marks."""
+    first, second = (-1 - window, -1) if last else (0, window)
+    return sections[..., second] - sections[..., first]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -80,12 +84,11 @@ class LoadedRun:
 
     def mean_velocity(self, period: float, window: int, last: bool = False) -> float:
         """Average velocity over the first (or the last) `window` periods, of a run that went to its end."""
-        first, second = (self.sections[-1 - window], self.sections[-1]) if last else self.sections[[0, window]]
-        return float(second - first) / (window * period)
+        return float(_travelled(self.sections, window, last)) / (window * period)
 
 
 class Runs:
-    """Makes each run once and keeps it. `progress` is told before each that takes a while."""
+    """Makes each run once and keeps it."""
 
     def __init__(self):
         self._motions: dict[tuple, Trajectory] = {}

@@ -163,9 +163,8 @@ class Scene:
         self.ticks = self.axes.plot(np.repeat(self.marks, 3), depths.ravel(), color=grey, linewidth=1.0, **along)[0]
         look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "color": grey, "clip_on": True, **along}
         self.numbers = [self.axes.text(0, -0.1 * self.size, "", **look) for _ in whole]
-        self.flag = self.axes.plot(
-            [0], [-0.05 * self.size], marker="^", markersize=9, color=ORANGE, linestyle="none", **along
-        )[0]
+        along |= {"marker": "^", "markersize": 9, "color": ORANGE, "linestyle": "none"}
+        self.flag = self.axes.plot([0], [-0.05 * self.size], **along)[0]
 
     def _arrows(self) -> None:
         """The arrow of each load, on the ground, and what is said of them, below."""
@@ -270,14 +269,10 @@ def _drawn(moving: MovingShape, axes: Axes, inclined: Transform) -> Mover:
         return lambda x, y, colour: disc.set_center((x[0], y[0]))
     if shape.kind == "contact":
         line = axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3, **along)[0]
-        return lambda x, y, colour: (
-            line.set_data([x[0] - wide / 2, x[0] + wide / 2], [y[0]] * 2),
-            line.set_color(colour),
-        )
+        return lambda x, y, colour: line.set(xdata=[x[0] - wide / 2, x[0] + wide / 2], ydata=[y[0]] * 2, color=colour)
     if shape.kind == "hinge":
-        hinge = axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=OUTLINE, zorder=6, **along)[
-            0
-        ]
+        along |= {"marker": "o", "markersize": 6, "color": "white", "markeredgecolor": OUTLINE, "zorder": 6}
+        (hinge,) = axes.plot([], [], **along)
         return lambda x, y, colour: hinge.set_data(x, y)
     width = 2.2 if shape.kind == "rod" else 1.2
     path = axes.plot([], [], color=OUTLINE, linewidth=width, zorder=4, **along)[0]

@@ -15,7 +15,7 @@ from vibrocap.plotting.contact_panels import Stretch, clock, contacts_of, draw_a
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, SKY, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
 from vibrocap.plotting.look.own_lines import drawing
-from vibrocap.plotting.look.style import STICK_SHADE, legend_above, style
+from vibrocap.plotting.look.style import STICK_SHADE, legend_above
 from vibrocap.plotting.look.trace import Trace
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
@@ -128,17 +128,16 @@ def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: b
     """A quantity over a stretch of a motion; shaded: where its contact sticks."""
     trace, (unit, time) = Trace(motion, *stretch), clock(motion)
     whole = stretch == last_periods(motion, None)
-    with style():
-        shaded = shaded and shade_stick(ax, motion, *stretch, unit, contact_of(motion, name))
-        ax.plot(trace.time / unit, trace[name], **LAST)
-        if name not in ("position", motion.system.machine.place):
-            ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        ax.set(ylabel=label_of(motion, name), xlabel=time)
-        stopped = mark_stop(ax, motion, unit)
-        if not whole:
-            ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
-        if shaded or stopped:
-            legend_above(ax)
+    shaded = shaded and shade_stick(ax, motion, *stretch, unit, contact_of(motion, name))
+    ax.plot(trace.time / unit, trace[name], **LAST)
+    if name not in ("position", motion.system.machine.place):
+        ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+    ax.set(ylabel=label_of(motion, name), xlabel=time)
+    stopped = mark_stop(ax, motion, unit)
+    if not whole:
+        ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
+    if shaded or stopped:
+        legend_above(ax)
     return ax
 
 
@@ -164,23 +163,22 @@ def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
         return ax
     trace, (unit, time), machine = Trace(motion, *stretch), clock(motion), motion.system.machine
     load = trace["reaction"]
-    with style():
-        ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
-        if machine.follows_load:
-            ax.plot(trace.time / unit, load, **LAST)
-        else:
-            given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
-            ax.plot(trace.time[[0, -1]] / unit, [given, given], **GIVEN, label="constant load")
-            ax.plot(trace.time / unit, load, **TRUE, label="true load")
-            if np.min(load) < 0.0:
-                below = np.minimum(load, 0.0)
-                ax.fill_between(trace.time / unit, below, 0.0, **PULLING, label="the ground would have to pull")
-        mark_stop(ax, motion, unit)
-        ax.set(ylabel=label_of(motion, "reaction"), xlabel=time)
-        if stretch != last_periods(motion, None):
-            ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
-        if ax.get_legend_handles_labels()[0]:
-            legend_above(ax)
+    ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
+    if machine.follows_load:
+        ax.plot(trace.time / unit, load, **LAST)
+    else:
+        given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
+        ax.plot(trace.time[[0, -1]] / unit, [given, given], **GIVEN, label="constant load")
+        ax.plot(trace.time / unit, load, **TRUE, label="true load")
+        if np.min(load) < 0.0:
+            below = np.minimum(load, 0.0)
+            ax.fill_between(trace.time / unit, below, 0.0, **PULLING, label="the ground would have to pull")
+    mark_stop(ax, motion, unit)
+    ax.set(ylabel=label_of(motion, "reaction"), xlabel=time)
+    if stretch != last_periods(motion, None):
+        ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
+    if ax.get_legend_handles_labels()[0]:
+        legend_above(ax)
     return ax
 
 

@@ -1,6 +1,7 @@
 """Pictures of what a friction law does: its canonical tests, its test sheet, and what smoothing its contact costs."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,30 +46,32 @@ WIDTH = r"width of the smoothing $\epsilon$"
 
 def sheet_figure(sheet: TestSheet) -> Figure:
     """The canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
-    title = parts_title([sheet.law], page().width_or(10.6), f"load {sheet.load:g}")
-    rows = 4 if page().narrow else 2
-    with new_figure((page().width_or(10.6), _height(7.4, rows) + 0.17 * (title.count("\n") + 1))) as fig:
-        presliding, lag, break_away, stick_slip = fig.subplots(rows, 4 // rows).ravel()
+    with _sheet(sheet.law, sheet.load, (10.6, 7.4), 4) as (fig, (presliding, lag, break_away, stick_slip)):
         draw_presliding(sheet.presliding, ax=presliding).set_title("Presliding")
         _draw_lag(lag, sheet)
         _draw_break_away(break_away, sheet)
         _draw_stick_slip(stick_slip, sheet)
-        setting(fig, title)
     footnote(fig, f"{_creep_label(sheet)} {UNITS}")
     return fig
 
 
 def law_figure(law: Law, *, load: float = 1.0) -> Figure:
     """A law: its steady curve and its presliding loops."""
-    title = parts_title([law], page().width_or(9.4), f"load {load:g}")
-    rows = 2 if page().narrow else 1
-    with new_figure((page().width_or(9.4), _height(3.6, rows) + 0.17 * (title.count("\n") + 1))) as fig:
-        steady, loops = fig.subplots(rows, 2 // rows).ravel()
+    with _sheet(law, load, (9.4, 3.6), 2) as (fig, (steady, loops)):
         draw_steady_curve(law, load=load, ax=steady)
         draw_presliding(law, load=load, ax=loops).set_title("Presliding")
-        setting(fig, title)
     footnote(fig, UNITS)
     return fig
+
+
+@contextlib.contextmanager
+def _sheet(law: Law, load: float, size: tuple[float, float], panels: int) -> Iterator[tuple[Figure, Any]]:
+    """A figure of a law under its parameters, and its panels, two of them in a row where they have room."""
+    width, rows = page().width_or(size[0]), panels if page().narrow else panels // 2
+    title = parts_title([law], width, f"load {load:g}")
+    with new_figure((width, _height(size[1], rows) + 0.17 * (title.count("\n") + 1))) as fig:
+        yield fig, fig.subplots(rows, panels // rows).ravel()
+        setting(fig, title)
 
 
 def _height(usual: float, rows: int) -> float:

@@ -54,7 +54,6 @@ from vibrocap.plotting.look.style import (
     legend_above,
     new_figure,
     setting,
-    style,
 )
 from vibrocap.plotting.look.trace import Trace
 
@@ -164,15 +163,14 @@ def _phase_plane(x: str, y: str, motion: Trajectory, recent: Stretch, ax: Axes) 
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods" if parts[0][2] != "detail" else "before"))
-    with style():
-        shift, place = _relative(motion, x, recent)
-        for trace, look, label in parts:
-            ax.plot(trace[x] - shift(trace), trace[y], **look, label=label)
-        trace = parts[-1][0]
-        ax.plot((trace[x] - shift(trace))[-1:], trace[y][-1:], **END, label="end")
-        ax.set(xlabel=place, ylabel=label_of(motion, y))
-        ax.locator_params(axis="x", nbins=7)
-        legend_above(ax)
+    shift, place = _relative(motion, x, recent)
+    for trace, look, label in parts:
+        ax.plot(trace[x] - shift(trace), trace[y], **look, label=label)
+    trace = parts[-1][0]
+    ax.plot((trace[x] - shift(trace))[-1:], trace[y][-1:], **END, label="end")
+    ax.set(xlabel=place, ylabel=label_of(motion, y))
+    ax.locator_params(axis="x", nbins=7)
+    legend_above(ax)
     return ax
 
 
@@ -226,21 +224,20 @@ def _friction_loop(motion: Trajectory, recent: Stretch, ax: Axes, contact: int =
     faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
     ends = np.flatnonzero(np.append(trace.index[1:] != trace.index[:-1], True))
     faster[ends] = faster[np.maximum(ends - 1, 0)]  # the last point of a piece goes on as the piece does
-    with style():
-        ax.update_datalim([(0.0, 0.0)])  # a constant force is no line without a place
-        for chosen, look, label in (
-            (stuck, HELD, "stuck"),
-            (faster & ~stuck, FASTER, "accelerating"),
-            (~faster & ~stuck, SLOWER, "decelerating"),
-        ):
-            if chosen.any():
-                ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        if stuck.any() and np.ptp(friction[stuck]) < JUMP * np.ptp(friction):  # one force: no line, but a dot
-            ax.plot([0.0], [np.mean(friction[stuck])], "s", color=HELD["color"], markersize=4.0)
-        ax.set(xlabel=label_of(motion, names[0]), ylabel=label_of(motion, names[1]))
-        ax.set_title(f"Friction, {_words(motion, recent)}")
-        ax.locator_params(axis="x", nbins=7)
-        legend_above(ax, **({"fontsize": 7.5} if page().width is None else {}), **CLOSE)
+    ax.update_datalim([(0.0, 0.0)])  # a constant force is no line without a place
+    for chosen, look, label in (
+        (stuck, HELD, "stuck"),
+        (faster & ~stuck, FASTER, "accelerating"),
+        (~faster & ~stuck, SLOWER, "decelerating"),
+    ):
+        if chosen.any():
+            ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
+    if stuck.any() and np.ptp(friction[stuck]) < JUMP * np.ptp(friction):  # one force: no line, but a dot
+        ax.plot([0.0], [np.mean(friction[stuck])], "s", color=HELD["color"], markersize=4.0)
+    ax.set(xlabel=label_of(motion, names[0]), ylabel=label_of(motion, names[1]))
+    ax.set_title(f"Friction, {_words(motion, recent)}")
+    ax.locator_params(axis="x", nbins=7)
+    legend_above(ax, **({"fontsize": 7.5} if page().width is None else {}), **CLOSE)
     return ax
 
 

@@ -154,6 +154,8 @@ def _itself(result: Any) -> Any:
     return result
 
 
+BRANCHES = branch_figure, draw_branch, lambda branch: QUANTITIES, {"multipliers": draw_floquet_multipliers}
+LAW_PANELS = {"steady": draw_steady_curve, "presliding": draw_presliding}
 PICTURES: dict[type, Picture] = {
     Trajectory: Picture(
         motion_figure,
@@ -161,16 +163,8 @@ PICTURES: dict[type, Picture] = {
         panels={"phase plane": draw_phase_plane, "friction loop": draw_friction_loop, "load": draw_load},
         content=lambda motion: motion.piece_start,
     ),
-    Branch: Picture(
-        branch_figure,
-        draw_branch,
-        lambda branch: QUANTITIES,
-        {"multipliers": draw_floquet_multipliers},
-        content=_itself,
-    ),
-    BranchDiagram: Picture(
-        branch_figure, draw_branch, lambda diagram: QUANTITIES, {"multipliers": draw_floquet_multipliers}
-    ),
+    Branch: Picture(*BRANCHES, content=_itself),
+    BranchDiagram: Picture(*BRANCHES),
     EquilibriumBranch: Picture(
         equilibrium_figure, draw_equilibria, lambda branch: (*branch.system.state_names, "eigenvalues")
     ),
@@ -188,20 +182,13 @@ PICTURES: dict[type, Picture] = {
     Basins: Picture(basin_figure, draw_basins, style=PRINT),
     BifurcationDiagram: Picture(bifurcation_figure, draw_bifurcation, lambda diagram: diagram.system.state_names),
     ParetoFront: Picture(front_figure, draw_front, lambda front: (), content=_itself),
-    Law: Picture(
-        law_figure,
-        names=lambda law: (),
-        panels={"steady": draw_steady_curve, "presliding": draw_presliding},
-        first="steady",
-    ),
+    Law: Picture(law_figure, None, lambda law: (), LAW_PANELS, first="steady"),
     TestSheet: Picture(sheet_figure),
     Regularisation: Picture(regularisation_figure),
     StickSlip: Picture(stick_slip_figure),
     RegimeDiagram: Picture(regime_figure),
 }
-STUDY = Picture(
-    lambda data, border=None, **given: study_figure(study_view(data, **given), border), draw_study, style=PRINT
-)
+STUDY = Picture(lambda data, border=None, **of: study_figure(study_view(data, **of), border), draw_study, style=PRINT)
 
 
 def _picture_of(result: Any) -> tuple[Any, Picture | None]:

@@ -1,5 +1,6 @@
 """The claims with their verdicts, the errata, and what was found beyond them, as HTML: symmetry, load, travel."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -88,11 +89,8 @@ NAMES = ("O1", "O2", "P1", "P2")
 def main(finding: MainFinding, symmetry: Drawn | None) -> str:
     """Why the capsule of Fig. 9 does not travel."""
     head = ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin")
-    numbers_of = (
-        (asymmetry.case, asymmetry.largest_difference, asymmetry.drift, asymmetry.drift_of_twin)
-        for asymmetry in finding.asymmetries
-    )
-    asymmetries = table(head, ((escape(case), *map(number, values)) for case, *values in numbers_of))
+    values = (dataclasses.astuple(asymmetry) for asymmetry in finding.asymmetries)
+    asymmetries = table(head, ((escape(case), *map(number, own)) for case, *own in values))
     rows = ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items())
     points = table(("average over", *NAMES), rows)
     springs = [("printed (ρ = 4)", *map(number, finding.points["printed"].values()))]
@@ -161,17 +159,14 @@ def _loads(motions: tuple[LoadedMotion, ...]) -> str:
     rows = []
     for motion in motions:
         loads = f"{number(motion.least_load)} to {number(motion.largest_load)}"
-        rows.append((law(motion.friction), words[motion.load], number(motion.travel), _drift(motion.drift), loads))
+        drift, exact = number(motion.drift), f'value="{motion.drift!r}" title="{motion.drift!r}"'
+        drift = f'<data class="n" {exact}>0</data>' if abs(motion.drift) < 1e-9 else drift  # the error of the run
+        rows.append((law(motion.friction), words[motion.load], number(motion.travel), drift, loads))
     head = ("law", "normal load", f"X after {SHOWN_PERIODS} periods", "drift per period, settled", "true load, settled")
     return (
         '<p class="before">The motion of Figs 5-8 under three loads. The true load is the reaction of the ground, '
         f"which a constant load does not follow.</p>{table(head, rows, names=2)}"
     )
-
-
-def _drift(value: float) -> str:
-    """A drift; what is only the error of the run is nothing."""
-    return f'<data class="n" value="{value!r}" title="{value!r}">0</data>' if abs(value) < 1e-9 else number(value)
 
 
 # --- steady travel ----------------------------------------------------------------------------------------------------

@@ -31,11 +31,11 @@ class Trace:
     def __getitem__(self, name: str) -> np.ndarray:
         """A quantity at these points, in SI where the system knows its scales; an angle that turns without end within
         half a turn of zero, cut where it begins again."""
-        values = self._plain(name)
-        if turn := self.motion.system.machine.turns.get(name):
+        motion, values = self.motion, self._plain(name)
+        if turn := motion.system.machine.turns.get(name):
             values = (values + turn / 2) % turn - turn / 2
             values[1:][np.abs(np.diff(values)) > turn / 2] = np.nan
-        return values * (1.0 if name.startswith("side") else scale(name, self.motion.system))
+        return values * (1.0 if name.startswith("side") else scale(name, motion.system))
 
     def _plain(self, name: str) -> np.ndarray:
         motion = self.motion

@@ -215,17 +215,17 @@ def draw_branches(
     for special, x, y, colour in marks:
         marker, size, filled = MARKS[special.kind]
         over: dict[str, Any] = {"zorder": 5, "linestyle": "none"}
-        if special.kind in CORNERS and special.passed is not None:
-            marker, size = LOSS
-            ax.plot(x, y, marker=marker, markersize=size, markerfacecolor="white", color=BLACK, **over)
-            used.add(LOSS_WORDS)
+        over |= {"marker": marker, "markersize": size}
+        lost = special.kind in CORNERS and special.passed is not None
+        if lost:
+            over |= {"marker": LOSS[0], "markersize": LOSS[1], "markerfacecolor": "white", "color": BLACK}
         elif filled:
-            ax.plot(x, y, marker=marker, markersize=size, color=BLACK, markeredgecolor="white", **over)
-            used.add(special.kind.value)
+            over |= {"color": BLACK, "markeredgecolor": "white"}
         else:
-            look = {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
-            ax.plot(x, y, marker=marker, markersize=size, color=colour, markeredgewidth=1.1, **(over | look))
-            used.add(special.kind.value)
+            over |= {"color": colour, "markeredgewidth": 1.1}
+            over |= {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
+        ax.plot(x, y, **over)
+        used.add(LOSS_WORDS if lost else special.kind.value)
     for branch in branches if quantity != "period" else ():
         _label_travel(ax, branch, (along or _along(branch)).scale)
     return used
