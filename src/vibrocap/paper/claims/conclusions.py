@@ -40,11 +40,9 @@ def energy_requirements(runs: Runs, tolerance: float) -> Finding:
     period = larger(table["EM"]["drive work"], table["LM"]["drive work"])
     distance = larger(table["EM"]["drive work / distance"], table["LM"]["drive work / distance"])
     share = table["LM"]["damper loss"] / table["LM"]["drive work"]
+    contact = period > 0 and table["EM"]["contact loss"] > table["LM"]["contact loss"]
     return Finding(
-        restricted(
-            period > tolerance and distance > 0,
-            period > 0 and table["EM"]["contact loss"] > table["LM"]["contact loss"],
-        ),
+        restricted(period > tolerance and distance > 0, contact),
         {**_flat(table), "EM over LM, work per period": period, "EM over LM, work per distance": distance},
         f"{share:.0%} of the work goes into the damper of the pendulum, which moves alike; LM travels less for it.",
         "the contact loss per period",
@@ -122,11 +120,9 @@ def periodic_responses(runs: Runs, tolerance: float) -> Finding:
     kinds = {name: response_class(runs.steady(name).motion) for name in SHORT}
     numbers = {f"{SHORT[name]}: period, Figs 5-8": float(kind.period or 0) for name, kind in kinds.items()}
     numbers |= {f"{SHORT[name]}: largest residual, Fig. 9": float(runs.sweep(name).residual.max()) for name in SHORT}
+    returns = max(value for key, value in numbers.items() if "residual" in key) <= tolerance
     return Finding(
-        decided(
-            all(kind.kind == "period-1" for kind in kinds.values())
-            and max(value for key, value in numbers.items() if "residual" in key) <= tolerance
-        ),
+        decided(all(kind.kind == "period-1" for kind in kinds.values()) and returns),
         numbers,
         "Modulo X every motion settles on the period of the drive, against section 3.1 (quasi-periodic).",
     )

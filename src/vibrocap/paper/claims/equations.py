@@ -152,12 +152,8 @@ def load_is_the_weight(runs: Runs, tolerance: float) -> Finding:
     machine = pendulum_capsule(period.motion.system)
     angle, turn, friction = period["angle"], period["angle_rate"], period["friction"]
     drive = np.array([period.motion.system.drive.value(float(t)) for t in period.time])
-    pendulum, _ = np.array(
-        [
-            machine.rates(0.0, tuple(row[:4]), d, (f,))[1::2]
-            for *row, d, f in zip(angle, turn, period["position"], period["velocity"], drive, friction, strict=True)
-        ]
-    ).T
+    rows = zip(angle, turn, period["position"], period["velocity"], drive, friction, strict=True)
+    pendulum = np.array([machine.rates(0.0, tuple(row), d, (f,))[1] for *row, d, f in rows])
     dynamic = machine.mass_ratio + 1 - (pendulum * np.sin(angle) + turn**2 * np.cos(angle))
     heavy = runs.motion(figures_5_to_8("lugre").with_parameters({"machine.normal_load": "weight"}))
     return Finding(
@@ -192,11 +188,8 @@ def one_alpha(runs: Runs, tolerance: float) -> Finding:
 )
 def stribeck_term(runs: Runs, tolerance: float) -> Finding:
     """g as printed at X' = 0.1 and -0.1, for alpha = 2 and alpha = 1."""
-    values = {
-        f"exp(-(X'/v_s)^{power}) at X' = {v:g}": math.exp(-((v / 0.1) ** power))
-        for power in (2, 1)
-        for v in (0.1, -0.1)
-    }
+    cases = [(power, v) for power in (2, 1) for v in (0.1, -0.1)]
+    values = {f"exp(-(X'/v_s)^{power}) at X' = {v:g}": math.exp(-((v / 0.1) ** power)) for power, v in cases}
     forward, back, first, second = values.values()
     even, odd = abs(forward - back) <= tolerance, abs(first - second) <= tolerance
     return Finding(

@@ -38,15 +38,10 @@ def bristle_and_force_alike(runs: Runs, tolerance: float) -> Finding:
 
 def _strokes(period: Period) -> list[tuple[int, float, float]]:
     """Side, largest speed and largest side * xi of each slide that begins within one settled period."""
-    motion = period.motion
+    motion, numbers = period.motion, []
     begin = motion.end - 2 * motion.period
-    numbers = []
     for phase in motion.phases:
-        if (
-            phase.start >= begin
-            and phase.end <= begin + 2 * motion.period - 1e-9
-            and phase.start < begin + motion.period
-        ):
+        if begin <= phase.start < begin + motion.period and phase.end <= begin + 2 * motion.period - 1e-9:
             t = np.linspace(phase.start, phase.end, 2001)
             bristle, velocity = phase.side * motion.at(t, "bristle"), phase.side * motion.at(t, "velocity")
             numbers.append((phase.side, float(velocity.max()), float(bristle.max())))
@@ -135,12 +130,8 @@ def friction_rises_while_sticking(runs: Runs, tolerance: float) -> Finding:
     force = motion.at(np.linspace(stick.start + 1e-9, stick.end - 1e-12, 2001), "friction")
     direction = np.sign(force[-1] - force[0])
     fall = float(max(0.0, np.max(-direction * np.diff(force))))
-    numbers = {
-        "EM: force at the onset": float(force[0]),
-        "EM: force at the end": float(force[-1]),
-        "EM: largest fall": fall,
-    }
-    made = loop(runs)
+    numbers = {"EM: force at the onset": float(force[0]), "EM: force at the end": float(force[-1])}
+    numbers["EM: largest fall"], made = fall, loop(runs)
     for way, side in (("forward", made.forward), ("back", made.back)):
         numbers[f"LM: force at M1, {way}"] = side.escape.friction if side and side.escape else math.nan
     static = fall <= tolerance and abs(abs(force[-1]) - LIMIT) <= tolerance

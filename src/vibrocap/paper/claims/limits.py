@@ -189,15 +189,11 @@ def _slope(power: float, velocity: float | None) -> float:
 def upper_offset_near_stribeck(runs: Runs, tolerance: float) -> Finding:
     """X'_h/v_s over delta2, and the delta2 for which it is 1: C = e, that is 2 N (eta_s - eta_c)/(e v_s)."""
     at_one = 2.0 * 0.3 / (math.e * 0.1)
-    ratio = {
-        f"X'_h/v_s at delta2 = {d:.4g}": _real(_offset(viscous_damping=d).upper) / 0.1
-        for d in (0.01, 0.4, at_one, 2.57)
-    }
+    dampings = (0.01, 0.4, at_one, 2.57)
+    ratio = {f"X'_h/v_s at delta2 = {d:.4g}": _real(_offset(viscous_damping=d).upper) / 0.1 for d in dampings}
+    near = [abs(r - 1.0) <= tolerance for r in ratio.values()]
     return Finding(
-        restricted(
-            all(abs(r - 1.0) <= tolerance for r in ratio.values()),
-            any(abs(r - 1.0) <= tolerance for r in ratio.values()),
-        ),
+        restricted(all(near), any(near)),
         ratio,
         "X'_h grows without bound, though slowly, as delta2 goes to zero, the paper's own value.",
         f"delta2 near {at_one:.2f}",

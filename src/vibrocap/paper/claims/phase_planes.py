@@ -8,19 +8,17 @@ from vibrocap.measures.recorded.response import response_class
 from vibrocap.measures.recorded.settling import settling
 from vibrocap.measures.recorded.sticking import stick_phases
 from vibrocap.measures.recorded.travel import drift
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.claims.claim import RUN_ERROR, Finding, claim, decided, restricted
 from vibrocap.paper.claims.vibration import both, larger
 from vibrocap.paper.presets import SHORT
-from vibrocap.paper.runs import Period, Runs, return_residual
+from vibrocap.paper.runs import Runs, return_residual
 
 
-def loop_area(x: np.ndarray, y: np.ndarray) -> float:
-    """Area enclosed by a closed curve, by the trapezoidal rule (periodic: spectrally accurate where smooth)."""
-    return float(abs(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))))
-
-
-def _cycle(period: Period, x: np.ndarray, y: np.ndarray) -> dict[str, float]:
-    return {"width": float(np.ptp(x)), "height": float(np.ptp(y)), "area": loop_area(x, y)}
+def _cycle(x: np.ndarray, y: np.ndarray) -> dict[str, float]:
+    """Sizes of a closed curve; its area by the trapezoidal rule (periodic: spectrally accurate where smooth)."""
+    area = float(abs(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))))
+    return {"width": float(np.ptp(x)), "height": float(np.ptp(y)), "area": area}
 
 
 def _compared_cycles(lm: dict[str, float], em: dict[str, float]) -> tuple[dict[str, float], list[float]]:
@@ -31,7 +29,7 @@ def _compared_cycles(lm: dict[str, float], em: dict[str, float]) -> tuple[dict[s
 @claim("sec. 3.1, Fig. 7(a)", "The limit cycle of the pendulum is larger with EM.")
 def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled theta-theta' cycle."""
-    lm, em = (_cycle(p, p["angle"], p["angle_rate"]) for p in both(runs))
+    lm, em = (_cycle(p["angle"], p["angle_rate"]) for p in both(runs))
     numbers, excess = _compared_cycles(lm, em)
     return Finding(
         decided(max(excess) > tolerance),
@@ -44,7 +42,7 @@ def larger_cycle_of_pendulum(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 7(b)", "The limit cycle of the capsule is larger with EM.")
 def larger_cycle_of_capsule(runs: Runs, tolerance: float) -> Finding:
     """Width, height and area of the settled X-X' cycle, X less its drift; largest forward velocity."""
-    lm, em = (_cycle(p, p.wave, p["velocity"]) | {"forward peak": float(p["velocity"].max())} for p in both(runs))
+    lm, em = (_cycle(p.wave, p["velocity"]) | {"forward peak": float(p["velocity"].max())} for p in both(runs))
     numbers, excess = _compared_cycles(lm, em)
     return Finding(
         restricted(min(excess) > tolerance, max(excess) > tolerance),
@@ -93,22 +91,22 @@ def not_strictly_periodic(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 7", "The motions of Fig. 7 are quasi-periodic.", RUN_ERROR)
 def quasi_periodic(runs: Runs, tolerance: float) -> Finding:
     """Response class modulo X of the settled motions, and the return residual after one period."""
-    classes = {short: response_class(runs.steady(name).motion) for name, short in SHORT.items()}
+    motions = {short: runs.steady(name).motion for name, short in SHORT.items()}
+    classes = {short: response_class(motion) for short, motion in motions.items()}
+    numbers = {f"{short}: period found": float(c.period or 0) for short, c in classes.items()}
+    numbers |= {f"{short}: settled since period": _since(motion) for short, motion in motions.items()}
+    numbers |= {f"{short}: return residual": return_residual(motion) for short, motion in motions.items()}
     return Finding(
         decided(all(c.kind == "other" for c in classes.values())),
-        {
-            **{f"{short}: period found": float(c.period or 0) for short, c in classes.items()},
-            **{f"{short}: settled since period": _since(runs, name) for name, short in SHORT.items()},
-            **{f"{short}: return residual": return_residual(runs.steady(name).motion) for name, short in SHORT.items()},
-        },
+        numbers,
         "A quasi-periodic motion never returns; these return modulo X after one period.",
         nearest="Relative periodic orbits of period 1; LM takes long to settle, which may look like not returning.",
     )
 
 
-def _since(runs: Runs, name: str) -> float:
+def _since(motion: Trajectory) -> float:
     """Period mark from which on the motion stays within the threshold of its steady motion."""
-    since = settling(runs.steady(name).motion).since
+    since = settling(motion).since
     return math.nan if since is None else float(since)
 
 

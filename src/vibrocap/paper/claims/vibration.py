@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.measures.recorded.energy import energy_balance
 from vibrocap.measures.recorded.sticking import stick_fraction
 from vibrocap.measures.recorded.travel import drift, mean_velocity
-from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Outcome, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.presets import LAWS, SHORT, law
 from vibrocap.paper.runs import Period, Runs
 from vibrocap.physics.friction.law import Law
@@ -30,15 +30,9 @@ def larger(ours: float, theirs: float) -> float:
 def similar_patterns(runs: Runs, tolerance: float) -> Finding:
     """Correlation of LM with EM over the settled period, X less its drift."""
     lm, em = both(runs)
-    numbers = {
-        name: float(np.corrcoef(a, b)[0, 1])
-        for name, a, b in (
-            ("theta", lm["angle"], em["angle"]),
-            ("theta'", lm["angle_rate"], em["angle_rate"]),
-            ("X less drift", lm.wave, em.wave),
-            ("X'", lm["velocity"], em["velocity"]),
-        )
-    }
+    curves = {name: (lm[state], em[state]) for name, state in (("theta", "angle"), ("theta'", "angle_rate"))}
+    curves |= {"X less drift": (lm.wave, em.wave), "X'": (lm["velocity"], em["velocity"])}
+    numbers = {name: float(np.corrcoef(*pair)[0, 1]) for name, pair in curves.items()}
     return Finding(
         decided(min(numbers.values()) >= tolerance),
         numbers,
@@ -154,9 +148,8 @@ def negative_slope_stabilises(runs: Runs, tolerance: float) -> Finding:
     """Growth rate of a small change of velocity of the capsule (mass lambda + 1) that slides steadily at X' = 0.1."""
     inertia = runs.steady("lugre").motion.system.machine.mass_ratio + 1.0
     numbers = {f"{short}: growth rate": _growth(law(name), 0.1, inertia) for name, short in SHORT.items()}
-    stable = all(rate < -tolerance for rate in numbers.values())
     return Finding(
-        Outcome.HOLDS if stable else Outcome.FAILS,
+        decided(all(rate < -tolerance for rate in numbers.values())),
         {**numbers, "EM: time to double": math.log(2.0) / numbers["EM: growth rate"]},
         "A force that falls as the capsule speeds up feeds the disturbance: it is the source of stick-slip.",
         nearest="A positive slope, such as viscous damping, stabilises; here the damper of the pendulum does.",
