@@ -89,17 +89,14 @@ class Result(Dimensional):
         """A heading, a small table and, where matplotlib is installed, a small picture: what a notebook shows."""
         import vibrocap
 
-        rows = "".join(
-            f'<tr><th style="text-align:left">{html.escape(name)}</th>'
-            f'<td style="text-align:left">{html.escape(text)}</td></tr>'
-            for name, text in self.facts.items()
-        )
+        left, rows = 'style="text-align:left"', ""
+        for name, text in self.facts.items():
+            rows += f"<tr><th {left}>{html.escape(name)}</th><td {left}>{html.escape(text)}</td></tr>"
         try:
             picture = vibrocap.thumbnail(self)
         except ImportError:  # matplotlib is not installed: the table alone
             picture = ""
-        heading = html.escape(self.heading)
-        return f"<div><strong>{heading}</strong><table>{rows}</table>{picture}</div>"
+        return f"<div><strong>{html.escape(self.heading)}</strong><table>{rows}</table>{picture}</div>"
 
     def to_xarray(self) -> "xarray.Dataset":
         """As labelled arrays, see `vibrocap.to_xarray`."""
@@ -152,16 +149,13 @@ class Rows(tuple[Record, ...]):
     def _repr_html_(self) -> str:
         rows = self.table()[:MOST_ROWS]
         names = list(rows[0]) if rows else []
-        head = "".join(f"<th>{html.escape(_titled(name, self[0]))}</th>" for name in names)
+        first: Any = self[0] if self else None
+        units = {name: first.unit_of(name) if isinstance(first, Dimensional) else "1" for name in names}
+        titles = (name if unit == "1" else f"{name} [{unit}]" for name, unit in units.items())
+        head = "".join(f"<th>{html.escape(title)}</th>" for title in titles)
         body = "".join("<tr>" + "".join(f"<td>{_cell(row[name])}</td>" for name in names) + "</tr>" for row in rows)
         more = f"<p>and {len(self) - len(rows)} more</p>" if len(self) > len(rows) else ""
         return f"<table><tr>{head}</tr>{body}</table>{more}" if rows else "<p>none</p>"
-
-
-def _titled(name: str, record: Any) -> str:
-    """The title of a column, with the unit of what stands in it."""
-    unit = record.unit_of(name) if isinstance(record, Dimensional) else "1"
-    return name if unit == "1" else f"{name} [{unit}]"
 
 
 def _flat(record: Any) -> dict[str, Any]:

@@ -118,19 +118,17 @@ def _key(system: System) -> tuple:
     return form(system)
 
 
-def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dict[str, Any]:
+def bundle(chosen: Contents, tell: Callable[[float], None] = lambda share: None) -> dict[str, Any]:
     """The data of a page, for JSON. tell: is called with the share done."""
     forms: list[Form] = []
     work = 2 * (len(chosen.forms) + len(chosen.presets))  # the code of all forms takes as long as all else
-    for i, system in enumerate(chosen.forms):
+    for i, system in enumerate(chosen.forms, 1):
         forms.append(form_of(system, chosen.tolerance))
-        if tell is not None:
-            tell((i + 1) / work)
+        tell(i / work)
     keys, presets = [_key(system) for system in chosen.forms], []
-    for i, preset in enumerate(chosen.presets):
+    for i, preset in enumerate(chosen.presets, 1):
         presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
-        if tell is not None:
-            tell((len(chosen.forms) + i + 1) / work)
+        tell((len(chosen.forms) + i) / work)
     parts: dict[str, dict[str, Any]] = {}
     kinds: dict[str, dict[str, type]] = {}
     for system in chosen.forms:
@@ -139,8 +137,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
             parts.setdefault(name, {}).setdefault(part.name, part_record(part, effort_of(name, system.parts)))
             kinds.setdefault(name, {})[part.name] = part
     code = zlib.compress(browser_module([(form.motion, form.ensemble) for form in forms]), 9)
-    if tell is not None:
-        tell(1.0)
+    tell(1.0)
     return {
         "layout": LAYOUT,
         "version": version("vibrocap"),

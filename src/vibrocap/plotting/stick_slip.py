@@ -83,14 +83,13 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
                 )
         ax.margins(0.22)
         if np.isfinite(diagram.border):
-            low, high = ax.get_xlim()
-            bottom, top = ax.get_ylim()
+            (low, high), heights = ax.get_xlim(), ax.get_ylim()
             k = np.geomspace(low, high, 50)
             ax.plot(
                 k, diagram.border / np.sqrt(k), color=BLACK, linewidth=0.9, linestyle=(0, (5, 3)),
                 label="a Coulomb block sticks half of the time",
             )  # fmt: skip
-            ax.set(xlim=(low, high), ylim=(bottom, top))
+            ax.set(xlim=(low, high), ylim=heights)
         for name in "xy":
             logarithmic(ax, name)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
@@ -191,8 +190,7 @@ def _detail_window(found: StickSlip) -> tuple[float, float]:
     """A stretch of some periods around the middle of the record."""
     begin, end = float(found.time[0]), float(found.time[-1])
     period = found.period.mean if found.period else (end - begin) / DETAIL_PERIODS
-    half = min(0.5 * DETAIL_PERIODS * period, 0.5 * (end - begin))
-    middle = 0.5 * (begin + end)
+    middle, half = 0.5 * (begin + end), min(0.5 * DETAIL_PERIODS * period, 0.5 * (end - begin))
     return middle - half, middle + half
 
 

@@ -70,10 +70,8 @@ def list_(request: ListRequest) -> Answer:
     what, *more = [name for name in request.names if name not in cases] or [""]
     if not what and system is None:
         return _overview()
-    if what == "measures":
-        return _measures(system)
-    if what == "datasets":
-        return _data_sets()
+    if what in ("measures", "datasets"):
+        return _measures(system) if what == "measures" else _data_sets()
     if system is not None and (what in PARTS or not what):
         own = [part for name, part in system.parts.items() if name.startswith(OF_SYSTEM.get(what, ""))]
         return _sheets(own, request.latex)
@@ -86,8 +84,8 @@ def _overview() -> Answer:
     """The kinds with their names."""
     record = {kind: list(known()) for kind, known in PARTS.items()}
     lines = [f"{kind:<13}{', '.join(names)}" for kind, names in record.items()]
-    more = "measures     see `vibrocap list measures`\ndatasets     see `vibrocap list datasets`"
-    return Answer(record, "\n".join([*lines, more]))
+    lines += [f"{kind:<13}see `vibrocap list {kind}`" for kind in ("measures", "datasets")]
+    return Answer(record, "\n".join(lines))
 
 
 def _kind(kind: str) -> Answer:

@@ -1,7 +1,6 @@
 """`vibrocap new`: a case to begin with, or a case in the other form."""
 
 import dataclasses
-import functools
 from pathlib import Path
 from typing import Literal
 
@@ -44,7 +43,7 @@ class NewRequest(WithParts):
         advanced=True,
     )
 
-    @functools.cached_property
+    @property
     def chosen(self) -> dict[str, str]:
         """The names of machine, friction law and drive."""
         return {"machine": self.kind, "friction": self.law, "drive": self.drive}
@@ -82,15 +81,12 @@ def new(request: NewRequest) -> Answer:
     does the file without units that is made of it, in its section [scales]: the way back gives the same numbers. Of any
     other case --scales gives them.
     """
-    if request.from_ is not None:
-        text = _converted(request)
-        next_ = ""
-    else:
-        file = "case.toml" if request.out is None else str(request.out)
-        text, next_ = new_case(request.chosen, file, request.si), f"\nNext: vibrocap simulate {request.out}"
+    converted = request.from_ is not None
+    text = _converted(request) if converted else new_case(request.chosen, str(request.out or "case.toml"), request.si)
     if request.out is None:
         return Answer(text=text.removesuffix("\n"))
     write_text(request.out, text)
+    next_ = "" if converted else f"\nNext: vibrocap simulate {request.out}"
     return Answer(text=f"Written: {request.out}{next_}")
 
 
@@ -111,8 +107,8 @@ def _converted(request: NewRequest) -> str:
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)
         refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
     for name, part in setup.system.parts.items() if wanted == SI else ():
-        for each in undeclared(type(part)):
-            refused.add(f"{name}.{each}", UNDECLARED)
+        for parameter in undeclared(type(part)):
+            refused.add(f"{name}.{parameter}", UNDECLARED)
     if refused:
         raise Refusal(*refused)
     plain = dataclasses.replace(setup.system, units=None)  # the scales are kept beside; results stay without units

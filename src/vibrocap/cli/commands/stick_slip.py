@@ -59,12 +59,12 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     diagram of their regimes.
     """
     from vibrocap.records.checks import RecordError
+    from vibrocap.records.regime_diagram import regime_diagram
     from vibrocap.records.slips.pull import read_pulls
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
-    complaints = Complaints()
-    columns, units = request.reading
-    settings: dict[str, Any] = request.given("stiffness", "mass", "normal_force")
+    complaints, (columns, units) = Complaints(), request.reading
+    settings: dict[str, Any] = request.given("stiffness", "mass", "normal_force", "minor")
     settings |= {} if request.speed is None else {"pulling_speed": request.speed}
     settings |= {"coefficient": True} if request.coefficient else {}
     results: list[StickSlip] = []
@@ -77,7 +77,7 @@ def stick_slip(request: StickSlipRequest) -> Answer:
         complaints.append(f"--coefficient: {already}")
     for pull in pulls if not complaints else ():
         try:
-            arguments = {**pull.settings, **settings, "minor": request.minor, "name": pull.name}
+            arguments = {**pull.settings, **settings, "name": pull.name}
             results.append(stick_slip_of_force(pull.time, pull.force, **arguments))
         except RecordError as error:
             complaints += [f"{error.source}:", *(f"  {line}" for line in by_option(error.complaints, request.flags()))]
@@ -93,17 +93,11 @@ def stick_slip(request: StickSlipRequest) -> Answer:
             page.say(f"  read: {note}")
 
     record = results[0] if len(results) == 1 else results
-    return Answer(record, text, None if request.plot is None else _drawn(results))
-
-
-def _drawn(found: "list[StickSlip]") -> Any:
-    """The record, or the diagram of several; Refusal for records without a place in it."""
-    from vibrocap.records.regime_diagram import regime_diagram
-
     try:
-        return regime_diagram(found) if len(found) > 1 else found[0]
-    except ArgumentError as error:
+        drawn: Any = record if request.plot is None or len(results) == 1 else regime_diagram(results)
+    except ArgumentError as error:  # records without a place in the diagram
         raise Refusal(f"--plot: {error}; or draw one with --record") from None
+    return Answer(record, text, drawn)
 
 
 def print_stick_slip(page: Page, found: "StickSlip") -> None:

@@ -89,9 +89,7 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
     left = TimeLeft()
     try:
         with notes(), progress("Sweeping") as report:
-            completed = carried_out(
-                study, request.how, lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip())
-            )
+            completed = carried_out(study, request.how, lambda x: report(x, f"Sweeping {left.words(x)}".strip()))
     except CaseError as error:
         if request.out is None or error.source != str(request.out):
             raise
@@ -171,13 +169,12 @@ def _outcome(found: "Completed") -> Outcome:
     from vibrocap.measures.standard import OUTCOME
 
     statuses: Counter[int] = Counter()
-    settled = 0
+    became: Counter[str] = Counter()
+    settled, study = 0, found.study
     for status, settling in found.numbers("status", "settled"):
         statuses.update({int(code): int((status == code).sum()) for code in np.unique(status)})
         settled += int((settling & (status == 0)).sum())
-    study = found.study
     sizes = dict(zip(study.plan.dims, study.plan.shape, strict=True))
-    became: Counter[str] = Counter()
     if OUTCOME in study.measures:
         dataset = found.dataset()
         became.update(map(str, dataset[OUTCOME].values[dataset["status"].values == 0].tolist()))

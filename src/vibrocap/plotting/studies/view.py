@@ -3,6 +3,7 @@
 More dimensions than two are fixed at a value, or become panels side by side (friction laws, or any few values).
 """
 
+import contextlib
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -201,18 +202,14 @@ def _fixed(dataset: Any, at: Mapping[str, str]) -> tuple[Any, dict[str, str], li
         if path not in gridded:
             complaints.add(f"--at {path}", f"is no axis of the study; {suggestion(path, gridded)}")
             continue
-        values = np.array(dataset[path].values.tolist())
-        if values.dtype.kind == "U":
-            if text in values:
-                places[path] = values.tolist().index(text)
-            else:
-                complaints.add(f"--at {path}", f"has no {text!r}; {suggestion(text, values.tolist())}")
-            continue
-        try:
+        values, wanted = np.array(dataset[path].values.tolist()), np.nan
+        with contextlib.suppress(ValueError):
             wanted = float(text)
-        except ValueError:
-            wanted = np.nan
-        if values.min() <= wanted <= values.max():
+        if values.dtype.kind == "U" and text in values:
+            places[path] = values.tolist().index(text)
+        elif values.dtype.kind == "U":
+            complaints.add(f"--at {path}", f"has no {text!r}; {suggestion(text, values.tolist())}")
+        elif values.min() <= wanted <= values.max():
             places[path] = int(np.abs(values - wanted).argmin())
         else:
             limits = f"from {values.min():g} to {values.max():g}"
@@ -254,16 +251,10 @@ def _panel(part: Any, measure: str, axes: Sequence[ViewAxis], title: str) -> Pan
         part = part.isel({axis.path: np.argsort(part[axis.path].values, kind="stable")})
     part = part.transpose(*(axis.path for axis in axes)) if axes else part
     values = part[measure].values
-    words = values.dtype.kind in "OTU"
     known = bool(part.attrs.get("settle"))
     settled = part["settled"].values.astype(bool) if known else np.ones(values.shape, bool)
-    return Panel(
-        title,
-        np.array(values.tolist(), dtype=str) if words else values.astype(float),
-        part["status"].values.astype(int),
-        settled,
-        part,
-    )
+    shown = np.array(values.tolist(), dtype=str) if _has_words(values) else values.astype(float)
+    return Panel(title, shown, part["status"].values.astype(int), settled, part)
 
 
 def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ...]]:
