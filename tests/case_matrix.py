@@ -7,7 +7,7 @@ from typing import Any
 import vibrocap as vc
 from covering_array import Row, covering_array
 from vibrocap.case.case import Case, case_text
-from vibrocap.cli.new_case import BENCH
+from vibrocap.cli.commands.new import BENCH
 from vibrocap.physics.catalogue import controllers, drives, law, laws, machines
 from vibrocap.physics.parameters import parameter_table
 

@@ -13,8 +13,8 @@ import pytest
 import case_matrix
 from covering_array import covering_array
 from thinned import exhaustive_but, slow_but
+from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
-from vibrocap.cli.motion_tables import in_words
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
 FEW, ROWS, KINDS = 27, 91, 26

@@ -24,8 +24,7 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.physics.names import number_in, numbered
-from vibrocap.plotting.contact_panels import contacts_of
-from vibrocap.plotting.histories import loads_of
+from vibrocap.plotting.histories import contacts_of, loads_of
 from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from vibrocap.plotting.look.labels import scale
 from vibrocap.plotting.look.style import STYLE, blank_figure

@@ -16,10 +16,10 @@ from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.look.colours import BLUE, GREEN, GREY, VERMILION
 from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
-from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     decimated,
+    drawing,
     footnote,
     heading,
     legend,

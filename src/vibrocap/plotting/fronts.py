@@ -10,8 +10,7 @@ from vibrocap.design.optimise import Optimum
 from vibrocap.design.search.goal import INFEASIBLE
 from vibrocap.plotting.look.colours import BLUE, GREY
 from vibrocap.plotting.look.labels import bracketed
-from vibrocap.plotting.look.own_lines import drawing
-from vibrocap.plotting.look.style import legend_below, new_figure
+from vibrocap.plotting.look.style import drawing, legend_below, new_figure
 
 FRONT = {"markersize": 4.0, "linewidth": 0.8, "zorder": 2}  # a staircase: nothing lies between two designs
 SAME = 1e-3  # relative: a design of the front as it was before its motion was closed to rounding

@@ -15,10 +15,10 @@ from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.plotting.look.labels import bracketed, parts_title
-from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     STICK_SHADE,
+    drawing,
     figure,
     footnote,
     legend,

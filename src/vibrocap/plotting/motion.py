@@ -14,21 +14,17 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.names import name_and_number, numbered
-from vibrocap.plotting.contact_panels import (
+from vibrocap.plotting.histories import (
+    FAINT,
+    LAST,
     Stretch,
+    body_of,
     colour_of,
+    command_panel,
     contacts_of,
     draw_all,
     draw_all_loops,
     draw_modes,
-    numbers_above,
-    width_of,
-)
-from vibrocap.plotting.histories import (
-    FAINT,
-    LAST,
-    body_of,
-    command_panel,
     error_panel,
     hides_lift_off,
     history,
@@ -36,20 +32,22 @@ from vibrocap.plotting.histories import (
     last_periods,
     load_panel,
     mark_impacts,
+    numbers_above,
     place_of,
     places_of,
     repeats_after,
     settled_words,
     shown_in_detail,
     whole_run,
+    width_of,
 )
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     ANY_UNITS,
     DIMENSIONLESS,
+    drawing,
     footnote,
     legend_above,
     new_figure,

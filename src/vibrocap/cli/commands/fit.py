@@ -123,7 +123,7 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
         text = json_text(result) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
         if good and request.report:
-            from vibrocap.report.fit import write_comparison_page
+            from vibrocap.report.results import write_comparison_page
 
             written += write_comparison_page(result, out, request.again())
         elif good and _can_draw():
@@ -141,7 +141,7 @@ def _write(found: "Fit", folder: Path, scales: Any, request: FitRequest, more: "
     written = list(found.save(folder, scales))
     written.append(write_residuals(found, folder / "residuals.csv"))
     if request.report:
-        from vibrocap.report.fit import write_fit_page
+        from vibrocap.report.results import write_fit_page
 
         written += write_fit_page(found, folder, request.again(), more)
     elif _can_draw():
@@ -201,7 +201,7 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
         )
         written.append(write_table(folder / FILES[2], COLUMNS, samples))
         if request.report:
-            from vibrocap.report.fit import write_motion_page
+            from vibrocap.report.results import write_motion_page
 
             written += write_motion_page(result, folder, request.again())
 

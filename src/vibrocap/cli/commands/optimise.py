@@ -109,7 +109,7 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
             result.case().save(request.out / "best.toml")
             written.append(("case", request.out / "best.toml"))
             if request.report:
-                from vibrocap.report.design import write_design_page
+                from vibrocap.report.results import write_design_page
 
                 write_design_page(result, request.out, request.again())
 
@@ -142,7 +142,7 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
             result.case(i).save(out / CASES / f"{i:03d}.toml")
         written = [("table", out / "front.csv"), ("cases", out / CASES)] if len(result) else []
         if request.report and len(result):
-            from vibrocap.report.design import write_front_page
+            from vibrocap.report.results import write_front_page
 
             write_front_page(result, out, request.again())
 

@@ -18,9 +18,8 @@ from matplotlib.ticker import MaxNLocator
 
 from vibrocap.files import replacing
 from vibrocap.plotting.look.labels import filled, letters_seen
-from vibrocap.plotting.look.own_lines import own_lines
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, settings_of, style
+from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, own_lines, settings_of, style
 
 GAP = 3.0  # points between what stands side by side
 LEAST_TICKS = 2

@@ -6,8 +6,10 @@ draws into axes that it is given does so within `style()`, which ends with it.
 
 import contextlib
 import io
+import itertools
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+import weakref
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +17,14 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import same_color
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from vibrocap.plotting.look.colours import BLUE
+from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.page import page
 
 # fontTools, which puts letters into PDF files (pdf.fonttype below), complains about the dates of Matplotlib's own fonts
@@ -135,18 +140,6 @@ class ShownFigure(Figure):
         return buffer.getvalue()
 
 
-def given_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
-    """The axes to draw into: those given, or those of a new figure in the project's style; `size` in inches.
-
-    The axes of a new figure show themselves in a notebook as that figure.
-    """
-    if ax is not None:
-        return ax
-    fig, axes = figure(size=size)
-    axes[0, 0]._repr_png_ = fig._repr_png_  # type: ignore[attr-defined]
-    return axes[0, 0]
-
-
 def figure(
     nrows: int = 1, ncols: int = 1, size: tuple[float, float] = (6.4, 4.0), **options: Any
 ) -> tuple[ShownFigure, Any]:
@@ -248,3 +241,54 @@ def unit_of(values: np.ndarray) -> tuple[float, str]:
     """The unit in which the largest of the values is between 1 and 1000, as a factor and a prefix."""
     largest = float(np.max(np.abs(values)))
     return next((prefix for prefix in PREFIXES if largest >= prefix[0]), PREFIXES[-1])
+
+
+CYCLE = (BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, VIOLET, YELLOW)
+COLOURED = ("color", "markerfacecolor", "markeredgecolor")
+_DONE: weakref.WeakSet[Line2D] = weakref.WeakSet()
+
+
+@contextlib.contextmanager
+def drawing(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Iterator[Axes]:
+    """The axes to draw into in the project's style, `ax` or those of a new figure of that size in inches.
+
+    The axes of a new figure show themselves in a notebook as that figure. New lines in them get the user's widths and
+    colours; others in `ax` stay as they are.
+    """
+    if ax is None:
+        fig, panels = figure(size=size)
+        axes: Axes = panels[0, 0]
+        axes._repr_png_ = fig._repr_png_  # type: ignore[attr-defined]
+    else:
+        axes = ax
+        _DONE.update(_lines(ax))
+    with style():
+        yield axes
+    own_lines(axes)
+
+
+def own_lines(drawn: Axes | Figure) -> None:
+    """Give the lines of axes or of a figure the user's widths and colours, once."""
+    ours, usual = matplotlib.rcParams, matplotlib.rcParamsDefault
+    wider, larger = (ours[name] / usual[name] for name in ("lines.linewidth", "lines.markersize"))
+    cycle = [] if ours["axes.prop_cycle"] == usual["axes.prop_cycle"] else ours["axes.prop_cycle"].by_key()["color"]
+    colours = dict(zip(CYCLE, itertools.cycle(cycle), strict=False))
+    panels = [drawn] if isinstance(drawn, Axes) else drawn.findobj(Axes)
+    legends = drawn.findobj(Legend)
+    for line in itertools.chain(*map(_lines, panels), *(legend.get_lines() for legend in legends)):
+        if line in _DONE:
+            continue
+        _DONE.add(line)
+        line.set_linewidth(wider * line.get_linewidth())
+        line.set_markersize(larger * line.get_markersize())
+        for name in COLOURED if colours else ():
+            lines = getattr(line, f"get_{name}")()
+            own = next((new for old, new in colours.items() if same_color(lines, old)), None)
+            if own is not None:
+                getattr(line, f"set_{name}")(own)
+
+
+def _lines(ax: Any) -> Iterable[Line2D]:
+    """The lines of axes, without their grid and ticks, and those of their legend."""
+    legend = ax.get_legend()
+    return [*ax.get_lines(), *([] if legend is None else legend.get_lines())]

@@ -17,8 +17,7 @@ from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, B
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.labels import EQUALS, bracketed, quantity_label, scale, value_text
-from vibrocap.plotting.look.own_lines import drawing
-from vibrocap.plotting.look.style import legend_below, settings_of, style
+from vibrocap.plotting.look.style import drawing, legend_below, settings_of, style
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
     CELL_STYLES,

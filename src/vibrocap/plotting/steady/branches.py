@@ -22,9 +22,8 @@ from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.look.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
-from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import figure, legend_below, setting, style
+from vibrocap.plotting.look.style import drawing, figure, legend_below, setting, style
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",

@@ -11,8 +11,7 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLUE, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import drawing
-from vibrocap.plotting.look.style import legend_below, style
+from vibrocap.plotting.look.style import drawing, legend_below, style
 from vibrocap.plotting.steady.branches import diagram_figure, law_title, parameter_label
 
 WIDTH = 6.2  # inches

@@ -14,8 +14,7 @@ from vibrocap.orbits.walk.special_kind import SpecialKind
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit
-from vibrocap.plotting.look.own_lines import drawing
-from vibrocap.plotting.look.style import legend_below, style
+from vibrocap.plotting.look.style import drawing, legend_below, style
 from vibrocap.plotting.steady.branches import LINES, diagram_figure, parameter_label
 
 WIDTH = 5.6  # inches

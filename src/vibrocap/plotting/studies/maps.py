@@ -26,9 +26,8 @@ from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.look.labels import filled
-from vibrocap.plotting.look.own_lines import drawing
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, legend_below, logarithmic, settings_of, style
+from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, drawing, legend_below, logarithmic, settings_of, style
 from vibrocap.plotting.studies.cells import (
     Categories,
     Cell,
