@@ -61,14 +61,6 @@ def test_three_and_four_periods_are_seven_exactly():
     assert np.array_equal(restarted(stick_slip(), {"angle": 1.0}, 3, 4).sections[-1], whole.sections[-1])
 
 
-def test_three_and_four_periods_are_seven_with_bristles():
-    """The choice between the two methods has a memory, so this holds to the tolerance."""
-    system = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic(amplitude=1.8))
-    start = {"angle": 1.0, "bristle": 0.0026}
-    whole = vc.simulate(system, periods=7, initial=start)
-    assert restarted(system, start, 3, 4).sections[-1] == pytest.approx(whole.sections[-1], abs=100 * TOLERANCE)
-
-
 def test_a_shift_of_position_changes_nothing_else():
     """X is cyclic: nothing depends on it."""
     here = vc.simulate(stick_slip(), periods=3, initial={"angle": 1.0})
@@ -106,25 +98,6 @@ def test_works_and_impulse_are_as_exact_as_the_motion_on_implicit_steps(toleranc
     assert certificate.implicit_steps > 100
     assert certificate.momentum_residual <= 2.0 * 10.0 * tolerance
     assert certificate.energy_residual <= 0.5 * 10.0 * tolerance
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tolerance", exhaustive_but([0], [1e-6, 1e-9]))
-def test_works_of_implicit_steps_in_an_ensemble(tolerance):
-    """The belt holds the block against the spring: its work is the energy stored, but for what the creep takes."""
-    found = vc.ensemble(
-        CREEP,
-        {"drive.amplitude": [0.17]},
-        measures=["belt_work", "drive_work", "contact_sliding_work", "peak_friction"],
-        periods=CREEP_PERIODS,
-        window=CREEP_PERIODS,
-        tolerance=tolerance,
-    )
-    motion = vc.simulate(CREEP, periods=CREEP_PERIODS, tolerance=1e-12)
-    balance = vc.energy_balance(motion).per_period
-    for name, work in (("belt", balance.belt), ("drive", balance.drive), ("contact_sliding", balance.contact_sliding)):
-        assert found[f"{name}_work"] == pytest.approx([work], abs=tolerance)
-    assert found["peak_friction"] == pytest.approx([np.abs(motion["friction"]).max()], abs=1e-4)
 
 
 @planted(vc.PendulumCapsule)

@@ -410,18 +410,6 @@ def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):
         np.testing.assert_array_equal(dataset["event_time"].values, motion.event_times)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0], ["worm-of-two-bodies", "worm-of-three-bodies"]))
-def test_netcdf_holds_the_events_of_contacts_that_are_decided_together(name, tmp_path, capsys):
-    xarray = pytest.importorskip("xarray")
-    out, example = tmp_path / "run.nc", Path(__file__).parents[1] / "examples" / f"{name}.toml"
-    record = printed_json(capsys, "simulate", example, "--periods", "2", "--out", out)
-    with xarray.open_dataset(out, engine="h5netcdf") as dataset:
-        kinds = dataset["event_kind"].values.tolist()
-    assert any(kind.endswith("_2") for kind in kinds)
-    assert len(kinds) == sum(record["events"].values())
-
-
 def check_columns(table, motion):
     names = ("time", *motion.state_names, *motion.integral_names, "friction", "drive", "side")
     assert set(names) <= set(table)
@@ -474,12 +462,6 @@ def test_limits_exact_as_printed_and_when_they_do_not_exist(lugre, capsys):
     text = capsys.readouterr().out
     assert "0.00669663037461" in text
     assert "0.181821489161" in text
-
-
-def test_limits_of_the_exponential_law(case, capsys):
-    assert printed_json(capsys, "friction", case)["breakaway_force"] == 0.45
-    assert main(["friction", str(case)]) == OK
-    assert "breakaway force" in capsys.readouterr().out
 
 
 def test_limits_of_every_contact(tmp_path, capsys):

@@ -330,12 +330,6 @@ def test_loss_and_seed_and_starts_are_passed_on(folder, capsys):
     assert [p["name"] for p in found["nuisances"]] == ["offset"]
 
 
-def test_load_makes_coefficients(folder, capsys):
-    assert command("wide.csv", *STEADY, "--load", "4", "--json") == OK
-    found = json.loads(capsys.readouterr().out)
-    assert values(found)["coulomb_coefficient"] == pytest.approx(COULOMB / 4, rel=0.02)
-
-
 # --- what is refused, and warned of ----------------------------------------------------------------------------------
 
 

@@ -140,21 +140,6 @@ def test_drag_that_depends_on_direction_has_a_closed_form_each_way(drag):
 
 
 @pytest.mark.slow
-def test_drag_given_the_same_both_ways_is_drag():
-    """And left out it is that of forward, to the last bit."""
-    law, around = vc.Coulomb(), {"linear_drag": 0.3, "quadratic_drag": 0.4}
-    same = around | {"linear_drag_back": 0.3, "quadratic_drag_back": 0.4}
-    one, other = (vc.simulate(capsule(law=law, **each), periods=5.0) for each in (around, same))
-    assert one.state == pytest.approx(other.state, abs=1e-11)
-    for part in (vc.Environment(**around), vc.Environment(**same)):
-        assert part.symmetric
-        assert part.drag(-0.7, -1) == -(0.3 + 0.4 * 0.7) * 0.7
-    assert len(equations(capsule(law=law, **around)).parameter_paths) + 2 == len(
-        equations(capsule(law=law, **same)).parameter_paths
-    )
-
-
-@pytest.mark.slow
 def test_fins_alone_make_a_symmetric_capsule_travel():
     """Without them its steady motion is its own mirror image; with them it is not, and drifts where drag is less."""
     law = vc.Coulomb(0.02, 0.02)
@@ -284,17 +269,6 @@ def test_balances_of_motions_close(system):
     assert motion.certificate.failures == unfinished  # a motion that did not finish fails in nothing else
     bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
     assert max(motion.certificate.energy_residual, motion.certificate.momentum_residual) < bound
-
-
-@pytest.mark.slow
-def test_an_environment_of_nothing_changes_nothing():
-    plain = vc.simulate(capsule(), periods=5, initial=START, tolerance=1e-12)
-    empty = vc.System(*(plain.system.parts.values()), environment=vc.Environment())
-    motion = vc.simulate(empty, periods=5, initial=START, tolerance=1e-12)
-    assert [*motion.state.values()] == pytest.approx([*plain.state.values()], abs=1e-10)
-    assert list(motion.event_kinds) == list(plain.event_kinds)
-    assert empty.mirrored
-    assert set(plain.names) < set(motion.names)
 
 
 def test_weightless_pendulum_does_not_fall():
@@ -516,18 +490,3 @@ def test_bodies_of_a_crawler_slide_down_side_by_side():
     swing = math.exp(-0.5 * crawler.damping * motion.end)  # what is left of the oscillation about it
     assert motion.state["displacement"] == pytest.approx(stretch, abs=2 * abs(stretch) * swing)
     assert motion.certificate.ok
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "law", exhaustive_but([1], [vc.SmoothedTanh(), vc.LuGre(), vc.Coulomb(0.1, 0.15)]), ids=lambda law: law.name
-)
-def test_every_body_of_a_crawler_feels_its_drag(law):
-    """The kink of the drag at rest is an event of each contact, with laws that are smooth there, too."""
-    crawler, drive = vc.TwoBodyCrawler(mass=1.3, mass_2=0.6), vc.Biharmonic(1.1, 0.9, 0.5)
-    outside = vc.Environment(quadratic_drag=0.8, linear_drag=0.1, force=0.02)
-    motion = vc.simulate(vc.System(crawler, law, drive, environment=outside), periods=8, tolerance=1e-11)
-    assert motion.certificate.ok, motion.certificate.failures
-    assert {"reversal_2", "stick_2"} & {*motion.event_kinds}
-    still = [event.time for event in motion.events if event.kind in ("reversal_2", "stick_2")]
-    assert motion.at(still, "velocity_2") == pytest.approx(np.zeros(len(still)), abs=1e-10)

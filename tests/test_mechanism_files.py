@@ -137,17 +137,6 @@ def test_other_parts_are_those_of_a_class(text, other):
         assert dict(own) == pytest.approx(dict(others), rel=1e-13)
 
 
-def test_sweeps_are_those_of_a_class():
-    case, over = read_case(EXAMPLES / "described-capsule.toml"), {"machine.mass_ratio": [1.5, 2.5, 3.5]}
-    system = vc.System(vc.PendulumCapsule(), case.system.friction, case.system.drive)
-    found, other = (
-        vc.sweep(each, over, initial={"angle": 1.0}, periods=15)["mean_velocity"].values
-        for each in (case.system, system)
-    )
-    assert np.array_equal(found, other)
-    assert len({*found}) == 3
-
-
 def test_a_signal_has_its_own_drive():
     """In case files, Python, SI, sweeps and changes: a part like the drive itself."""
     case = read_case(EXAMPLES / "clutch-slips-twice.toml", {"drives.clamp.amplitude": 0.5}, periods=2)

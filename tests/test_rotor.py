@@ -17,7 +17,6 @@ from vibrocap.cli.terminal import OK
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
 from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
-from vibrocap.orbits.continuation.branch import branch_distance
 from vibrocap.orbits.maps.stroboscopic_map import state_vector
 
 TURN = 2.0 * math.pi
@@ -130,22 +129,6 @@ def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
         assert gained == pytest.approx([2 * TURN, 0.0, found.drift[point], 0.0], abs=1e-9)
     table = found.to_xarray()
     assert set(table["winding_angle"].values) == {2}
-
-
-@pytest.mark.exhaustive
-def test_a_branch_that_goes_round_with_its_angle_is_closed():
-    """An island of orbits of two periods: the rotor's phase goes round once, and after half of it each comes again."""
-    switched = vc.OnOff(amplitude=1.5296, offset=0.2549, frequency=0.5675, duty=0.7)
-    system = rotor(drive=switched, damping=0.3387)
-    found = vc.branch(system, "drive.amplitude", (1.4, 1.7), initial=START, points=900)
-    assert found.ends == (vc.BranchEnd.CLOSED, vc.BranchEnd.CLOSED)
-    assert set(found.winding.ravel()) == {13}
-    assert len(found.kind(vc.SpecialKind.FOLD)) == 4
-    first, last = found.states[[0, -1], 0]
-    assert abs(first - last) == pytest.approx(TURN, abs=0.05)
-    here = found.states[len(found) // 3].copy()
-    here[0] += 3 * TURN
-    assert branch_distance(found, here, float(found.parameter[len(found) // 3])) < 1e-6
 
 
 @pytest.mark.slow

@@ -123,15 +123,6 @@ def test_equations_agree_in_si_and_without_units():
     assert power == pytest.approx(flow.drive * units.factor("drive") * y[1], rel=64 * EPSILON)
 
 
-def test_one_unit_of_mass_length_and_time_is_that_of_each_record_of_scales():
-    pendulum = vc.PendulumScales(pendulum_mass_kg=0.2, pendulum_length_m=0.3, gravity_m_per_s2=1.2)
-    assert pendulum.units == (0.2, 0.3, 0.5)
-    assert vc.InnerMassScales(inner_mass_kg=0.2, length_unit_m=0.3, time_unit_s=0.7).units == (0.2, 0.3, 0.7)
-    free = vc.FreeScales(mass_unit_kg=0.2, length_unit_m=0.3, time_unit_s=0.7)
-    assert (free.mass_kg, free.length_m, free.time_s) == free.units == (0.2, 0.3, 0.7)
-    assert vc.SIScales().units == (1.0, 1.0, 1.0)
-
-
 def test_units_belong_together():
     """Energy = force * length = torque, momentum = force * time = mass * velocity, power = energy/time."""
     scales = vc.PendulumScales(0.12, 0.27, 9.81)

@@ -33,15 +33,6 @@ def test_killed_at_many_calls_that_change_the_disk(tmp_path):
     assert found["different"] == []
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_killed_at_fifty_random_moments(tmp_path):
-    found = killed(tmp_path, "moments", 50, 3)
-    assert found["instants"] >= 50
-    assert found["studies"] >= 3
-    assert found["different"] == []
-
-
 # --- every --resume, from the command line ----------------------------------------------------------------------------
 FREQUENCY = "drive.frequency=0.5:3"
 # what is resumed: (its command, the files of which the first tells that something is stored)

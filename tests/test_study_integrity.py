@@ -57,9 +57,7 @@ CHUNK = "results.zarr/mean_velocity/c.1.0"
 DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     "a chunk is removed": (lambda place: (place / CHUNK).unlink(), ["1.0"]),
     "a chunk is empty": (lambda place: (place / CHUNK).write_bytes(b""), ["1.0"]),
-    "a chunk is cut": (lambda place: os.truncate(place / CHUNK, 20), ["1.0"]),
     "a bit of a chunk is flipped": (lambda place: flip(place / CHUNK, 12), ["1.0"]),
-    "a chunk is longer": (lambda place: (place / CHUNK).write_bytes((place / CHUNK).read_bytes() + b"more"), ["1.0"]),
     "a chunk is a folder": (lambda place: ((place / CHUNK).unlink(), (place / CHUNK).mkdir()), ["1.0"]),
     "two chunks are swapped": (
         lambda place: swap(place / CHUNK, place / "results.zarr/mean_velocity/c.0.2"),
@@ -79,7 +77,6 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     ),
     "a mark is a folder": (lambda place: ((place / "done/1.0").unlink(), (place / "done/1.0").mkdir()), ["1.0"]),
     "a mark is removed": (lambda place: (place / "done/1.0").unlink(), ["1.0"]),
-    "a mark is empty": (lambda place: (place / "done/1.0").write_bytes(b""), ["1.0"]),
     "a bit of a mark is flipped": (lambda place: flip(place / "done/1.0", 30), ["1.0"]),
     "a mark is that of another tile": (lambda place: shutil.copy(place / "done/0.0", place / "done/1.0"), ["1.0"]),
     "an array's folder is emptied": (
@@ -88,7 +85,6 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     ),
 }
 ELSEWHERE = {  # the same of what belongs to no tile
-    "metadata are cut": lambda place: os.truncate(place / "results.zarr/zarr.json", 30),
     "metadata are removed": lambda place: (place / "results.zarr/mode_sequence/zarr.json").unlink(),
     "metadata are altered": lambda place: (place / "results.zarr/mode_sequence/zarr.json").write_bytes(
         (place / "results.zarr/mean_velocity/zarr.json").read_bytes()

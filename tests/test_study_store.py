@@ -5,7 +5,6 @@ import errno
 import importlib
 import json
 import os
-import random
 import re
 import signal
 import subprocess
@@ -31,7 +30,7 @@ from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import Stopped, carried_out, sweep
-from vibrocap.studies.tile import run_tile, tile_block, tile_indices, tile_shape
+from vibrocap.studies.tile import tile_block, tile_indices, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
@@ -135,13 +134,6 @@ def test_memory_and_store_say_the_same(tmp_path):
     assert set(in_memory["mode_sequence"].values.ravel()) == {"", "L", "LR", "LRS"}
 
 
-@pytest.mark.parametrize("tile_runs", [1, 4, 21, 1000])
-def test_tiles_make_no_difference(tmp_path, tile_runs):
-    xr.testing.assert_identical(
-        stored(tmp_path / "a", tile_runs=tile_runs).load(), sweep(SYSTEM, over=OVER, measures=MEASURES, tile_runs=5)
-    )
-
-
 def as_zarr_writes(study, tile, tiles):
     """The files that Zarr itself makes of a study."""
     held = {}
@@ -212,20 +204,6 @@ def test_files_are_those_that_zarr_writes(over):
     for index, values in tiles.items():
         found |= made.chunks(index, values)
     assert found == as_zarr_writes(study, tile, tiles)
-
-
-def test_the_order_of_tiles_makes_no_difference(tmp_path):
-    stored(tmp_path / "a")
-    study = stored_study(tmp_path / "a")
-    opened = opened_for_writing(tmp_path / "b", study, tile_shape(study.plan.shape, 9), resume=False)
-    begun, lock = opened.store, opened.lock
-    indices = begun.pending()
-    random.Random(1).shuffle(indices)
-    for index in indices:
-        begun.write(index, run_tile(study, begun.tile, index))
-    begun.finish()
-    lock.release()
-    assert files(tmp_path / "a") == files(tmp_path / "b")
 
 
 def test_a_stored_study_is_run_again(tmp_path):

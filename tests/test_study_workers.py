@@ -133,12 +133,3 @@ def test_processes_that_die_cost_their_tiles_only(tmp_path):
 
 def dying(*_, **__):
     os._exit(9)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_processes_that_die_again_and_again_end_a_study(tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, "computed_tile", dying)
-    with pytest.raises(StoreError, match=r"dies again and again.*is there enough memory.*--resume"):
-        stored(tmp_path / "a", workers=1)
-    assert multiprocessing.active_children() == []
