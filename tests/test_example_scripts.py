@@ -97,6 +97,7 @@ def test_a_fault_in_the_ensemble_is_not_an_arrival(steering, monkeypatch):
 # --- Gymnasium -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_environment_passes_the_check_of_gymnasium(travel):
     from gymnasium.utils.env_checker import check_env
 

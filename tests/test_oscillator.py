@@ -174,6 +174,7 @@ def test_travel_of_a_machine_in_its_place_is_refused(pulled):
             vc.ensemble(belt(), {"machine.stiffness": [1.0, 2.0]}, measures=[name])
 
 
+@pytest.mark.slow
 def test_a_mass_without_a_spring_travels():
     """Nothing depends on its place: an orbit closes but for travel, on which runs and ensembles agree."""
     drive = vc.Biharmonic(1.2, 1.0, 0.5)

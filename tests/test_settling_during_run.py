@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import exhaustive_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.numerics.kernel.observe.limit_of_marks import LINEAR
 from vibrocap.numerics.kernel.observe.settle import (
     FASTEST,
@@ -233,7 +233,7 @@ def farthest_from_steady(kind, count, extrapolate, periods=3000, later=4080):
     return settled, max(moved) / THRESHOLD
 
 
-@pytest.mark.parametrize("extrapolate", [True, False])
+@pytest.mark.parametrize("extrapolate", slow_but([0], [True, False]))
 def test_close_to_a_flip_nothing_is_settled_that_still_has_far_to_go(extrapolate):
     """Two periods apart a mode near -1 hardly moves, so that faster ones hide it."""
     settled, farthest = farthest_from_steady("flip", 40, extrapolate, periods=300, later=480)

@@ -27,7 +27,7 @@ MACHINES |= {"capsule, dynamic": vc.PendulumCapsule(normal_load="dynamic"), "ski
 SHARES = {"pendulum-capsule": 0.93, "capsule, dynamic": 0.73, "two-pendulum-capsule": 0.7}
 SHARES |= {"linkage-crawler": 0.35, "double-pendulum-capsule": 0.68, "bristle-robot": 0.98}  # of the solved text
 MOST = {"linkage-crawler": 923, "bristle-robot": 1553}  # operations of the told text, whatever the solved one has
-FAST = "pendulum-capsule", "capsule, dynamic", "linkage-crawler", "double-pendulum-capsule", "rigid-stop-capsule"
+FAST = "pendulum-capsule", "capsule, dynamic", "linkage-crawler"
 
 
 def coefficients(recorded, mechanics, roots, state, values, mode, exact):
