@@ -67,7 +67,7 @@ def largest_error(system, draw, mode):
     roots += [value for each in rest for value in (each.hold, each.limit)]
     at = state, parameter_values(system), mode
     exact = coefficients(recorded, None, roots, *at, exact=True)
-    told = [*map(recorded.told, roots)]
+    told = [*map(recorded.by_momenta, roots)]
     size = np.maximum.accumulate(np.abs(np.array(exact, dtype=float)).max(axis=0))
     return max(
         float(abs(value - wanted)) / over
