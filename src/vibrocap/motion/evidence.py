@@ -45,7 +45,10 @@ def certificate(
     observed = _seen(motion)
     # At the start of every piece and at the end.
     works, impulses = np.split(motion.piece_marks, [len(recording.channels)])
-    outer = _outer_impulse(motion)
+    outer: Any = 0.0  # impulse from outside
+    if "outer_force" in motion.observable_names:
+        whole = motion.piece_integrals(np.arange(len(motion.piece_start)), motion.piece_length, ("outer_force",))
+        outer = np.append(0.0, np.cumsum(whole[0]))
     energy, momentum = observed["energy"] + observed["contact_energy"], _at_marks(observed["momentum"])
     stored = _at_marks(energy)
     balance = stored - stored[0] - works.sum(axis=0)
@@ -330,14 +333,6 @@ def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarr
     if recording.maybe_stiff and len(beyond[0]):
         left[beyond] = motion.observe.left_at_many(motion, bound, index[beyond[0]], s[beyond])
     return left
-
-
-def _outer_impulse(motion: Trajectory) -> Any:
-    """Integral of the force from outside, at the start of every piece and at the end; 0.0 where there is none."""
-    if "outer_force" not in motion.observable_names:
-        return 0.0
-    whole = motion.piece_integrals(np.arange(len(motion.piece_start)), motion.piece_length, ("outer_force",))
-    return np.append(0.0, np.cumsum(whole[0]))
 
 
 def _estimated_error(

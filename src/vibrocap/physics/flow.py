@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any
 
+from vibrocap.physics.closed_loop.wrapped_machine import WrappedMachine
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.machines.machine import Contact
@@ -61,17 +62,16 @@ def _internal(system: Any, y) -> list[tuple]:
 
 def _rubbing(system: Any, y, machine_contacts: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:
     """The contacts of the machine, each with its law, in their modes."""
-    rubbing_contacts, pushes = [], ((0.0, 0.0),) * len(machine_contacts) if outside is None else outside.pushes
+    rubbing, pushes = [], ((0.0, 0.0),) * len(machine_contacts) if outside is None else outside.pushes
     contacts_in_order = zip(
         machine_contacts, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True
     )
     for contact, law, load, internal, side, (push, push_at_rest) in contacts_in_order:
         force, rates = law.force(contact.velocity, internal, side, load)
         losses = law.losses(contact.velocity, internal, side, load)
-        rubbing_contacts.append(
-            RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest)
-        )
-    return rubbing_contacts
+        own = contact, law, load, internal, side, force, rates, losses, push, push_at_rest
+        rubbing.append(RubbingContact(*own))
+    return rubbing
 
 
 def flow_of(system: Any, t, y, side) -> Flow:
@@ -98,26 +98,20 @@ def flow_of(system: Any, t, y, side) -> Flow:
     against_all = system.machine.imposes_motion or any(contact.response for contact in machine_contacts)
     worked_against = frictions if against_all else tuple(force.friction for force in acting)
     rates = machine.rates(t, mechanical, drive, frictions)
-    if contacts.coupled:
-        rates = _still(system, rates, rubbing)
+    if contacts.coupled:  # exactly zero of contacts at rest, whose forces follow from one problem
+        moves = {name: contact.slips for name, contact in zip(machine.contact_states, rubbing, strict=True)}
+        rates = tuple(moves.get(name, 1.0) * rate for name, rate in zip(machine.states, rates, strict=True))
     ends = machine.bounds(t, mechanical)
     kinds = (BOUNDS.index(kind) for kind in machine.bound_kinds[: len(ends)])
-    if system.controller is None:
-        outer_force = machine.outer_force(t, mechanical, drive)
-    else:
-        outer_force = machine.outer_force_under(t, mechanical, drive, frictions)
+    outer_force = machine.outer_force(t, mechanical, drive, frictions)
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
     if outside is not None:
         outer_force = outer_force + outside.total
-    storing = (
-        () if machine.follows_load else [rubbing_contact for rubbing_contact in rubbing if rubbing_contact.law.internal]
-    )
+    storing = () if machine.follows_load else [contact for contact in rubbing if contact.law.internal]
+    internal_rates = (rate for contact in (*rubbing[1:], rubbing[0]) for rate in contact.internal_rates)
     return Flow(
-        rates=(
-            *rates,
-            *(rate for rubbing_contact in (*rubbing[1:], rubbing[0]) for rate in rubbing_contact.internal_rates),
-        ),
-        drive=_felt(system, machine, t, mechanical, drive, frictions),
+        rates=(*rates, *internal_rates),
+        drive=machine.felt(t, mechanical, drive, frictions) if isinstance(machine, WrappedMachine) else drive,
         command=drive if system.controller is None else machine.commanded(t, mechanical, drive, frictions),
         reference=drive,
         contacts=acting,
@@ -133,26 +127,13 @@ def flow_of(system: Any, t, y, side) -> Flow:
             *_powers_lost(system, acting[:1]),
         ),
         energy=machine.energy(t, mechanical),
-        contact_energy=sum((law.law.stored_energy(law.internal) for law in storing), start=0.0),
+        contact_energy=sum((contact.law.stored_energy(contact.internal) for contact in storing), start=0.0),
         bounds=(*contacts.bounds, *ends),
         bound_kinds=(*contacts.bound_kinds, *kinds),
         loads=contacts.loads,
         divisors=contacts.divisors,
         rows=contacts.rows(),
     )
-
-
-def _felt(system: Any, machine: Any, t, mechanical, drive, frictions) -> Any:
-    """What the machine feels: the drive, what a controller makes of it, what an actuator makes of that."""
-    if system.controller is not None:
-        return machine.felt(t, mechanical, drive, frictions)
-    return drive if system.actuator is None else machine.output(mechanical)
-
-
-def _still(system: Any, rates: tuple, contacts: list[RubbingContact]) -> tuple:
-    """Rates that are exactly zero of the velocities of contacts at rest, whose forces follow from one problem."""
-    moves = {name: contact.slips for name, contact in zip(system.machine.contact_states, contacts, strict=True)}
-    return tuple(moves.get(name, 1.0) * rate for name, rate in zip(system.placed.states, rates, strict=True))
 
 
 def _powers_lost(system: Any, contacts: tuple[ContactForce, ...]) -> tuple:

@@ -76,25 +76,15 @@ def laws_by_state(parts: Mapping[str, Any]) -> tuple[tuple[int, Any], ...]:
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
-    """All states: of machine, actuator and controller, of the laws of further contacts, and of that of the first."""
+    """All states: of machine, actuator and controller, of the laws of further contacts, and of that of the first.
+
+    Of the class of an actuator or a controller all that one may have.
+    """
+    actuator, controller = parts.get("actuator"), parts.get("controller")
+    between: tuple[str, ...] = ()
+    if actuator is not None:
+        between += (OUTPUT, SATURATED, CLIPPED) if isinstance(actuator, type) else actuator.states
+    if controller is not None:
+        between += controller.all_states if isinstance(controller, type) else controller.states
     internal = (numbered(name, i) for i, law in laws_by_state(parts) for name in law.internal)
-    return (*parts["machine"].states, *between_states(parts), *internal)
-
-
-def between_states(parts: Mapping[str, Any]) -> tuple[str, ...]:
-    """The states of what stands between drive and machine: of the actuator, then of the controller."""
-    return (*actuator_states(parts.get("actuator")), *controller_states(parts.get("controller")))
-
-
-def controller_states(controller: Any) -> tuple[str, ...]:
-    """The states of a controller; of the class all that one may have, of None none."""
-    if controller is None:
-        return ()
-    return controller.all_states if isinstance(controller, type) else controller.states
-
-
-def actuator_states(actuator: Any) -> tuple[str, ...]:
-    """The states of an actuator; of the class all that one may have, of None none."""
-    if actuator is None:
-        return ()
-    return (OUTPUT, SATURATED, CLIPPED) if isinstance(actuator, type) else actuator.states
+    return (*parts["machine"].states, *between, *internal)

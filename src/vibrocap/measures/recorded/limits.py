@@ -107,9 +107,8 @@ def boundary_velocity(law: Any, load: float = 1.0) -> float | None:
         delta1 v* = delta0 g(v*)
 
     friction does not depend on the bristles: every branch of every loop passes through (v*, R_steady(v*)), exactly. As
-    bristles lag behind their steady deflection, friction while accelerating exceeds friction while decelerating below
-    v*, and falls short of it above: R - R_steady = (delta1 - delta0 g/v) g'(v) v' to first order in v'. (delta0 g is
-    R_steady without its viscous part.) 0.0405 for the paper's values.
+    bristles lag behind their steady deflection, R - R_steady = (delta1 - delta0 g/v) g'(v) v' to first order in v':
+    friction is larger while accelerating below v*, and smaller above it. 0.0405 for the paper's values.
 
     None for a law without bristles or without a droop (eta_s = eta_c), whose branches coincide, and for delta1 = 0, for
     which v* is infinite.

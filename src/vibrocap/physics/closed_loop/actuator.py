@@ -15,11 +15,10 @@ class Actuator(Part):
 
         T u' = c - u,     |u| <= u_max,     |c| <= c_max
 
-    a first-order lag with a limited output, as it stands in front of most models of motors, valves and amplifiers
-    (Astrom and Murray, Feedback Systems, 2008, sections 8.3 and 10.4). The limit of u is one of the lag itself: u
-    stays at u_max as long as the command is beyond it and leaves it at the instant at which the command comes back,
-    without winding up. The limit of c cuts the command off before the lag. Both are reached and left at located
-    events, so that no step crosses a corner of u. A motion starts with u = 0 unless its start says otherwise.
+    a first-order lag with a limited output, as in front of most models of motors, valves and amplifiers (Astrom and
+    Murray, Feedback Systems, 2008, sections 8.3 and 10.4). u stays at u_max as long as the command is beyond it and
+    leaves it when that comes back, without winding up; c is cut off before the lag. Both limits are reached and left at
+    located events, so that no step crosses a corner of u. A motion starts with u = 0 unless its start says otherwise.
     """
 
     time_constant: Positive = parameter(0.1, "T_a", "time constant of the lag", "duration")
@@ -111,9 +110,3 @@ class ActuatedMachine(WrappedMachine):
         if name == SATURATED and side != 1:
             own[OUTPUT] = self.actuator_part.limit * own[name]
         return *mechanical, *own.values()
-
-    def bounds(self, t, y) -> tuple:
-        return self.machine.bounds(t, self._own(y))
-
-    def outer_force(self, t, y, drive):
-        return self.machine.outer_force(t, self._own(y), self.output(y))

@@ -171,9 +171,6 @@ class ControlledMachine(WrappedMachine):
         own = self.controller_part.bounds(self._measured(t, mechanical))
         return 1.0 + wanted * wanted - bounds * bounds, *own, *self.machine.bounds(t, mechanical)
 
-    def outer_force_under(self, t, y, drive, frictions):
-        return self.machine.outer_force(t, *self._passed(t, y, drive, frictions))
-
 
 def _under(effort: Sequence[Any], frictions: Sequence[Any]) -> Any:
     """An effort, given the force at each contact."""

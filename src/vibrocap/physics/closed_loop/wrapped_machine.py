@@ -25,6 +25,10 @@ class WrappedMachine:
     def _passed(self, t, y, drive, frictions) -> tuple:
         raise NotImplementedError
 
+    def felt(self, t, y, drive, frictions) -> Any:
+        """What the machine feels."""
+        return self._passed(t, y, drive, frictions)[1]
+
     def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """Of an imposed motion, which has none of them."""
         return {}
@@ -41,7 +45,7 @@ def _of_effort(name: str) -> Callable:
     return function
 
 
-for _name in ("energy", "momentum", "line_momentum", "scene"):
+for _name in ("energy", "momentum", "line_momentum", "scene", "bounds"):
     setattr(WrappedMachine, _name, _of_states(_name))
-for _name in ("wall_force", "powers", "equations_of_motion"):
+for _name in ("outer_force", "wall_force", "powers", "equations_of_motion"):
     setattr(WrappedMachine, _name, _of_effort(_name))

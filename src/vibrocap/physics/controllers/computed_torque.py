@@ -16,10 +16,9 @@ class ComputedTorque(AccelerationController):
 
     by the force or torque that gives it under the friction at the contacts, whether they slide or rest (Spong,
     Hutchinson and Vidyasagar 2006, section 8.3; Spong 1994 where other coordinates move along). The controller knows
-    the machine, its loads and its friction; it does not know the drag of an environment on masses that rub on nothing.
-    On its reference y stays there; from elsewhere the error falls as the two gains say, whatever the contacts do. A
-    limit of the force or torque is reached and left at located events. Where the slope of the reference jumps, its
-    curvature has an impulse, which is left out.
+    the machine, its loads and its friction, not the drag of an environment on masses that rub on nothing: the error
+    falls as the two gains say, whatever the contacts do. A limit of the force or torque is reached and left at located
+    events. Where the slope of the reference jumps, its curvature has an impulse, which is left out.
     """
 
     proportional_gain: Any

@@ -139,11 +139,9 @@ def scheduled(drive: type[Drive]) -> Any:
 
         u(t) = f_k u_drive(t - t_k),    t_k = T (n_1 + ... + n_(k-1))
 
-    Each phase begins the wave anew. The factor 0 is a pause; -1 reverses the drive, and in a machine and on a ground
-    without a preferred direction the capsule then makes the mirror image of the motion that it makes with 1. A phase of
-    0 periods is none. All n_k periods together are one period of the schedule, after which it repeats.
-
-    Of a drive with corners or jumps of its own the phases last whole periods.
+    Each phase begins the wave anew. The factor 0 is a pause; -1 reverses the drive, with which a capsule without a
+    preferred direction makes the mirror image of its motion. A phase of 0 periods is none; of a drive with corners or
+    jumps phases last whole periods. All n_k periods together are one period of the schedule, after which it repeats.
 
     drive: a drive that is not scheduled yet
     Returns the class, the same one each time: `scheduled(Harmonic)(amplitude=1.8, periods_1=20.0, periods_2=5.0)`.

@@ -11,15 +11,14 @@ from vibrocap.physics.parameters import inner_part, wrapped_class
 def anisotropic(law: type[Law]) -> Any:
     """The class of a law whose load is scaled by the direction of sliding: its fields and a ratio for each direction.
 
-    Scales, bristles set at an angle, a skate with a stop: one way is smoother than the other. With the load of the law
-    in place of a new parameter for every level, all levels of the law are scaled alike, its stiffness and its viscous
-    part are not:
+    Scales, bristles set at an angle, a skate with a stop: one way is smoother than the other. All levels of the law are
+    scaled alike, by its load; its stiffness and its viscous part are not:
 
         R = R_law(v, z; k N),    k = k_fwd where sgn(v) = 1,  k_back where sgn(v) = -1
 
-    A set-valued law holds any force between those two, -k_back N eta_s and k_fwd N eta_s. A dynamic law turns with the
-    internal states that it has: R is as continuous at a reversal as without this. Whether the law is passive remains
-    as it is, for its states may exceed the level of one direction only while they act against the motion.
+    A set-valued law holds any force from -k_back N eta_s to k_fwd N eta_s. A dynamic law turns with the internal states
+    that it has: R is as continuous at a reversal as before, and the law as passive, for its states may exceed the level
+    of one direction only while they act against the motion.
 
     law: a set-valued or kinked law that is not anisotropic yet
     Returns the class, the same one each time: `anisotropic(LuGre)(forward_ratio=1.0, back_ratio=1.3)`.

@@ -28,12 +28,10 @@ class BoucWen(Law):
         R   = delta0 xi,   z = xi/Y,   Y = N eta_c/delta0                                  Constantinou et al. 1990
         xi' = A v - beta |v| |z|^(n-1) z - gamma v |z|^n                                   Bouc 1967, Wen 1976
 
-    Steady sliding gives R = N eta_c (A/(beta + gamma))^(1/n), which is N eta_c for A = beta + gamma; that is the
-    largest force, and |z| <= (A/(beta + gamma))^(1/n) is invariant. The stiffness at z = 0 is A delta0. n = 1 with
-    gamma = 0 is Dahl's law; a large n is an elastic, perfectly plastic contact.
-
-    |z| has a kink at z = 0, so the sign of z is a switched state; it is 0 at the start, while z = 0, and is changed
-    where z has passed zero by 1e-8. Until then |z|^n is off by at most 2e-8, which leaves some 1e-16 in z.
+    Steady sliding gives the largest force, R = N eta_c (A/(beta + gamma))^(1/n), and |z| <= (A/(beta + gamma))^(1/n) is
+    invariant. The stiffness at z = 0 is A delta0. n = 1 with gamma = 0 is Dahl's law; a large n is an elastic,
+    perfectly plastic contact. The sign of z is a switched state, 0 at the start, which changes where z has passed zero
+    by 1e-8; |z|^n is off by at most 2e-8 until then, which leaves some 1e-16 in z.
 
     Limits: no static level, no Stribeck droop and no lag. The law creeps, and more so for small n: unloading and
     reloading over a short way does not close the loop (Thyagarajan and Iwan 1990).

@@ -10,18 +10,17 @@ ROUNDING = 1e-10  # of 1 - r, within which |1 - r|^(i-1) is rounded off
 class Dahl(Law):
     """Dahl's law: the force follows the displacement like the stress of a metal follows its strain.
 
-    Near reversal the contact is a spring; it yields gradually towards the Coulomb level. The force depends on the path
-    only, not on the speed along it.
+    Near reversal the contact is a spring; it yields gradually towards the Coulomb level, whatever the speed.
 
         R  = delta0 xi,   dR/dx = delta0 |1 - r|^i sgn(1 - r),   r = R sgn(v)/(N eta_c)    Dahl 1968, 1976
         xi' = v |1 - r|^(i-1) (1 - r);   for i = 1   xi' = v - delta0 |v| xi/(N eta_c)
 
-    The exponent i is 1 or somewhat more for ductile materials; below 1, for brittle ones, the level would be reached at
-    a corner after a finite way, which is not offered. |xi| <= N eta_c/delta0 is invariant.
+    The exponent i is 1 or somewhat more for ductile materials (below 1, for brittle ones, the level would be reached at
+    a corner, which is not offered). |xi| <= N eta_c/delta0 is invariant.
 
     Limits: no static level, no Stribeck droop and no lag. The law creeps: loading is softer than unloading, so an
-    oscillating force below the level ratchets. The factor |1 - r|^(i-1) is rounded off within 1e-10 of r = 1 where i is
-    not an odd whole number.
+    oscillating force below the level ratchets. |1 - r|^(i-1) is rounded off within 1e-10 of r = 1 where i is not an odd
+    whole number.
     """
 
     bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact at reversal", "stiffness")

@@ -23,11 +23,10 @@ class ElastoPlastic(Bristles):
           = {1 + sin[pi (|xi| - (g + z_ba)/2)/(g - z_ba)]}/2               where z_ba < |xi| < g(v)
           = 1                                                              where |xi| >= g(v)
 
-    z_ba is a share of the deflection of the Coulomb level, N eta_c/delta0, so that z_ba < g at every speed. The three
-    cases are pieces, kept in the switched states `yielding` (|xi| > z_ba in loading) and `flowing` (|xi| > g as well).
-    p has no kink between them; a piece lasts 1e-6 beyond its border, which changes xi by some 1e-17 of it.
-
-    |xi| <= g(0) = N eta_s/delta0 is invariant. Like LuGre's law it is stiff for a large delta0 |v|.
+    z_ba is a share of the deflection of the Coulomb level, N eta_c/delta0, so that z_ba < g at every speed. The cases
+    are pieces, kept in the switched states `yielding` (|xi| > z_ba in loading) and `flowing` (|xi| > g as well); each
+    lasts 1e-6 beyond its border, which changes xi by some 1e-17 of it. |xi| <= g(0) = N eta_s/delta0 is invariant. Like
+    LuGre's law it is stiff for a large delta0 |v|.
     """
 
     elastic_share: Share = parameter(

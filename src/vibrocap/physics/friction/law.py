@@ -1,12 +1,8 @@
-"""The contract of a friction law.
-
-A law is one file in this folder: a record of parameters with the scalar functions below. It then appears by itself in
-case files, in the command line, in the contract tests and, compiled, in every run.
+"""The contract of a friction law: one file in this folder, a record of parameters with the scalar functions below.
 
 `side` is the direction of sliding, +1 or -1, constant over a smooth piece of the motion; with it |v| is
-`side * velocity` and sgn(v) is `side`, so that every expression is smooth and has a Taylor series. Who changes the
-side, and when, is the business of the integrator.
-"""
+`side * velocity` and sgn(v) is `side`, so that every expression is smooth and has a Taylor series. The integrator
+changes the side."""
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal

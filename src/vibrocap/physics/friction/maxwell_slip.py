@@ -36,13 +36,12 @@ class MaxwellSlip(Law):
         element i slips    F_i' = N C [nu_i sgn(v) - F_i/s(v)]         until v passes zero     Al-Bender et al. 2005
         s(v) = N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)],        nu_4 = 1 - nu_1 - nu_2 - nu_3
 
-    Whether an element slips is a switched state. With equal levels a slipping element holds its share exactly: the law
-    is then Iwan's, rate-independent, its virgin curve piecewise linear with a bend where each element gives way, its
-    loops the virgin curve twice as large (Masing). The rate C is counted per unit of load, so that N C/s(v), the
-    inverse of the time in which a slipping element follows s(v), does not depend on the load.
+    Whether an element slips is a switched state. With equal levels the law is Iwan's, rate-independent: its virgin
+    curve is piecewise linear, its loops twice as large (Masing). The rate C is counted per unit of load, so that the
+    time s(v)/(N C) in which a slipping element follows s(v) does not depend on the load.
 
-    Limits: the elements' own damping is left out. While s(v) rises in a slowing contact the force of a slipping element
-    rises without displacement: except for equal levels the law can give energy.
+    Limits: the elements' own damping is left out. As s(v) rises in a slowing contact, so does the force of a slipping
+    element, without displacement: except for equal levels the law can give energy.
     """
 
     stiffness_1: Positive = parameter(40.0, "k_1", "stiffness of element 1", "stiffness")

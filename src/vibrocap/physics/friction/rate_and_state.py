@@ -76,8 +76,8 @@ class RateAndState(Law):
 class RateAndStateAgeing(RateAndState):
     """Rate-and-state friction, ageing law: the contact ages while it rests and is renewed over a sliding distance.
 
-    A step of speed is answered at once by a ln(v2/v1), then by -b ln(v2/v1) over the distance Dc. With the state
-    phi = ln(theta v0/Dc) instead of the age theta, which stays a small number however small theta is,
+    A step of speed is answered at once by a ln(v2/v1), then by -b ln(v2/v1) over the distance Dc. The state is phi =
+    ln(theta v0/Dc) in place of the age theta:
 
         R = N a asinh{(v/2 v0) exp[(mu0 + b phi)/a]}                             Lapusta et al. 2000 (Rice, Ben-Zion)
         theta' = 1 - |v| theta/Dc      phi' = (v0 exp(-phi) - |v|)/Dc            Dieterich 1979, Ruina 1983
@@ -88,7 +88,7 @@ class RateAndStateAgeing(RateAndState):
 
     Limits: the contact never sticks, it creeps, however slowly, under any force. Friction turns over within
     v0 exp(-mu0/a), for rock some 1e-35 v0, which no step near rest resolves: such values serve for sliding that does
-    not come to rest and for an imposed motion. The coefficients of the logarithms are per factor e of the speed.
+    not come to rest and for an imposed motion.
     """
 
     name: ClassVar[str] = "rate-and-state-ageing"
@@ -105,19 +105,14 @@ class RateAndStateSlip(RateAndState):
     """Rate-and-state friction, slip law: the state of the contact moves to its steady value as the contact slips.
 
     A step of speed is answered at once by a ln(v2/v1), then by -b ln(v2/v1), exponentially over the distance Dc and
-    alike for steps up and down. With the state phi = ln(theta v0/Dc),
+    alike for steps up and down. R, phi and steady sliding are those of the ageing law, with
 
-        R = N a asinh{(v/2 v0) exp[(mu0 + b phi)/a]}                             Lapusta et al. 2000 (Rice, Ben-Zion)
-        theta' = -(|v| theta/Dc) ln(|v| theta/Dc)                                Ruina 1983
-        phi'   = -(|v|/Dc) [phi + ln(|v|/v0)]
+        theta' = -(|v| theta/Dc) ln(|v| theta/Dc),     phi' = -(|v|/Dc) [phi + ln(|v|/v0)]         Ruina 1983
 
-    The logarithm diverges at rest. As printed here it has no series there, so |v| in it is sqrt(v^2 + v_c^2): the state
-    goes to ln(v0/v_c) at most. Above the cut-off velocity v_c the law is Ruina's, and R as in the ageing law, with the
-    same steady R = N [mu0 + (a - b) ln(|v|/v0)] for v well above v_c and v0 exp[-(mu0 + b phi)/a].
+    The logarithm diverges at rest, so |v| in it is sqrt(v^2 + v_c^2): the state goes to ln(v0/v_c) at most. Well above
+    the cut-off velocity v_c the law is Ruina's.
 
-    Limits: no healing at rest; the contact creeps under any force. Friction turns over within v0 exp(-mu0/a), for rock
-    some 1e-35 v0, which no step near rest resolves: such values serve for sliding that does not come to rest and for an
-    imposed motion.
+    Limits: no healing at rest; otherwise those of the ageing law.
     """
 
     cutoff_velocity: Positive = parameter(

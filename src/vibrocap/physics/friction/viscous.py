@@ -11,19 +11,17 @@ from vibrocap.physics.parameters import inner_part, wrapped_class
 def viscous(law: type[Law]) -> Any:
     """The class of a law with viscous friction beside it: its fields, and a coefficient for speed and speed squared.
 
-    The film between the bodies, a seal, a fluid that is pushed aside: what they take depends on the speed and not on
-    the load, beside the dry friction of the law,
+    The film between the bodies, a seal, a fluid that is pushed aside: beside the dry friction of the law,
 
         R = R_law(v, z) + c_1 v + c_2 |v| v
 
     (Armstrong-Helouvry, Dupont and Canudas de Wit 1994 for c_1; the square is that of a turbulent flow). It vanishes at
-    rest: what a contact holds there, and the states of the law, are the law's. Its loss is one of sliding. Under a load
-    that follows the motion it grows with the load, as all does that a law says there.
+    rest; its loss is one of sliding. It does not depend on the load, but grows with one that follows the motion, as all
+    does that a law says there.
 
     law: a set-valued or kinked law that is not viscous yet
     Returns the class, the same one each time: `viscous(Coulomb)(linear_viscosity=1.0, quadratic_viscosity=0.1)`.
-    Raises ValueError for a smooth law, whose |v| would have a kink, and for one with backlash: put the backlash
-    around, as a joint with play takes the whole of a contact.
+    Raises ValueError for a smooth law, whose |v| would have a kink, and for one with backlash: put the backlash around.
     """
     if viscous in law.wrappers:
         raise ValueError(f"the {law.name} law is viscous already")
