@@ -3,7 +3,6 @@
 import dataclasses
 from typing import Any
 
-from vibrocap.physics.closed_loop.wrapped_machine import WrappedMachine
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.machines.machine import Contact
@@ -108,10 +107,11 @@ def flow_of(system: Any, t, y, side) -> Flow:
     if outside is not None:
         outer_force = outer_force + outside.total
     storing = () if machine.follows_load else [contact for contact in rubbing if contact.law.internal]
+    plain = system.actuator is None and system.controller is None
     internal_rates = (rate for contact in (*rubbing[1:], rubbing[0]) for rate in contact.internal_rates)
     return Flow(
         rates=(*rates, *internal_rates),
-        drive=machine.felt(t, mechanical, drive, frictions) if isinstance(machine, WrappedMachine) else drive,
+        drive=drive if plain else machine.felt(t, mechanical, drive, frictions),
         command=drive if system.controller is None else machine.commanded(t, mechanical, drive, frictions),
         reference=drive,
         contacts=acting,
