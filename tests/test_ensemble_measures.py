@@ -318,7 +318,7 @@ class Named(vc.Dahl):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", exhaustive_but(range(0, len(EXAMPLES), 4), EXAMPLES), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", exhaustive_but(range(0, len(EXAMPLES), 8), EXAMPLES), ids=lambda path: path.stem)
 def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
     """Of a motion that settled all others have one; where not, `time_to_settle`, `period` and `symmetric` are none.
 

@@ -101,7 +101,7 @@ def test_a_case_is_exported(shown, tmp_path, number):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "number"),
-    exhaustive_but(range(0, FEW, 5), [*(("few_rows", i) for i in range(FEW)), *(("rows", i) for i in range(ROWS))]),
+    exhaustive_but(range(0, FEW, 10), [*(("few_rows", i) for i in range(FEW)), *(("rows", i) for i in range(ROWS))]),
 )
 def test_a_case_is_shown(shown, tmp_path, rows, number):
     row = getattr(case_matrix, rows)()[number]

@@ -5,7 +5,6 @@ a terminal would obey. Each is refused, or shown as what it is.
 import contextlib
 import io
 import os
-import socket
 import struct
 import subprocess
 import sys
@@ -18,6 +17,7 @@ import pytest
 from scipy.io import savemat
 
 from cases import SHORT as CASE
+from torture.waits import KINDS, PLACES
 from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
 from vibrocap.cli.commands.plot import picture_path
@@ -148,20 +148,8 @@ def test_a_record_with_such_a_name_is_listed(tmp_path, capsys):
 
 # --- what would be waited for -----------------------------------------------------------------------------------------
 TABLE = CASE.replace('"harmonic"', '"table"\nfile = "in.csv"')
-READS = {  # a file that is read: a command that reads it
-    "in.toml": ("simulate", "in.toml"),
-    "in.csv": ("simulate", "table.toml"),
-    "in.py": ("list", "--check", "--parts", "in.py"),
-    "cases.csv": ("sweep", "case.toml", "--cases", "cases.csv"),
-    "motion.csv": ("simulate", "motion.csv"),
-    "motion.nc": ("simulate", "motion.nc"),
-    "study.nc": ("plot", "study.nc"),
-    "record.csv": ("stick-slip", "record.csv"),
-    "record.npz": ("stick-slip", "record.npz"),
-    "record.mat": ("stick-slip", "record.mat"),
-    "examples/mirror-twin.toml": ("examples", "mirror-twin", "--to", "examples"),
-    "out.csv": ("simulate", "case.toml", "--out", "out.csv"),
-}
+PREFIXES = ("in.", "cases", "motion", "study.nc", "record", "example", "out.csv")
+READS = {name: words for name, words in PLACES.items() if name.startswith(PREFIXES)}
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="has no pipes with names")
 
 
@@ -180,16 +168,7 @@ def place(tmp_path, monkeypatch):
 def test_what_nobody_writes_into_is_not_waited_for(place, name, what, capsys):
     path = place / name
     path.parent.mkdir(exist_ok=True)
-    if what == "pipe":
-        os.mkfifo(path)
-    elif what == "link to a pipe":
-        os.mkfifo(place / "pipe")
-        path.symlink_to(place / "pipe")
-    elif what == "socket":
-        with socket.socket(socket.AF_UNIX) as made:
-            made.bind(name)
-    else:
-        path.symlink_to(path)
+    KINDS[what](path)
     code = main(READS[name])
     said = "".join(capsys.readouterr())
     assert code == 0 if name.startswith("examples") else code in (2, 3)

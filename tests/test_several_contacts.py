@@ -112,7 +112,7 @@ SYSTEMS |= {
     if not kind.switched
 }
 KEPT = ["three blocks", "blocks on a slope", "worm on a slope", "linkage that drops", "capsule under its load"]
-KEPT += ["block on a belt", "cubic-pendulum", "belt-row"]
+KEPT += ["cubic-pendulum"]
 
 
 def changes(events, end):

@@ -88,7 +88,7 @@ def stepped(law, tolerance):
     slow_but(
         [],
         exhaustive_but(
-            range(0, 10, 2),
+            range(0, 10, 4),
             [
                 (vc.BoucWen(knee_exponent=20.0), 1e-6),
                 (vc.BoucWen(knee_exponent=2.5), 1e-9),

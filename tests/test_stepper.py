@@ -77,7 +77,7 @@ HELD = {
     "actuator": vc.System(CAPSULE, vc.Exponential(), SQUARE, actuator=vc.Actuator(time_constant=0.3)),
 }
 FAST = ("readme", "several")
-SLOW = ("lugre", "cubic", "dynamic-load", "stops", "imposed", "actuator")
+SLOW = ("lugre", "dynamic-load", "stops", "imposed", "actuator")
 
 
 def cases(table):
