@@ -304,10 +304,13 @@ def spring_fit(
     if machine_stiffness is None:
         spring = 2.0 * rise / distance
         begun: dict[str, Any] = {"start": math.log(spring), "spread": 0.5, "nuisance": True}
+        begun |= {"meaning": "stiffness of what pulls the contact", "unit": "N/m"}
         extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, **begun))
     if drift:
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
-        extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0, nuisance=True))
+        of: dict[str, Any] = {"scale": size, "spread": 0.0, "nuisance": True, "unit": "N/m"}
+        of["meaning"] = "change of the force with the load point's displacement"
+        extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, **of))
     space = choice.space.with_more(tuple(extra))
     choice = dataclasses.replace(choice, space=space, start=space.begun(choice.start), own_start=None)
     imposed: dict[str, Any] = {"program": steps, "machine_stiffness": machine_stiffness}

@@ -30,8 +30,9 @@ class Coordinate:
     the starts. step: change of u for differences; a coarse one for a law whose force is not smooth in a parameter;
     jumps: whether it is this one (a gap moves the instants at which a joint closes). whose: who sets the ends of the
     range of u: "law" (zero, the order of two levels), "search" (this package) or "given".
-    nuisance: whether it is a parameter of the measurement and not of the law. base: the parameter whose value in one
-    `record` it is, or whose change with a `condition`; state: that of the contact at the first sample of its record.
+    nuisance: whether it is a parameter of the measurement and not of the law; meaning, unit: of such a one. base: the
+    parameter whose value in one `record` it is, or whose change with a `condition`; state: that of the contact at the
+    first sample of its record.
     """
 
     name: str
@@ -46,6 +47,8 @@ class Coordinate:
     jumps: bool = False
     whose: tuple[str, str] = ("search", "search")
     nuisance: bool = False
+    meaning: str = ""
+    unit: str = ""
     base: str = ""
     record: str = ""
     condition: str = ""

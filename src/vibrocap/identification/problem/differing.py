@@ -109,6 +109,7 @@ def differing_parameters(
         differing.append(Differing(name, one.low, one.high, along[name], float(np.mean(conditions)), followers))
         reach, slope = STEEPEST * size / half, slope_name(name, along[name])
         of: dict[str, Any] = {"nuisance": True, "base": name, "condition": along[name]}
+        of |= {"meaning": one.meaning, "unit": one.unit}
         more.append(Coordinate(slope, "linear", -reach, reach, scale=0.1 * size / half, spread=0.0, **of))
     return tuple(differing), tuple(more)
 

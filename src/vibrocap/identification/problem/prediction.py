@@ -210,8 +210,9 @@ def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     interval = float(np.median(np.concatenate([np.diff(record.time) for record in records])))
     reach = max(LATEST * interval, LATEST_SHARE * min(float(record.time[-1]) for record in records))
     # samples are joined by straight lines, which a fine step would see
-    sizes: dict[str, Any] = {"scale": interval, "spread": 0.0, "step": LATE_STEP}
-    return Coordinate(DELAY, "linear", -reach, reach, **sizes, nuisance=True)
+    of: dict[str, Any] = {"scale": interval, "spread": 0.0, "step": LATE_STEP, "nuisance": True}
+    of |= {"meaning": "time by which the force is late behind the motion", "unit": "s"}
+    return Coordinate(DELAY, "linear", -reach, reach, **of)
 
 
 def _coordinates_beside(
@@ -221,7 +222,8 @@ def _coordinates_beside(
     if name == DELAY:
         return [delay_coordinate(records)]
     if name == GAIN:
-        return [Coordinate(GAIN, "log", 1.0 / LARGEST_GAIN, LARGEST_GAIN, spread=0.0, nuisance=True)]
+        of: dict[str, Any] = {"nuisance": True, "meaning": "factor of the force sensor", "unit": "1"}
+        return [Coordinate(GAIN, "log", 1.0 / LARGEST_GAIN, LARGEST_GAIN, spread=0.0, **of)]
     if name != ADHESION:
         return [*ripple_coordinates(name, lengths[name], records, level)] if name in lengths else []
     loads = np.concatenate([np.atleast_1d(record.load) for record in records])
@@ -229,7 +231,8 @@ def _coordinates_beside(
     if not least < most:
         raise ArgumentError("terms", "adhesion needs normal forces that differ; with one load it is part of a level")
     ends = (LEAST_LOAD - 1) * least, MOST_ADHESION * most
-    return [Coordinate(ADHESION, "linear", *ends, scale=0.1 * most, spread=0.0, nuisance=True)]
+    of = {"nuisance": True, "meaning": "load that the contact has of itself", "unit": "N"}
+    return [Coordinate(ADHESION, "linear", *ends, scale=0.1 * most, spread=0.0, **of)]
 
 
 def nuisances(
@@ -259,7 +262,8 @@ def nuisances(
             for state, sign in states if len(states) <= 3 else [(ALL_STATES, -1)]:
                 # a state that changes sign with the motion cannot exceed its natural size, another may be far from it
                 reach = 1.0 if sign == -1 else 40.0
-                of: dict[str, Any] = {"record": record.name, "state": state, "nuisance": True}
+                of: dict[str, Any] = {"record": record.name, "state": state, "nuisance": True, "unit": "1"}
+                of["meaning"] = "state of the contact at the first sample, over its natural size"
                 name = f"{own_name(START, record.name)}.{state}"
                 coordinates.append(Coordinate(name, "linear", -reach, reach, spread=0.3, **of))
     return tuple(coordinates)

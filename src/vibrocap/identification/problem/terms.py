@@ -75,8 +75,8 @@ def ripple_coordinates(
     path = max(float(np.ptp(record.position)) for record in records)
     low, high = (1.0 / (1.0 / length + side * 0.5 / path) for side in (1, -1))
     sine, cosine = (coordinate_of(f"{name}_{wave}", records, level) for wave in WAVES)
-    start = float(np.log(length))
-    return sine, cosine, Coordinate(length_name(name), "log", low, high, start=start, spread=0.0, nuisance=True)
+    of: dict[str, Any] = {"start": float(np.log(length)), "spread": 0.0, "nuisance": True}
+    return sine, cosine, Coordinate(length_name(name), "log", low, high, **of, meaning="wavelength", unit="m")
 
 
 def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordinate:
@@ -86,6 +86,7 @@ def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordi
     scale = 1.0 if term.of_friction else level / max(largest, 1e-300)
     reach = term.farthest * scale
     common: dict[str, Any] = {"scale": 0.1 * scale, "spread": 0.0, "nuisance": True}
+    common |= {"meaning": term.meaning, "unit": term.unit}
     if term.signed:
         return Coordinate(name, "linear", -reach, reach, **common)
     return Coordinate(name, "foot", 0.0, reach, whose=("law", "search"), **common)

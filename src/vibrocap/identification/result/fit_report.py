@@ -15,10 +15,10 @@ from vibrocap.identification.inference.uncertainty import Problem, correlation_t
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.differing import in_one_record
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import START, Prediction, nuisances
+from vibrocap.identification.problem.prediction import Prediction, nuisances
 from vibrocap.identification.problem.priors import SAYS_MORE
 from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
-from vibrocap.identification.problem.terms import RIPPLES, TERMS, length_name
+from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.result.fit_result import (
     SLIDING,
     TURNING,
@@ -234,22 +234,9 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     return Interval(least if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
-OTHERS = {
-    "delay": ("time by which the force is late behind the motion", "s"),
-    "gain": ("factor of the force sensor", "1"),
-    "adhesion": ("load that the contact has of itself", "N"),
-    "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
-    "drift": ("change of the force with the load point's displacement", "N/m"),
-    **{length_name(ripple): ("wavelength", "m") for ripple in RIPPLES},
-    START: ("state of the contact at the first sample, over its natural size", "1"),
-}
-
-
 def _texts(coordinate: Coordinate, law: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
     """Meaning and unit of a parameter of the measurement; law: those of the law's parameters."""
-    terms = {name: (term.meaning, term.unit) for name, term in TERMS.items()}
-    base = START if coordinate.state else coordinate.base or coordinate.name
-    text, unit = {**law, **terms, **OTHERS}[base]
+    text, unit = law.get(coordinate.base, (coordinate.meaning, coordinate.unit))
     if coordinate.condition:
         return f"{text}, change with {coordinate.condition}", f"{unit} per {coordinate.condition}"
     return (f"{text}, in {coordinate.record}" if coordinate.record and not coordinate.state else text), unit
