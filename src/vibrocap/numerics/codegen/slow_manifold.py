@@ -175,12 +175,12 @@ class SlowWriter(JetWriter):
 
     def push(self, value: Expression, state: int) -> Expression:
         """What a value changes by with the rate of a slow state, those of what is solved for with it given."""
-        sensitivity_found, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
+        change, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
         for other in self.together(state):
             if other != state:
                 through = self.rates[other]
-                sensitivity_found = sensitivity_found - sensitivity(value, through.index) * sensitivity(through, rate)
-        return sensitivity_found
+                change = change - sensitivity(value, through.index) * sensitivity(through, rate)
+        return change
 
     def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""

@@ -3,23 +3,11 @@
 The way there is LLVM's: passes, then an object file, which is linked into the memory of this process and its entry
 called with arrays.
 
-Which of LLVM's pipelines was measured (AVX-512, LLVM 22, CPU seconds of passes + code on a busy machine, then the time
-of a run over that by O2, give or take 0.02). In the first column the functions called once are put in the place of
-their calls, and then all is done by O1, which otherwise works on each alone and again where it is called:
-
-    kernel           O1, put together   O1                 O2
-    LM, lanes        0.68 + 0.50        0.97 + 0.52, 1.01  1.19 + 0.53
-    LM, tangents     0.75 + 0.76        1.02 + 0.80, 1.02  1.39 + 0.79
-
-O1 and O2 gave the same bits wherever they were compared, and so did the first column in 71 of 72 kernels (every law
-and machine, one motion and lanes; of a crawler of three bodies with LuGre, lanes, two of the 79 numbers of a run
-differed by 1e-15): which product of a sum is fused depends on the blocks that passes leave. O1's passes over
-one function alone, behind that, would take half as long (0.39 + 0.38) and run as fast, but changed the last places of
-motions with Dahl's, Bouc and Wen's and four other laws.
-
-To put functions called several times in the place of a call only where they are small (60 by LLVM's measure, not 225)
-would save a fifth of both and run as fast, but changed the last places of motions with Dahl's law and an orbit of LM.
-Without unrolling loops, or with a measure of 25, sweeps took 3 to 8 percent longer.
+Kernels are made by LLVM's O1 behind an inliner that puts functions called once in the place of their calls. Measured
+for LM in lanes (AVX-512, LLVM 22, CPU seconds of passes + code): so 0.68 + 0.50, by O1 alone 0.97 + 0.52, by O2
+1.19 + 0.53. The kernels run equally fast, with the same bits in 71 of 72: which product of a sum is fused depends on the
+blocks that passes leave. Inlining only smaller functions, or passes over one function alone, would save a fifth to a
+half of it, but changed the last places of motions with six laws; without unrolled loops sweeps take 3 to 8 % longer.
 """
 
 import contextlib

@@ -35,6 +35,10 @@ RESULT_HEAD = (
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states, then the number of the contact
 WHOLES = frozenset(INT_ENTRIES)
+OWN_CONSTANTS = (  # of a layout that a kernel knows by their names
+    *("lanes", "states", "order", "piece_size", "event_size", "switches", "shifts", "contacts", "parameters"),
+    *("present", "coefficients", "run_size", "result_size", "waiting"),
+)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -239,26 +243,13 @@ class Layout(Traits):
     def constants(self) -> dict[str, int]:
         """All places and sizes, for the linked kernel."""
         return {
-            "LANES": self.lanes,
-            "STATES": self.states,
-            "ORDER": self.order,
-            "PIECE_SIZE": self.piece_size,
-            "EVENT_SIZE": self.event_size,
+            **{name.upper(): getattr(self, name) for name in OWN_CONSTANTS},
             "EVENT_WORK": self.event_work_size,
-            "SWITCHES": self.switches,
-            "SHIFTS": self.shifts,
-            "CONTACTS": self.contacts,
-            "PARAMETERS": self.parameters,
-            "PRESENT": self.present,
-            "COEFFICIENTS": self.coefficients,
             "MARK_COUNT": self.marks,
             "MARK_SIZE": self.states + self.turns,
             "MEASURED_COUNT": self.measured,
-            "RUN_SIZE": self.run_size,
-            "RESULT_SIZE": self.result_size,
             "SHOWN": 0,
             "BACKUP": self.shown + self.table,
-            "WAITING": self.waiting,
             "INT_COUNT": self.whole_size,
             **self.places,
         }

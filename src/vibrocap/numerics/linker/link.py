@@ -56,11 +56,8 @@ def outline(text: str) -> Outline:
     heads = [table for table in top.get_children() if isinstance(table, symtable.Function)]
     functions = {table.get_name(): table.get_parameters() for table in heads if not table.get_name().startswith("<")}
     names = [table.get_name() for table in heads if table.get_name() in functions]
-    names += [
-        get_symbol.get_name()
-        for get_symbol in top.get_symbols()
-        if get_symbol.is_assigned() and not get_symbol.is_namespace()
-    ]
+    assigned = (symbol for symbol in top.get_symbols() if symbol.is_assigned() and not symbol.is_namespace())
+    names += [symbol.get_name() for symbol in assigned]
     needs: dict[str, str] = {}
     for table in _tables(top):
         for symbol in table.get_symbols():
