@@ -5,7 +5,7 @@ called with arrays.
 
 Kernels are made by LLVM's O1 behind an inliner that puts functions called once in the place of their calls. Measured
 for LM in lanes (AVX-512, LLVM 22, CPU seconds of passes + code): so 0.68 + 0.50, by O1 alone 0.97 + 0.52, by O2
-1.19 + 0.53. The kernels run equally fast, with the same bits in 71 of 72: which product of a sum is fused depends on the
+1.19 + 0.53. The kernels run equally fast, with the same bits in 71 of 72: which product is fused depends on the
 blocks that passes leave. Inlining only smaller functions, or passes over one function alone, would save a fifth to a
 half of it, but changed the last places of motions with six laws; without unrolled loops sweeps take 3 to 8 % longer.
 """

@@ -27,7 +27,6 @@ ALONE = (4.0, 8.0, 16.0, 1.0, 0.0, 1.0) if SEVERAL else (10.0, 60.0, 64.0, 1.0, 
 IN_LANES = (8.0, 20.0, 64.0, 1.0, 0.0, 1.0) if SEVERAL else (10.0, 60.0, 128.0, 16.0, 0.5, 0.01)
 ENTERING, PAYING, LONGEST_PAUSE, FIRST_PAUSE, KEPT_PAUSE, LIKELY_STEP = IN_LANES if LANES > 1 else ALONE
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
-OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
 CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
@@ -58,12 +57,12 @@ def settled_lanes(floats, h, longest):
             gap = abs(load(floats, row) - lanes.state[SLOW_STATE[m]])
             rate = lanes.own_decay[m]
             far = far | (slow & unlike(rate * longest >= PAYING))
-            tight, on = change * ORDER <= SETTLED * allowed * rate, gap <= OFF * allowed
+            tight, on = change * ORDER <= SETTLED * allowed * rate, gap <= allowed
             close = gap <= FAR_OFF * allowed
             # all other states keep to the tolerance, too
             bound, kick = lanes.tolerance * rate, gap * lanes.kick[m]
             tight = tight & (change * h * lanes.drift[m] * ORDER <= SETTLED * bound)
-            on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
+            on, close = on & (kick <= bound), close & (kick <= FAR_OFF * bound)
             settled = settled & (unlike(slow) | tight)
             near = near & (unlike(slow) | on)
             late = lanes.sweeps[m]
