@@ -49,7 +49,7 @@ def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
     optimise(biharmonic, evaluations=32, store=tmp_path, threads=2, **asked)
     resumed = optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, threads=2, **asked)
     assert resumed == whole
-    assert np.array_equal(resumed.population.cost, whole.population.cost)
+    assert np.array_equal(resumed.population.costs, whole.population.costs)
     asked |= {"evaluations": 32, "store": tmp_path, "resume": True}
     for change, said in (
         ({"seed": 1}, "another search"),
