@@ -10,8 +10,7 @@ holds. Only a contact velocity that the drive itself makes may jump.
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.places import PARAMETER
-from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, LANES, PRESENT
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, PRESENT
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.step.resolved import forget
 
@@ -67,8 +66,7 @@ def take_segment(floats, ints, trace, lane, first):
 
     Segments without length are passed over. Returns whether one was found.
     """
-    present = PARAMETER + PRESENT * LANES + lane
-    period, slack = floats[present], 2.0 * EPSILON * lane.period
+    period, slack = lane.parameter[PRESENT], 2.0 * EPSILON * lane.period
     began = lane.cycle * period  # of the drive, where a period of the run is several of its periods
     for i in range(first, shared.segment_count):
         row = lane.table + i * (COEFFICIENTS + 1)
@@ -79,10 +77,10 @@ def take_segment(floats, ints, trace, lane, first):
         if end - lane.time > slack:
             lane.segment = i
             lane.until = end
-            floats[present + LANES] = began + (trace[row - COEFFICIENTS - 1] if i > 0 else 0.0) * period
+            lane.parameter[PRESENT + 1] = began + (trace[row - COEFFICIENTS - 1] if i > 0 else 0.0) * period
             scale = 1.0
             for k in range(COEFFICIENTS):
-                floats[present + (2 + k) * LANES] = trace[row + 1 + k] * scale
+                lane.parameter[PRESENT + 2 + k] = trace[row + 1 + k] * scale
                 scale = scale / period
             if FOLLOWS_LOAD:
                 forget(floats, lane)

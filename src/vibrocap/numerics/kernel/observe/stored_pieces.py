@@ -10,7 +10,6 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.generated.equations import observables, rates
 from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF
-from vibrocap.numerics.kernel.generated.places import PARAMETER
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, ORDER, PIECE_SIZE, PRESENT, STATES
 from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.observe.instants import INSTANT, SEEN, take_piece
@@ -30,7 +29,7 @@ def look_along(floats, ints, trace, pieces):
     for p in range(pieces):
         take_piece(floats, ints, trace, piece)
         for i in range(SEGMENT_SIZE):
-            floats[PARAMETER + PRESENT + i] = trace[piece + PIECE_SIZE + i]
+            alone.parameter[PRESENT + i] = trace[piece + PIECE_SIZE + i]
         piece += PIECE_SIZE + SEGMENT_SIZE
         first, last = last, times + int(trace[ends + p])
         for at in range(first, last):

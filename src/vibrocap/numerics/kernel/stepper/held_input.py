@@ -9,7 +9,7 @@ makes may jump. Times in the kernel count from where the present length began.
 from vibrocap.numerics.kernel.codes import DONE, RUNNING
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.places import BACKUP, INT_COUNT, PARAMETER, SERIES
+from vibrocap.numerics.kernel.generated.places import BACKUP, INT_COUNT, SERIES
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, PRESENT, STATES
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_sides
@@ -21,7 +21,7 @@ from vibrocap.numerics.kernel.stepper.event_counts import count_event
 def begin_drive(floats, ints, trace, lane, run):
     """The input that was set before the motion begins."""
     for k in range(COEFFICIENTS + 1):
-        floats[PARAMETER + PRESENT + 1 + k] = 0.0
+        stepper.parameter[PRESENT + 1 + k] = 0.0
     take_input(floats, ints)
 
 
@@ -29,17 +29,17 @@ def take_input(floats, ints):
     """The input that was set becomes the present one, from the time of the lane on."""
     if stepper.new_input == 1:
         stepper.new_input = 0
-        floats[PARAMETER + PRESENT + 1] = stepper.time
+        stepper.parameter[PRESENT + 1] = stepper.time
         factor = 1.0
         for k in range(COEFFICIENTS):
-            floats[PARAMETER + PRESENT + 2 + k] = stepper.input[k] * factor
+            stepper.parameter[PRESENT + 2 + k] = stepper.input[k] * factor
             factor = factor / (k + 1.0)
 
 
 def set_out(floats, ints, trace, length):
     """Times count from here; the steps go on up to the length."""
     passed = stepper.time
-    floats[PARAMETER + PRESENT + 1] -= passed
+    stepper.parameter[PRESENT + 1] -= passed
     stepper.piece_time -= passed
     stepper.time = 0.0
     stepper.tail, stepper.until = length, length

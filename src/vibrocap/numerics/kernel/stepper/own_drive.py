@@ -6,7 +6,7 @@ happens later within the step waits until the clock has come to it.
 
 from vibrocap.numerics.kernel.arithmetic.roots import value_and_rate
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.places import PARAMETER, WAITING
+from vibrocap.numerics.kernel.generated.places import WAITING
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, ORDER, PRESENT, STATES
 from vibrocap.numerics.kernel.lane import alone, stepper
 from vibrocap.numerics.kernel.stepper.clock import go_on, set_clock
@@ -53,7 +53,7 @@ def keep_piece(floats, ints, trace, h):
     stepper.piece_stiff = stepper.stiff
     if COEFFICIENTS > 0:
         for i in range(COEFFICIENTS + 2):
-            stepper.piece_segment[i] = floats[PARAMETER + PRESENT + i]
+            stepper.piece_segment[i] = stepper.parameter[PRESENT + i]
     for i in range(stepper.waiting_events):
         count_event(floats, ints, stepper.waiting_kind[i], stepper.waiting_contact[i], stepper.waiting_time[i])
     stepper.waiting_events = 0
@@ -94,8 +94,8 @@ def show_instant(floats, ints, point):
         stepper.side_told[c] = side
     if COEFFICIENTS > 0:
         for i in range(COEFFICIENTS + 2):
-            number = floats[PARAMETER + PRESENT + i]
-            floats[PARAMETER + PRESENT + i] = stepper.piece_segment[i]
+            number = stepper.parameter[PRESENT + i]
+            stepper.parameter[PRESENT + i] = stepper.piece_segment[i]
             stepper.piece_segment[i] = number
     return s
 
