@@ -84,7 +84,7 @@ class Status(Advised):
         "singular mass matrix",
         "Some motion of the machine moves no mass here (see the last state), so that no acceleration follows from the "
         "forces: a body has no mass, or a linkage reaches a dead point. Give what moves a mass or an inertia, or end "
-        "its way by a stop; `vibrocap check` looks for such places.",
+        "its way by a stop; `vibrocap list KIND --check` looks for such places.",
     )
 
     @property
@@ -107,7 +107,8 @@ def least_inertia(machine: Any, t: float, y: Sequence[float]) -> float:
 
     It is 0, to rounding, where some motion moves no mass; inf where the matrix is not finite.
     """
-    near, here = (np.array(machine.evaluated("inertia", t, at)) for at in (0.1 + 0.01 * np.arange(len(y)), y))
+    some = [0.1 + 0.01 * i for i in range(len(y))]
+    near, here = (np.array(machine.evaluated("inertia", t, at)) for at in (some, y))
     sizes = np.sqrt(np.maximum(np.diag(near), np.abs(np.diag(here))))
     sizes[sizes == 0.0] = 1.0
     matrix = here / np.outer(sizes, sizes)
