@@ -14,19 +14,10 @@ from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLUE, GREEN, GREY, VERMILION
 from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import (
-    decimated,
-    drawing,
-    footnote,
-    heading,
-    legend,
-    letters,
-    new_figure,
-    unit_of,
-)
 
 MOST_RECORDS, MOST_IN_COLUMN = 6, 3  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
@@ -55,7 +46,7 @@ def fit_figure(fit: Fit) -> Figure:
     lines = max((_words(p).count("\n") + 1 for p in searched), default=1)  # in a column they stand above the intervals
     forest = 0.9 + len(searched) * (0.22 + 0.12 * lines if page().narrow else 0.24)
     heights = (_row_height(1 + stacked) * len(shown) + 0.25, forest)
-    with new_figure((page().width_or(11.0), sum(heights) + 0.5)) as fig:
+    with plots.new_figure((page().width_or(11.0), sum(heights) + 0.5)) as fig:
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         rows = _rows(top, len(shown), loops, stacked)
         for axes, record in zip(rows, shown, strict=True):
@@ -69,15 +60,15 @@ def fit_figure(fit: Fit) -> Figure:
         _forest(bottom.subplots(), searched)
         held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {percent(fit.held_out_relative_rmse)}"
         error = f"error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard deviation{held}"
-        heading(fig, f"{law_words(fit.law_name)}: {error}")
-        footnote(fig, _small_print(fit, shown))
+        plots.heading(fig, f"{law_words(fit.law_name)}: {error}")
+        plots.footnote(fig, _small_print(fit, shown))
     return fig
 
 
 def residual_figure(fit: Fit) -> Figure:
     """A row for each record: error over time, against velocity, and its distribution beside the normal one."""
     shown, stacked = _chosen(fit.records), page().narrow
-    with new_figure((page().width_or(11.0), _row_height(1 + stacked) * len(shown) + 0.7)) as fig:
+    with plots.new_figure((page().width_or(11.0), _row_height(1 + stacked) * len(shown) + 0.7)) as fig:
         rows = _rows(fig, len(shown), 2, stacked)
         for (left, middle, right), record in zip(rows, shown, strict=True):
             error = record.predicted - record.measured
@@ -86,7 +77,7 @@ def residual_figure(fit: Fit) -> Figure:
             colour = _style(record)["color"]
             speed_scale, speed_label = _labelled(record.velocity, fit.units.velocity_name, fit.units.velocity)
             at = _even_choice(len(error), MOST_POINTS)
-            time, envelope = decimated(record.time, error, MOST_POINTS)
+            time, envelope = plots.decimated(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
             left.axhline(0.0, color="#444444", linewidth=0.6)
             left.set(xlabel="time [s]", ylabel=error_label, title=_title(record))
@@ -100,10 +91,10 @@ def residual_figure(fit: Fit) -> Figure:
             right.plot(x, normal * float(np.sum(count)) * (edges[1] - edges[0]), color="#000000", linewidth=0.9)
             right.set(xlabel=error_label, ylabel="samples")
         fig.align_ylabels()
-        heading(fig, f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}")
+        plots.heading(fig, f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}")
         told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
         text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
-        footnote(fig, textwrap.fill(text, 190))
+        plots.footnote(fig, textwrap.fill(text, 190))
     return fig
 
 
@@ -134,7 +125,7 @@ def _beside_heading() -> Any:
 def comparison_figure(comparison: Comparison) -> Figure:
     """Laws from the best down: the error where they were not fitted, and where they were."""
     laws = [law for law in comparison.laws if law.fit.ok]
-    with new_figure((page().width_or(7.0), 1.3 + 0.34 * len(laws))) as fig:
+    with plots.new_figure((page().width_or(7.0), 1.3 + 0.34 * len(laws))) as fig:
         ax = fig.subplots()
         places = np.arange(len(laws))[::-1]
         held, fitted = (100 * np.array([getattr(x, name) for x in laws]) for name in ("held_out", "relative_rmse"))
@@ -145,7 +136,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         ax.set(xlabel="error over the standard deviation of the force [%]", xlim=(0.0, None))
         ax.set_ylim(-0.6, len(laws) - 0.4)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
-        footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
+        plots.footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
     return fig
 
 
@@ -206,9 +197,9 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
     if not names or record not in (None, *names):
         raise ArgumentError("record", f"the fit has no {record!r}; {suggestion(record, names)}")
     forces = fit.records[0 if record is None else names.index(record)]
-    with drawing(ax) as ax:
+    with plots.drawing(ax) as ax:
         (_curve if fit.options.get("method", "").startswith("steady") else _over_time)(ax, forces, fit.units)
-        legend(ax, ncols=2)
+        plots.legend(ax, ncols=2)
     return ax
 
 
@@ -219,7 +210,7 @@ def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
     one of a hundred percent. Arrows stand where the data leave an end open, or where it lies beyond the scale.
     """
     searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
-    with drawing(ax, (7.5, 1.2 + 0.26 * len(searched))) as ax:
+    with plots.drawing(ax, (7.5, 1.2 + 0.26 * len(searched))) as ax:
         _forest(ax, searched)
     return ax
 
@@ -240,8 +231,8 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
             face = colour if firm else "white"
             ax.plot(0.0, place, "o" if firm else "s", color=colour, markersize=4, markerfacecolor=face)
         else:
-            ax.text(0.0, place, "as good as zero", ha="center", va="center", fontsize=letters(8), color=colour)
-        look: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": letters(8), "color": "#222222"}
+            ax.text(0.0, place, "as good as zero", ha="center", va="center", fontsize=plots.letters(8), color=colour)
+        look: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": plots.letters(8), "color": "#222222"}
         x, y, upright = (0.01, place + 0.2, "bottom") if page().narrow else (1.02, place, "center")
         ax.text(x, y, _words(p), va=upright, linespacing=1.1, **look)
     ax.axvline(0.0, color="#999999", linewidth=0.7)
@@ -341,7 +332,7 @@ def _part(record: RecordResult, stretch: slice) -> str:
 
 def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
     """The factor of the unit that suits the values, and the label of their axis."""
-    factor, prefix = unit_of(values)
+    factor, prefix = plots.unit_of(values)
     return factor, f"{name} [{prefix}{whole(unit)}]"
 
 
@@ -357,7 +348,9 @@ def match_figure(match: Match) -> Figure:
     if driven:
         columns = [(match.time, "time"), *columns]
     stacked = driven and page().narrow
-    with new_figure((page().width_or(9.5 if driven else 6.0), 3.4 * (1 + stacked) if page().width else 4.6)) as fig:
+    with plots.new_figure(
+        (page().width_or(9.5 if driven else 6.0), 3.4 * (1 + stacked) if page().width else 4.6)
+    ) as fig:
         shape: dict[str, Any] = {"width_ratios": (2, 1)} if driven and not stacked else {}
         parts = fig.subfigures(*((2, 1) if stacked else (1, len(columns))), squeeze=False, **shape).ravel()
         for part, (x, label) in zip(parts, columns, strict=True):
@@ -376,6 +369,8 @@ def match_figure(match: Match) -> Figure:
         # above, for loops leave no room within
         lines = parts[0].axes[0].get_lines()
         (parts[-1] if page().narrow else fig).legend(handles=lines, loc=_beside_heading(), ncols=2, frameon=False)
-        heading(fig, f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain")
-        footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
+        plots.heading(fig, f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain")
+        plots.footnote(
+            fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target."
+        )
     return fig

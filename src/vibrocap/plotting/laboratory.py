@@ -13,23 +13,10 @@ from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.plotting.look.labels import bracketed, parts_title
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import (
-    STICK_SHADE,
-    drawing,
-    figure,
-    footnote,
-    legend,
-    legend_above,
-    legend_below,
-    letters,
-    logarithmic,
-    new_figure,
-    setting,
-    style,
-)
 from vibrocap.quantities.dimensional import in_si
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
@@ -51,7 +38,7 @@ def sheet_figure(sheet: TestSheet) -> Figure:
         _draw_lag(lag, sheet)
         _draw_break_away(break_away, sheet)
         _draw_stick_slip(stick_slip, sheet)
-    footnote(fig, f"{_creep_label(sheet)} {UNITS}")
+    plots.footnote(fig, f"{_creep_label(sheet)} {UNITS}")
     return fig
 
 
@@ -60,7 +47,7 @@ def law_figure(law: Law, *, load: float = 1.0) -> Figure:
     with _sheet(law, load, (9.4, 3.6), 2) as (fig, (steady, loops)):
         draw_steady_curve(law, load=load, ax=steady)
         draw_presliding(law, load=load, ax=loops).set_title("Presliding")
-    footnote(fig, UNITS)
+    plots.footnote(fig, UNITS)
     return fig
 
 
@@ -69,9 +56,9 @@ def _sheet(law: Law, load: float, size: tuple[float, float], panels: int) -> Ite
     """A figure of a law under its parameters, and its panels, two of them in a row where they have room."""
     width, rows = page().width_or(size[0]), panels if page().narrow else panels // 2
     title = parts_title([law], width, f"load {load:g}")
-    with new_figure((width, _height(size[1], rows) + 0.17 * (title.count("\n") + 1))) as fig:
+    with plots.new_figure((width, _height(size[1], rows) + 0.17 * (title.count("\n") + 1))) as fig:
         yield fig, fig.subplots(rows, panels // rows).ravel()
-        setting(fig, title)
+        plots.setting(fig, title)
 
 
 def _height(usual: float, rows: int) -> float:
@@ -88,7 +75,7 @@ def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = Non
     speed = widest * np.concatenate((np.geomspace(1e-5, 0.01, 100), np.linspace(0.01, 1.0, 400)[1:]))
     force = np.array([float(law.steady_force(float(v), load)) for v in speed])
     back = force if law.symmetric else np.array([_steady_back(law, float(v), load) for v in speed])
-    with drawing(ax, (4.7, 3.6)) as ax:
+    with plots.drawing(ax, (4.7, 3.6)) as ax:
         ax.plot(speed, force, color=BLUE, linewidth=1.5)
         ax.plot(-speed, -back, color=BLUE, linewidth=1.5)
         if law.kind == "set-valued":
@@ -96,7 +83,7 @@ def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = Non
             ends = np.array([middle - limit, middle + limit])
             ax.plot([0.0, 0.0], ends, color=VERMILION, linewidth=2.0, label="held at rest")
             ax.plot([0.0, 0.0], ends, "o", color=VERMILION, markersize=3.5)
-            legend(ax)
+            plots.legend(ax)
         ax.set(title="Steady sliding", xlabel="velocity $v$", ylabel="friction force $R$")
     return ax
 
@@ -118,7 +105,7 @@ def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0,
     if isinstance(loops, Law):
         law, displacement = loops, contact_sizes(loops, load).displacement
         loops = tuple(presliding_loop(law, reach * displacement, load=load) for reach in REACHES)
-    with drawing(ax, (4.7, 3.6)) as ax:
+    with plots.drawing(ax, (4.7, 3.6)) as ax:
         for i, (loop, colour) in enumerate(zip(reversed(loops), reversed(COLOURS[: len(loops)]), strict=True)):
             first, last = slice(0, loop.last + 1), slice(loop.last, None)
             ax.plot(loop.displacement[first], loop.force[first], color=colour, linewidth=0.6)
@@ -126,7 +113,7 @@ def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0,
             ax.plot(loop.displacement[last], loop.force[last], color=colour, linewidth=1.5, label=label)
         ax.locator_params(axis="x", nbins=6)
         ax.set(xlabel="displacement $x$, quasi-static", ylabel="friction force $R$")
-        legend_above(ax, ncols=len(loops), columnspacing=0.8, handlelength=1.0, handletextpad=0.4)
+        plots.legend_above(ax, ncols=len(loops), columnspacing=0.8, handlelength=1.0, handletextpad=0.4)
     return ax
 
 
@@ -145,7 +132,7 @@ def _draw_lag(ax: Axes, sheet: TestSheet) -> None:
     if np.ptp(lag.force) <= FLAT * sheet.sizes.force:
         ax.set_ylim(0.0, 1.3 * sheet.sizes.force)
     ax.set(title="Frictional lag", xlabel="velocity $v$", ylabel="friction force $R$")
-    legend(ax)
+    plots.legend(ax)
 
 
 def _arrow(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
@@ -172,7 +159,7 @@ def _draw_break_away(ax: Axes, sheet: TestSheet) -> None:
     low, high = float(np.min(break_away.force)), float(np.nanmax([*break_away.applied, *break_away.force]))
     ax.set_ylim(0.0 if low > 0.8 * high else low - 0.15 * (high - low), high + 0.25 * (high - low) + 0.1 * low)
     ax.set(title="Break-away", xlabel="rate of the force", ylabel="force")
-    legend(ax)
+    plots.legend(ax)
 
 
 def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
@@ -186,12 +173,12 @@ def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
         still = shown & (np.abs(stick_slip.velocity) <= stick_slip.still)
         ax.fill_between(
             stick_slip.time, 0.0, 1.0, where=still.tolist(), transform=ax.get_xaxis_transform(), label="sticks",
-            **STICK_SHADE,
+            **plots.STICK_SHADE,
         )  # fmt: skip
     words = f" of period {stick_slip.period:.4g}" if periodic else ""
     ax.set(title=f"Pulled through a spring: {stick_slip.regime}{words}", xlabel="time", ylabel="force")
     ax.set_xlim(max(begin, stick_slip.time[0]), stick_slip.time[-1])
-    legend_below(ax, ax.get_legend_handles_labels()[0], ncols=3)
+    plots.legend_below(ax, ax.get_legend_handles_labels()[0], ncols=3)
 
 
 def _creep_label(sheet: TestSheet) -> str:
@@ -208,15 +195,15 @@ def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) ->
     if not given:
         raise ValueError("reports should hold at least one regularisation, got none")
     rows = 2 if page().narrow else 1
-    fig, axes = figure(rows, 2 // rows, size=(page().width_or(9.2), _height(3.6, rows)))
-    with style():
+    fig, axes = plots.figure(rows, 2 // rows, size=(page().width_or(9.2), _height(3.6, rows)))
+    with plots.style():
         errors, steps = axes.ravel()
         draw_errors(errors, given)
         draw_steps(steps, given)
         for ax in (errors, steps):
             for name in "xy":
-                logarithmic(ax, name)
-            legend(ax)
+                plots.logarithmic(ax, name)
+            plots.legend(ax)
     return fig
 
 
@@ -257,6 +244,6 @@ def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
     ax.axhline(exact, color=GREEN, linewidth=2.0, label="exact contact, this package", zorder=1)
     ax.annotate(
         f"{exact:,}", (reports[0].widths.max(), exact), (0, 3), textcoords="offset points", ha="right", va="bottom",
-        color=BLACK, fontsize=letters(8),
+        color=BLACK, fontsize=plots.letters(8),
     )  # fmt: skip
     ax.set(title="Steps for the whole run", xlabel=WIDTH + bracketed(reports[0].unit_of("speed")), ylabel="steps")

@@ -14,45 +14,11 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.names import name_and_number, numbered
-from vibrocap.plotting.histories import (
-    FAINT,
-    LAST,
-    Stretch,
-    body_of,
-    colour_of,
-    command_panel,
-    contacts_of,
-    draw_all,
-    draw_all_loops,
-    draw_modes,
-    error_panel,
-    hides_lift_off,
-    history,
-    label_of,
-    last_periods,
-    load_panel,
-    mark_impacts,
-    numbers_above,
-    place_of,
-    places_of,
-    repeats_after,
-    settled_words,
-    shown_in_detail,
-    whole_run,
-    width_of,
-)
+from vibrocap.plotting import histories as panel
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import (
-    ANY_UNITS,
-    DIMENSIONLESS,
-    drawing,
-    footnote,
-    legend_above,
-    new_figure,
-    setting,
-)
 from vibrocap.plotting.look.trace import Trace
 
 FIRST_PERIODS = 12  # grey in the phase planes
@@ -80,20 +46,20 @@ def motion_figure(motion: Trajectory) -> Figure:
     system = motion.system
     width, narrow = page().width_or(WIDTH), page().narrow
     title = parts_title(system.parts, width) if system.units is None else parts_in_si(system, width)
-    detail, recent = shown_in_detail(motion), _recent(motion)
+    detail, recent = panel.shown_in_detail(motion), _recent(motion)
     histories, planes = _histories(motion), _planes(motion)
     rows, below = 1 + len(histories), 1.2 * len(planes)
     if page().width is None:
         height = 1.3 + 1.6 * rows + 0.17 * (title.count("\n") + 1)
     else:
         height = PRINTED * (rows + below * narrow)
-    with new_figure((width, height)) as fig:
+    with plots.new_figure((width, height)) as fig:
         if narrow:
             left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, below))[:, 0]
         else:
             left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
         whole, *axes = left.subplots(rows, 1)
-        whole_run(whole, motion, detail)
+        panel.whole_run(whole, motion, detail)
         for ax, (words, draw) in zip(axes, histories, strict=True):
             ax.set_title(words)
             draw(motion, detail, ax)
@@ -105,9 +71,9 @@ def motion_figure(motion: Trajectory) -> Figure:
             if 0 < number < len(planes) - 1 and words != "Bodies" and (legend := ax.get_legend()):
                 legend.remove()  # as above
         right.align_ylabels()
-        setting(fig, title)
-        own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
-        footnote(fig, f"{own if system.units is None else IN_SI} {settled_words(motion)}".strip())
+        plots.setting(fig, title)
+        own = plots.ANY_UNITS if type(system.machine).gravity is None else plots.DIMENSIONLESS
+        plots.footnote(fig, f"{own if system.units is None else IN_SI} {panel.settled_words(motion)}".strip())
     return fig
 
 
@@ -134,63 +100,63 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
     x, y: by default the first state and its rate, of an imposed motion itself and the force it takes; "position" of
         what travels is drawn less the steady travel, so that a steady motion closes
     """
-    inner, rate = _inner_plane(motion) or (place_of(motion), _velocity(motion))
-    with drawing(ax, (5.0, 3.6)) as ax:
+    inner, rate = _inner_plane(motion) or (panel.place_of(motion), _velocity(motion))
+    with plots.drawing(ax, (5.0, 3.6)) as ax:
         return _phase_plane(x or inner, y or rate, motion, _recent(motion), ax)
 
 
-def _recent(motion: Trajectory) -> Stretch:
+def _recent(motion: Trajectory) -> panel.Stretch:
     """What planes and loops show: the last response; the detail of what comes to rest, or is not driven in time."""
-    detail = shown_in_detail(motion)
+    detail = panel.shown_in_detail(motion)
     if detail[1] < motion.end or not equations(motion.system).timed:
         return detail
-    return last_periods(motion, repeats_after(motion))
+    return panel.last_periods(motion, panel.repeats_after(motion))
 
 
-def _words(motion: Trajectory, recent: Stretch) -> str:
+def _words(motion: Trajectory, recent: panel.Stretch) -> str:
     """What a stretch of time is called."""
-    after = repeats_after(motion)
-    if recent == last_periods(motion, after) and equations(motion.system).timed:
+    after = panel.repeats_after(motion)
+    if recent == panel.last_periods(motion, after) and equations(motion.system).timed:
         return "last period" if after == 1 else f"last {after} periods"
     return "detail"
 
 
-def _phase_plane(x: str, y: str, motion: Trajectory, recent: Stretch, ax: Axes) -> Axes:
+def _phase_plane(x: str, y: str, motion: Trajectory, recent: panel.Stretch, ax: Axes) -> Axes:
     period, begin, (last, end) = motion.period, motion.start_time, recent
-    parts = [(Trace(motion, last, end), LAST, _words(motion, recent))]
+    parts = [(Trace(motion, last, end), panel.LAST, _words(motion, recent))]
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
-        parts.insert(0, (first, FAINT, "first periods" if parts[0][2] != "detail" else "before"))
+        parts.insert(0, (first, panel.FAINT, "first periods" if parts[0][2] != "detail" else "before"))
     shift, place = _relative(motion, x, recent)
     for trace, look, label in parts:
         ax.plot(trace[x] - shift(trace), trace[y], **look, label=label)
     trace = parts[-1][0]
     ax.plot((trace[x] - shift(trace))[-1:], trace[y][-1:], **END, label="end")
-    ax.set(xlabel=place, ylabel=label_of(motion, y))
+    ax.set(xlabel=place, ylabel=panel.label_of(motion, y))
     ax.locator_params(axis="x", nbins=7)
-    legend_above(ax)
+    plots.legend_above(ax)
     return ax
 
 
-def _planes_of_all(motion: Trajectory, recent: Stretch, ax: Axes) -> None:
+def _planes_of_all(motion: Trajectory, recent: panel.Stretch, ax: Axes) -> None:
     """Place and velocity of every body that rubs."""
-    trace, places = Trace(motion, *recent), places_of(motion)
+    trace, places = Trace(motion, *recent), panel.places_of(motion)
     for number, (x, y) in enumerate(zip(places, _velocities(motion), strict=True), start=1):
-        look = {"color": colour_of(number, len(places)), "linewidth": width_of(number, len(places))}
+        look = {"color": panel.colour_of(number, len(places)), "linewidth": panel.width_of(number, len(places))}
         shift, label = _relative(motion, x, recent)
         ax.plot(trace[x] - shift(trace), trace[y], label=f"{number}", **look)
         ax.set_xlabel(re.sub(r"_\{?\d\}?", "_i", label))
     ax.set_ylabel(with_unit("velocity $v_i$", _velocity(motion), motion.system))
     ax.locator_params(axis="x", nbins=7)
-    numbers_above(ax)
+    panel.numbers_above(ax)
 
 
-def _relative(motion: Trajectory, name: str, recent: Stretch) -> tuple[Callable[[Trace], Any], str]:
+def _relative(motion: Trajectory, name: str, recent: panel.Stretch) -> tuple[Callable[[Trace], Any], str]:
     """(what a quantity is drawn less of, at the times of a trace, and its label): of what travels the steady travel."""
     system, (start, end) = motion.system, recent
     start = min(start, end - motion.period)
-    if name not in places_of(motion) or system.cyclic is None or start < motion.start_time:
-        return lambda trace: 0.0, label_of(motion, name)
+    if name not in panel.places_of(motion) or system.cyclic is None or start < motion.start_time:
+        return lambda trace: 0.0, panel.label_of(motion, name)
     speed = float(np.diff(motion.at([start, end], name))[0]) * scale(name, system) / (end - start)
     shown = Trace(motion, *recent)
     origin = float(np.mean(shown[name] - speed * shown.time))
@@ -206,13 +172,13 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
     contact: which, of a machine with several. Raises ArgumentError
     for a contact that there is not.
     """
-    if contact not in (contacts := contacts_of(motion)):
+    if contact not in (contacts := panel.contacts_of(motion)):
         raise ArgumentError("contact", f"should be a whole number from 1 to {contacts[-1]}, got {contact!r}")
-    with drawing(ax, (5.0, 3.6)) as ax:
+    with plots.drawing(ax, (5.0, 3.6)) as ax:
         return _friction_loop(motion, _recent(motion), ax, contact)
 
 
-def _friction_loop(motion: Trajectory, recent: Stretch, ax: Axes, contact: int = 1) -> Axes:
+def _friction_loop(motion: Trajectory, recent: panel.Stretch, ax: Axes, contact: int = 1) -> Axes:
     trace = Trace(motion, *recent)
     names = numbered("contact_velocity", contact), numbered("friction", contact)
     velocity, friction = (trace[name] for name in names)
@@ -232,10 +198,10 @@ def _friction_loop(motion: Trajectory, recent: Stretch, ax: Axes, contact: int =
             ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
     if stuck.any() and np.ptp(friction[stuck]) < JUMP * np.ptp(friction):  # one force: no line, but a dot
         ax.plot([0.0], [np.mean(friction[stuck])], "s", color=HELD["color"], markersize=4.0)
-    ax.set(xlabel=label_of(motion, names[0]), ylabel=label_of(motion, names[1]))
+    ax.set(xlabel=panel.label_of(motion, names[0]), ylabel=panel.label_of(motion, names[1]))
     ax.set_title(f"Friction, {_words(motion, recent)}")
     ax.locator_params(axis="x", nbins=7)
-    legend_above(ax, **({"fontsize": 7.5} if page().width is None else {}), **CLOSE)
+    plots.legend_above(ax, **({"fontsize": 7.5} if page().width is None else {}), **CLOSE)
     return ax
 
 
@@ -257,60 +223,60 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
 
 
 # --- what a sheet shows -----------------------------------------------------------------------------------------------
-Draw = Callable[[Trajectory, Stretch, Axes], Any]
+Draw = Callable[[Trajectory, panel.Stretch, Axes], Any]
 
 
 def _histories(motion: Trajectory) -> list[tuple[str, Draw]]:
     """(title, how it is drawn) of the histories of a sheet below the whole run."""
-    machine, several = motion.system.machine, len(contacts_of(motion)) > 1
-    inner, moving = _inner(motion), body_of(motion).capitalize()
+    machine, several = motion.system.machine, len(panel.contacts_of(motion)) > 1
+    inner, moving = _inner(motion), panel.body_of(motion).capitalize()
     panels: list[tuple[str, Draw]] = [(_inner_title(motion), _over_time(inner))]
     if several:
-        frictions = [numbered("friction", each) for each in contacts_of(motion)]
+        frictions = [numbered("friction", each) for each in panel.contacts_of(motion)]
         panels += [("Bodies", _over_time(_velocities(motion), "velocity $v_i$"))]
-        panels += [("Contacts", _over_time(frictions, "friction force $R_i$")), ("Modes", draw_modes)]
+        panels += [("Contacts", _over_time(frictions, "friction force $R_i$")), ("Modes", panel.draw_modes)]
     else:
         panels += [(moving, _over_time([_velocity(motion)])), ("Contact", _over_time(["friction"]))]
     if motion.system.controller is not None:
-        panels += [("Controller", error_panel), ("Actuator", command_panel)]
-    if machine.follows_load or hides_lift_off(motion):
-        panels += [("Loads" if several else "Load", load_panel)]
+        panels += [("Controller", panel.error_panel), ("Actuator", panel.command_panel)]
+    if machine.follows_load or panel.hides_lift_off(motion):
+        panels += [("Loads" if several else "Load", panel.load_panel)]
     return panels
 
 
 def _over_time(names: list[str], label: str = "") -> Draw:
     """Quantities of one kind over time; of one where it sticks is shaded. Impacts are marked below velocities."""
 
-    def draw(motion: Trajectory, detail: Stretch, ax: Axes) -> None:
-        several = len(contacts_of(motion)) > 1
+    def draw(motion: Trajectory, detail: panel.Stretch, ax: Axes) -> None:
+        several = len(panel.contacts_of(motion)) > 1
         if several or len(names) > 1:
             words = label or re.sub(r"_(\{1\}|1)", "_i", quantity_label(names[0], motion.system))
-            draw_all(motion, names, words, detail, ax)
+            panel.draw_all(motion, names, words, detail, ax)
         else:
-            history(motion, names[0], detail, ax, shaded=True)
+            panel.history(motion, names[0], detail, ax, shaded=True)
         if names[0] == _velocity(motion):
-            mark_impacts(ax, motion, detail)
+            panel.mark_impacts(ax, motion, detail)
 
     return draw
 
 
 def _planes(motion: Trajectory) -> list[tuple[str, Draw]]:
     """(title, how it is drawn) of the phase planes of a sheet and of its friction loop."""
-    several, inner = len(contacts_of(motion)) > 1, _inner_plane(motion)
-    body = place_of(motion), _velocity(motion)
+    several, inner = len(panel.contacts_of(motion)) > 1, _inner_plane(motion)
+    body = panel.place_of(motion), _velocity(motion)
     title = "Actuator" if motion.system.machine.imposes_motion else _inner_title(motion)
     planes: list[tuple[str, Draw]] = [(title, partial(_phase_plane, *inner))] if inner else []
-    if len(places_of(motion)) == len(contacts_of(motion)) > 1:
+    if len(panel.places_of(motion)) == len(panel.contacts_of(motion)) > 1:
         planes += [("Bodies", _planes_of_all)]
     else:
-        planes += [(body_of(motion).capitalize(), partial(_phase_plane, *body))]
+        planes += [(panel.body_of(motion).capitalize(), partial(_phase_plane, *body))]
     words = f"Friction, {_words(motion, _recent(motion))}"
-    return [*planes, (words, draw_all_loops if several else _friction_loop)]
+    return [*planes, (words, panel.draw_all_loops if several else _friction_loop)]
 
 
 def _inner(motion: Trajectory) -> list[str]:
     """What moves within: what is imposed, or a coordinate and its like; where there is no other, the place."""
-    machine, place = motion.system.machine, place_of(motion)
+    machine, place = motion.system.machine, panel.place_of(motion)
     if machine.imposes_motion:
         return ["drive"]
     first = next(iter(machine.coordinates))
@@ -324,8 +290,8 @@ def _inner_title(motion: Trajectory) -> str:
     inner = _inner(motion)
     if inner == ["drive"]:
         return "Imposed motion"
-    if inner == [place_of(motion)]:
-        return body_of(motion).capitalize()
+    if inner == [panel.place_of(motion)]:
+        return panel.body_of(motion).capitalize()
     words = re.sub(r" \$.*", "", quantity_label(inner[0], motion.system))
     return words.capitalize() + "s" * (len(inner) > 1)
 
@@ -338,7 +304,7 @@ def _inner_plane(motion: Trajectory) -> tuple[str, str] | None:
         return "drive", (*taken, "contact_velocity")[0]
     first = _inner(motion)[0]
     rate = motion.system.machine.coordinates[first]
-    return None if first == place_of(motion) or rate not in motion.names else (first, rate)
+    return None if first == panel.place_of(motion) or rate not in motion.names else (first, rate)
 
 
 def _velocity(motion: Trajectory) -> str:
@@ -349,5 +315,5 @@ def _velocity(motion: Trajectory) -> str:
 def _velocities(motion: Trajectory) -> list[str]:
     machine = motion.system.machine
     if machine.imposes_motion:
-        return [numbered("contact_velocity", each) for each in contacts_of(motion)]
+        return [numbered("contact_velocity", each) for each in panel.contacts_of(motion)]
     return list(machine.contact_states)

@@ -8,20 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import (
-    STICK_SHADE,
-    decimated,
-    footnote,
-    heading,
-    legend,
-    legend_below,
-    letters,
-    logarithmic,
-    new_figure,
-    unit_of,
-)
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
@@ -40,7 +29,9 @@ def stick_slip_figure(found: StickSlip) -> Figure:
     counted = len(periods) > 1
     heights = [1.6, 1.0 + moves, 1.4][: 2 + counted]
     narrow_height = PRINTED * sum(heights)
-    with new_figure((page().width_or(10.0), narrow_height if page().narrow else page().width_or(10.0) * 0.74)) as fig:
+    with plots.new_figure(
+        (page().width_or(10.0), narrow_height if page().narrow else page().width_or(10.0) * 0.74)
+    ) as fig:
         if page().narrow or not counted:
             top, left, *others = fig.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
         else:
@@ -58,15 +49,15 @@ def stick_slip_figure(found: StickSlip) -> Figure:
             left.align_ylabels()
         for part in others:
             _periods(part.subplots(), found, periods)
-        heading(fig, f"{found.name}: {found.regime.name}")
+        plots.heading(fig, f"{found.name}: {found.regime.name}")
         reason = found.regime.reason
-        footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
+        plots.footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
     return fig
 
 
 def regime_figure(diagram: RegimeDiagram) -> Figure:
     """Records as marks over stiffness and pulling speed; form and colour are the regime, the number P/T0."""
-    with new_figure((page().width_or(6.4), min(page().width_or(6.4), 6.4) * 0.72 + 0.4 * page().narrow)) as fig:
+    with plots.new_figure((page().width_or(6.4), min(page().width_or(6.4), 6.4) * 0.72 + 0.4 * page().narrow)) as fig:
         ax = fig.subplots()
         ax.set(xscale="log", yscale="log", xlabel="stiffness k [N/m]", ylabel="pulling speed V [m/s]")
         for regime, (mark, colour) in MARKS.items():
@@ -79,7 +70,7 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
         for k, v, ratio in zip(diagram.stiffness, diagram.pulling_speed, diagram.period_ratio, strict=True):
             if np.isfinite(ratio):
                 ax.annotate(
-                    f"{ratio:.3g}", (k, v), (7, 0), textcoords="offset points", va="center", fontsize=letters(8)
+                    f"{ratio:.3g}", (k, v), (7, 0), textcoords="offset points", va="center", fontsize=plots.letters(8)
                 )
         ax.margins(0.22)
         if np.isfinite(diagram.border):
@@ -91,14 +82,14 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
             )  # fmt: skip
             ax.set(xlim=(low, high), ylim=heights)
         for name in "xy":
-            logarithmic(ax, name)
+            plots.logarithmic(ax, name)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
-        footnote(fig, r"Beside each mark: period over $2\pi\sqrt{m/k}$, where the mass is known.")
+        plots.footnote(fig, r"Beside each mark: period over $2\pi\sqrt{m/k}$, where the mass is known.")
     return fig
 
 
 def _whole(ax: Axes, found: StickSlip) -> None:
-    x, y = decimated(found.time, found.force, MOST_POINTS)
+    x, y = plots.decimated(found.time, found.force, MOST_POINTS)
     ax.plot(x, y, color="#5A5A5A", linewidth=0.5)
     minor = tuple(slip for slip in found.slips if slip.minor)
     size = 0.8 if len(found.slips) <= CROWD else 0.4
@@ -116,9 +107,9 @@ def _whole(ax: Axes, found: StickSlip) -> None:
     ax.set(xlabel="time [s]", ylabel=_force_label(found), title="The record")
     handles = ax.get_legend_handles_labels()[0]
     if handles and page().width is None:
-        legend(ax, loc="center left", bbox_to_anchor=(1.005, 0.5))
+        plots.legend(ax, loc="center left", bbox_to_anchor=(1.005, 0.5))
     elif handles:
-        legend_below(ax, handles, ncols=2 if page().narrow else 3)
+        plots.legend_below(ax, handles, ncols=2 if page().narrow else 3)
 
 
 def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
@@ -138,7 +129,7 @@ def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
 def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
     assert found.velocity is not None
     kept = (found.time >= window[0]) & (found.time <= window[1])
-    scale, prefix = unit_of(found.velocity[kept])
+    scale, prefix = plots.unit_of(found.velocity[kept])
     ax.plot(found.time[kept], found.velocity[kept] / scale, color=BLUE, linewidth=0.7)
     _shade(ax, found, window)
     assert found.pulling_speed is not None
@@ -165,7 +156,7 @@ def _periods(ax: Axes, found: StickSlip, periods: np.ndarray) -> None:
     ax.set(xlabel="period [s]", ylabel="number of periods", title="Periods", xlim=shown)
     ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-    legend_below(ax, ax.get_legend_handles_labels()[0], ncols=2)
+    plots.legend_below(ax, ax.get_legend_handles_labels()[0], ncols=2)
 
 
 def _levels(ax: Axes, found: StickSlip) -> None:
@@ -183,7 +174,7 @@ def _levels(ax: Axes, found: StickSlip) -> None:
 def _shade(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
     for phase in found.phases:
         if phase.kind == "stick" and phase.end > window[0] and phase.start < window[1]:
-            ax.axvspan(max(phase.start, window[0]), min(phase.end, window[1]), **STICK_SHADE)
+            ax.axvspan(max(phase.start, window[0]), min(phase.end, window[1]), **plots.STICK_SHADE)
 
 
 def _detail_window(found: StickSlip) -> tuple[float, float]:
