@@ -26,16 +26,10 @@ from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
+from vibrocap.plotting import laboratory
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.histories import draw_history, draw_load
-from vibrocap.plotting.laboratory import (
-    draw_presliding,
-    draw_steady_curve,
-    law_figure,
-    regularisation_figure,
-    sheet_figure,
-)
 from vibrocap.plotting.look.finishing import finished, save
 from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import STYLE
@@ -155,7 +149,7 @@ def _itself(result: Any) -> Any:
 
 
 BRANCHES = branch_figure, draw_branch, lambda branch: QUANTITIES, {"multipliers": draw_floquet_multipliers}
-LAW_PANELS = {"steady": draw_steady_curve, "presliding": draw_presliding}
+LAW_PANELS = {"steady": laboratory.draw_steady_curve, "presliding": laboratory.draw_presliding}
 PICTURES: dict[type, Picture] = {
     Trajectory: Picture(
         motion_figure,
@@ -182,9 +176,9 @@ PICTURES: dict[type, Picture] = {
     Basins: Picture(basin_figure, draw_basins, style=PRINT),
     BifurcationDiagram: Picture(bifurcation_figure, draw_bifurcation, lambda diagram: diagram.system.state_names),
     ParetoFront: Picture(front_figure, draw_front, lambda front: (), content=_itself),
-    Law: Picture(law_figure, None, lambda law: (), LAW_PANELS, first="steady"),
-    TestSheet: Picture(sheet_figure),
-    Regularisation: Picture(regularisation_figure),
+    Law: Picture(laboratory.law_figure, None, lambda law: (), LAW_PANELS, first="steady"),
+    TestSheet: Picture(laboratory.sheet_figure),
+    Regularisation: Picture(laboratory.regularisation_figure),
     StickSlip: Picture(stick_slip_figure),
     RegimeDiagram: Picture(regime_figure),
 }

@@ -79,14 +79,7 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
 
 def _other(system: Any, text: str) -> Any:
     """The system with another kind of part, which keeps the parameters that both have, or with other parameters."""
-    from vibrocap.studies.plan.variation import (
-        kinds_chosen,
-        path_complaints,
-        plainly,
-        refusal,
-        varied,
-        with_varied_parts,
-    )
+    from vibrocap.studies.plan import variation
 
     complaints = Complaints()
     wanted = "friction.law=NAME or PATH=VALUE"
@@ -96,16 +89,16 @@ def _other(system: Any, text: str) -> Any:
     for path, name in values.items():
         if is_kind(path) and (known := kinds_of(split_path(path)[0])).get(str(name)) is None:
             complaints.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
-    system, values = with_varied_parts(system, values), plainly(values, system)
+    system, values = variation.with_varied_parts(system, values), variation.plainly(values, system)
     if not complaints:
-        complaints += path_complaints(values, [kinds_chosen(system, values)], system.units)
+        complaints += variation.path_complaints(values, [variation.kinds_chosen(system, values)], system.units)
     try:
         if not complaints:
-            return varied(system, values)
+            return variation.varied(system, values)
     except CaseError as error:
         fields = [complaint.field for complaint in error.complaints if isinstance(complaint, Complaint)]
         more = ",".join([text, *(f"{field}=..." for field in fields)])
         complaints += [f"{complaint}; give it too, --against {more}" for complaint in error.complaints]
     except ValueError:
-        complaints += refusal(system, values)
+        complaints += variation.refusal(system, values)
     raise Refusal(*(f"--against {complaint}" for complaint in complaints))

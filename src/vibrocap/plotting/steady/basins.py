@@ -18,18 +18,8 @@ from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, 
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.labels import EQUALS, bracketed, quantity_label, scale, value_text
 from vibrocap.plotting.look.style import drawing, legend_below, settings_of, style
+from vibrocap.plotting.studies import maps
 from vibrocap.plotting.studies.cells import Cell, share
-from vibrocap.plotting.studies.maps import (
-    CELL_STYLES,
-    HALO,
-    OTHERS,
-    PRINT,
-    UNSETTLED,
-    _hatch,
-    _hatched,
-    add_title_and_legend,
-    study_axes,
-)
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, case_of
 from vibrocap.studies.labelled_result import PHASE_ATTRIBUTES, labelled_result
 
@@ -39,10 +29,10 @@ WAYS = {FORWARD: BLUE, BACK: ORANGE, NO_TRAVEL: GREY}
 ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of the ways
 # Those that have no value of their own: (words, face, hatch, colour of the hatch), as in maps of studies.
 UNVALUED_STYLES = {
-    NOT_SETTLED: ("not settled", "#FFFFFF", UNSETTLED, BLACK),
-    FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
-    NOT_CERTIFIED: ("not certified", *CELL_STYLES[Cell.FAILED]),
-    NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
+    NOT_SETTLED: ("not settled", "#FFFFFF", maps.UNSETTLED, BLACK),
+    FAILED: ("failed", *maps.CELL_STYLES[Cell.FAILED]),
+    NOT_CERTIFIED: ("not certified", *maps.CELL_STYLES[Cell.FAILED]),
+    NOT_TOLD: ("settled, not told apart", *maps.CELL_STYLES[Cell.NO_VALUE]),
 }
 
 
@@ -64,13 +54,13 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
         note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
     shown = ["direction"] * travels + ["attractor"] * (several or not travels)
-    with style(settings_of(PRINT)):
-        fig, panels = study_axes(words, len(shown))
+    with style(settings_of(maps.PRINT)):
+        fig, panels = maps.study_axes(words, len(shown))
         legend: list[Any] = []
         for ax, what in zip(panels, shown, strict=True):
             legend += _draw(ax, basins, along, what, first=ax is panels[0])
             ax.set_title(TITLES[what] if several else "")
-        add_title_and_legend(fig, words, legend + _unvalued(basins))
+        maps.add_title_and_legend(fig, words, legend + _unvalued(basins))
     return fig
 
 
@@ -121,7 +111,7 @@ def _unvalued(basins: Basins) -> list[Any]:
     for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
         if count := int(np.sum(basins.label == code)):
             patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
-            handles.append(_hatched(patch, hatch, ink))
+            handles.append(maps._hatched(patch, hatch, ink))
     return handles
 
 
@@ -138,7 +128,7 @@ def _draw(ax: Axes, basins: Basins, along: list[Quantity], what: str, first: boo
     else:
         codes, colours = (
             basins.label,
-            dict.fromkeys(range(len(basins.attractors)), OTHERS) | dict(enumerate(ATTRACTORS)),
+            dict.fromkeys(range(len(basins.attractors)), maps.OTHERS) | dict(enumerate(ATTRACTORS)),
         )
         legend = {k: _attractor(attractor, basins) for k, attractor in enumerate(named)}
         count = sum(attractor.starts for attractor in others)
@@ -151,8 +141,8 @@ def _draw(ax: Axes, basins: Basins, along: list[Quantity], what: str, first: boo
     paint: dict[str, Any] = {"cmap": ListedColormap([faces[code] for code in there]), "vmin": -0.5}
     ax.pcolormesh(x, y, number.T, vmax=len(there) - 0.5, rasterized=True, label="values", **paint)
     for code, (_, _, hatch, ink) in UNVALUED_STYLES.items():
-        _hatch(ax, x, y, basins.label == code, hatch, "white", HALO)
-        _hatch(ax, x, y, basins.label == code, hatch, ink)
+        maps._hatch(ax, x, y, basins.label == code, hatch, "white", maps.HALO)
+        maps._hatch(ax, x, y, basins.label == code, hatch, ink)
     labels = [
         axis_label(PHASE, PHASE_ATTRIBUTES)
         if name == PHASE
