@@ -117,7 +117,7 @@ class SweepRequest(WithParts):
         if self.design is not None and not unusable:
             design = Design(self.design, 1 if self.runs is None else self.runs, self.seed or 0)
         try:
-            rows = None if unusable or cases is None else cases.rows
+            rows = None if unusable or cases is None else list(cases.values())
             axes = {"drive.amplitude": "1:2:2"} if unusable else over or None
             study = planned_study(
                 case.system,
@@ -192,14 +192,13 @@ class SweepRequest(WithParts):
             settings["periods"] = int(periods)
         return settings | {"window": self.window, "settle": self.settle, "extrapolate": not self.no_extrapolate}
 
-    def _by_option(self, complaints: "tuple[str, ...]", cases: "CaseTable | None") -> list[str]:
+    def _by_option(self, complaints: "tuple[str, ...]", cases: "Mapping[int, Any] | None") -> list[str]:
         """The complaints of the study, with the option that each is about in front."""
         options = {"measures": "--measure", "design.kind": "--design", "design.runs": "--runs", "design.seed": "--seed"}
         for field in (*FROM_CASE, "window", "settle"):
             of_case = field in FROM_CASE and getattr(self, field, None) is None
             options[field] = f"run.{field} of {self.case}" if of_case else f"--{field}"
-        lines = {} if cases is None else {f"cases[{i}]": line for i, line in enumerate(cases.lines)}
-        options |= {field: f"--cases {self.cases}, line {line}" for field, line in lines.items()}
+        options |= {f"cases[{i}]": f"--cases {self.cases}, line {line}" for i, line in enumerate(cases or ())}
         found = by_option(complaints, options)
         for i, (new, old) in enumerate(zip(found, complaints, strict=True)):
             field = old.field if isinstance(old, Complaint) else ""
@@ -228,16 +227,8 @@ def _map_complaints(study: "Study") -> list[str]:
 LARGEST = 2**28  # bytes
 
 
-@dataclasses.dataclass(frozen=True)
-class CaseTable:
-    """The cases of a table, {path: value} each, and the line in which each stands."""
-
-    rows: tuple[Mapping[str, Any], ...]
-    lines: tuple[int, ...]
-
-
-def read_cases(path: Path) -> CaseTable:
-    """The cases of a table: paths in its first row, then a case in each; what is empty is as usual.
+def read_cases(path: Path) -> dict[int, dict[str, Any]]:
+    """The cases of a table, {path: value} by their lines: paths in its first row; what is empty is as usual.
 
     Lines that begin with # are passed over. Raises CaseError with every complaint at once.
     """
@@ -265,15 +256,14 @@ def read_cases(path: Path) -> CaseTable:
     paths = cells[0]
     for name in dict.fromkeys(name for name in paths if paths.count(name) > 1):
         complaints.add("--cases", f"{path}: {name} heads two columns")
-    cases, lines = [], []
+    cases = {}
     for (number, _), row in zip(numbered[1:], cells[1:], strict=True):
         if len(row) != len(paths):
             complaints.add("--cases", f"{path}, line {number}: has {len(row)} values under {len(paths)} paths")
         elif not any(row):
             complaints.add("--cases", f"{path}, line {number}: gives no value")
         else:
-            cases.append({name: value_of(cell, float) for name, cell in zip(paths, row, strict=True) if cell})
-            lines.append(number)
+            cases[number] = {name: value_of(cell, float) for name, cell in zip(paths, row, strict=True) if cell}
     if complaints:
         raise CaseError(complaints, str(path))
-    return CaseTable(tuple(cases), tuple(lines))
+    return cases

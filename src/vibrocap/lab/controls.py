@@ -13,14 +13,8 @@ from vibrocap.physics.parameters import Dimension, ParameterInfo, parameter_tabl
 
 # Roles whose parameters are moved by factors, and how far either way from the default.
 FACTORS = {
-    "mass": 50.0,
-    "Stribeck velocity": 20.0,
-    "fading velocity": 20.0,
-    "smoothing velocity": 50.0,
-    "reference velocity": 50.0,
-    "cutoff velocity": 50.0,
-    "decay rate": 20.0,
-    "distance": 50.0,
+    **dict.fromkeys(("mass", "smoothing velocity", "reference velocity", "cutoff velocity", "distance"), 50.0),
+    **dict.fromkeys(("Stribeck velocity", "fading velocity", "decay rate"), 20.0),
     "frequency": 5.0,
 }
 SHARES = {"level", "static level", "fraction", "share"}  # moved from 0 to 1

@@ -14,16 +14,9 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
 GALLERY = (
-    "travels-by-stick-slip",
-    "mirror-twin",
-    "biharmonic-drive-travels",
-    "phase-reverses-travel",
-    "symmetric-no-travel",
-    "light-capsule-travels-fast",
-    "slow-drive-mostly-sticks",
-    "never-leaves-stick",
-    "buckled-pendulum-travels",
-    "bristles-with-offset-points",
+    *("travels-by-stick-slip", "mirror-twin", "biharmonic-drive-travels", "phase-reverses-travel"),
+    *("symmetric-no-travel", "light-capsule-travels-fast", "slow-drive-mostly-sticks", "never-leaves-stick"),
+    *("buckled-pendulum-travels", "bristles-with-offset-points"),
 )
 LONGEST = 2000  # periods of a preset: a page keeps every piece of a motion
 

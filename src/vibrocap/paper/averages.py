@@ -8,11 +8,7 @@ from vibrocap.paper.presets import figures_9_to_11
 from vibrocap.paper.runs import LAST, WINDOWS, Runs
 
 STEADY_WINDOW = f"last {LAST} periods"
-
-
-def period_length() -> float:
-    """Drive period of Figs 9-11."""
-    return figures_9_to_11().drive.period
+PERIOD = figures_9_to_11().drive.period
 
 
 def window_name(periods: int) -> str:
@@ -31,7 +27,7 @@ def in_words(windows: list[str]) -> str:
 
 def averages(runs: Runs, friction: str) -> dict[str, np.ndarray]:
     """Mean velocity over the mass ratio, for each window from the start and for the last periods."""
-    sweep, period = runs.sweep(friction), period_length()
+    sweep, period = runs.sweep(friction), PERIOD
     curves = {window_name(n): sweep.mean_velocity(period, n) for n in WINDOWS}
     return curves | {STEADY_WINDOW: sweep.mean_velocity(period, LAST, last=True)}
 

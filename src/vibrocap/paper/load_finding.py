@@ -13,7 +13,7 @@ import numpy as np
 from vibrocap.measures.recorded.sticking import stick_fraction
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.averages import period_length
+from vibrocap.paper.averages import PERIOD
 from vibrocap.paper.claims.claim import RUN_ERROR
 from vibrocap.paper.figures.motion import WANDERED
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
@@ -161,7 +161,7 @@ def _range(forces: Sequence[float]) -> str:
 def _figure_9(runs: Runs) -> LoadedFigure:
     sweeps = {short: runs.loaded_sweep(name) for name, short in SHORT.items()}
     light = {short: runs.loaded_sweep(name, light=True) for name, short in SHORT.items()}
-    period = period_length()
+    period = PERIOD
     steady = [max(abs(run.mean_velocity(period, LAST, True)) for run in _done(sweeps[s])) for s in sweeps]
     transient = [max(abs(run.mean_velocity(period, SHOWN_PERIODS)) for run in _done(sweeps[s])) for s in sweeps]
     resting = itertools.takewhile(lambda run: run.at_rest, reversed(sweeps["EM"]))  # never moves, nor at all above
@@ -187,7 +187,7 @@ def _ends(short: str, runs_of: Sequence[LoadedRun]) -> str:
     parts = []
     for status in dict.fromkeys(run.status for run in runs_of if not run.status.ok):
         ended = [run for run in runs_of if run.status is status]
-        ratios, times = [run.mass_ratio for run in ended], [run.end / period_length() for run in ended]
+        ratios, times = [run.mass_ratio for run in ended], [run.end / PERIOD for run in ended]
         what = f"{_END_WORDS.get(status, 'they end')} (“{status.value}”)"
         span = f"λ = {ratios[0]:.3g}" if len(ratios) == 1 else f"λ = {ratios[0]:.3g} to {ratios[-1]:.3g}"
         parts.append(f"at {span} {what} after {min(times):.2f} to {max(times):.2f} periods{_growing(ended)}")

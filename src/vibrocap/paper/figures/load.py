@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.measures.recorded.friction_loop import friction_curve
-from vibrocap.paper.averages import STEADY_WINDOW, averages, period_length, window_name
+from vibrocap.paper.averages import PERIOD, STEADY_WINDOW, averages, window_name
 from vibrocap.paper.figures.figure import Curve, Ending, Panel, figure
 from vibrocap.paper.figures.friction import FORCES
 from vibrocap.paper.figures.motion import (
@@ -120,9 +120,9 @@ def figure_load_8(runs: Runs) -> Sequence[Panel]:
 )
 def figure_load_9(runs: Runs) -> Sequence[Panel]:
     window = window_name(SHOWN_PERIODS)
-    transient = _pale(runs, window) + _strong(runs, lambda run: run.mean_velocity(period_length(), SHOWN_PERIODS))
-    steady = _pale(runs, STEADY_WINDOW) + _strong(runs, lambda run: run.mean_velocity(period_length(), LAST, True))
-    light = _strong(runs, lambda run: run.mean_velocity(period_length(), SHOWN_PERIODS), light=True)
+    transient = _pale(runs, window) + _strong(runs, lambda run: run.mean_velocity(PERIOD, SHOWN_PERIODS))
+    steady = _pale(runs, STEADY_WINDOW) + _strong(runs, lambda run: run.mean_velocity(PERIOD, LAST, True))
+    light = _strong(runs, lambda run: run.mean_velocity(PERIOD, SHOWN_PERIODS), light=True)
     ends, light_ends = _endings(runs), _endings(runs, light=True)
     near = (-0.002, 0.002)
     return (

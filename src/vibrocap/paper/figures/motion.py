@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.averages import STEADY_WINDOW, averages, period_length, window_name
+from vibrocap.paper.averages import PERIOD, STEADY_WINDOW, averages, window_name
 from vibrocap.paper.figures.figure import Curve, Mark, Panel, figure
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
 from vibrocap.paper.runs import LAST, Runs, last_period
@@ -166,7 +166,7 @@ def figure_9(runs: Runs) -> Sequence[Panel]:
     for stiffness, weight in SOFT_SPRINGS.items():
         for name, short in SHORT.items():
             sweep = runs.sweep(name, stiffness)
-            velocity = -sweep.mean_velocity(period_length(), LAST, last=True)
+            velocity = -sweep.mean_velocity(PERIOD, LAST, last=True)
             soft.append(Curve(f"{short}, ρ = {stiffness:g}", short, sweep.mass_ratio, velocity, weight))
     marks = tuple(Mark(f"${letter}_{number}$", PRINTED[letter + number]) for letter, number in ("P1", "O2", "O1", "P2"))
     near = (-0.012, 0.022)

@@ -28,19 +28,7 @@ from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.look.labels import filled
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, drawing, legend_below, logarithmic, settings_of, style
-from vibrocap.plotting.studies.cells import (
-    Categories,
-    Cell,
-    beyond_label,
-    categories,
-    cell_labels,
-    cells,
-    hidden_label,
-    hidden_lift_off,
-    limits,
-    unsettled,
-    unsettled_label,
-)
+from vibrocap.plotting.studies import cells as runs
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, study_view
 
@@ -49,13 +37,13 @@ OTHERS = "#D9D9D9"
 DISTINCT = (BLUE, ORANGE, GREEN, SKY, VERMILION, YELLOW, VIOLET)
 DIVERGING, SEQUENTIAL = "RdBu_r", "viridis"
 # (face, hatch, colour of the hatch) of runs without a value; none of the faces occurs in the scales above
-CELL_STYLES: dict[Cell, tuple[str, str, str]] = {
-    Cell.NO_TRAVEL: (GREY, "", BLACK),
-    Cell.INFINITE: (GREY, "", BLACK),
-    Cell.NO_VALUE: ("#FFFFFF", "....", "#777777"),
-    Cell.NOT_SETTLED: ("#FFFFFF", "", BLACK),  # hatched with all that did not settle
-    Cell.FAILED: ("#E78AC3", "xxxxx", BLACK),
-    Cell.NOT_RUN: ("#FFFFFF", "----", "#999999"),
+CELL_STYLES: dict[runs.Cell, tuple[str, str, str]] = {
+    runs.Cell.NO_TRAVEL: (GREY, "", BLACK),
+    runs.Cell.INFINITE: (GREY, "", BLACK),
+    runs.Cell.NO_VALUE: ("#FFFFFF", "....", "#777777"),
+    runs.Cell.NOT_SETTLED: ("#FFFFFF", "", BLACK),  # hatched with all that did not settle
+    runs.Cell.FAILED: ("#E78AC3", "xxxxx", BLACK),
+    runs.Cell.NOT_RUN: ("#FFFFFF", "----", "#999999"),
 }
 UNSETTLED, HIDDEN = "//////", "\\\\\\\\"
 HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim shows on any of them
@@ -191,11 +179,11 @@ def _hatched(patch: Any, hatch: str, ink: str, width: float = HATCH_WIDTH) -> An
 # --- maps -------------------------------------------------------------------------------------------------------------
 def _draw_maps(fig: Figure | SubFigure, axes: list[Axes], view: View) -> list[Any]:
     """The maps of all panels in one scale of colours; returns the handles of the legend."""
-    groups = categories(view) if view.kind == "discrete" else None
+    groups = runs.categories(view) if view.kind == "discrete" else None
     paint = _categories_paint(groups) if groups else _scale_paint(view)
     for ax, panel in zip(axes, view.panels, strict=True):
         colours = groups.codes(view, panel) if groups else panel.values
-        _draw_map(ax, view, panel, np.ma.masked_where(cells(view, panel) != Cell.VALUE, colours), paint)
+        _draw_map(ax, view, panel, np.ma.masked_where(runs.cells(view, panel) != runs.Cell.VALUE, colours), paint)
         ax.set_title(panel.title)
     for ax in axes:
         place = ax.get_subplotspec()
@@ -215,26 +203,26 @@ def _draw_maps(fig: Figure | SubFigure, axes: list[Axes], view: View) -> list[An
     handles: list[Any] = [Patch(facecolor=paint["cmap"](i), label=x, edgecolor="none") for i, x in enumerate(words)]
     if view.points is not None:
         return handles + dot_handles(view)
-    for cell, text in cell_labels(view).items():
+    for cell, text in runs.cell_labels(view).items():
         face, hatch, ink = CELL_STYLES[cell]
         handles.append(_hatched(Patch(facecolor=face, label=text), hatch, ink))
-    marks = ((unsettled_label(view), UNSETTLED), (hidden_label(view), HIDDEN))
+    marks = ((runs.unsettled_label(view), UNSETTLED), (runs.hidden_label(view), HIDDEN))
     return handles + [_hatched(Patch(facecolor="none", label=text), hatch, BLACK) for text, hatch in marks if text]
 
 
 def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str, Any]) -> None:
     """The cells of one panel: values in colours, all else flat, with hatching over it."""
-    kinds, waiting = cells(view, panel), unsettled(view, panel)
+    kinds, waiting = runs.cells(view, panel), runs.unsettled(view, panel)
     if view.points is None:
         x, y = view.axes[0].edges, view.axes[1].edges
-        flat = np.ma.masked_where(kinds == Cell.VALUE, kinds)
+        flat = np.ma.masked_where(kinds == runs.Cell.VALUE, kinds)
         faces = ListedColormap([face for face, _, _ in CELL_STYLES.values()])
         numbers = Normalize(min(CELL_STYLES) - 0.5, max(CELL_STYLES) + 0.5)
         ax.pcolormesh(x, y, colours.T, rasterized=True, label="values", **paint)
         ax.pcolormesh(x, y, flat.T, rasterized=True, label="no values", cmap=faces, norm=numbers)
         for cell, (_, hatch, ink) in CELL_STYLES.items():
             _hatch(ax, x, y, kinds == cell, hatch, ink)
-        for where, hatch in ((waiting, UNSETTLED), (hidden_lift_off(panel), HIDDEN)):
+        for where, hatch in ((waiting, UNSETTLED), (runs.hidden_lift_off(panel), HIDDEN)):
             _hatch(ax, x, y, where, hatch, "white", HALO)
             _hatch(ax, x, y, where, hatch, BLACK)
         ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
@@ -267,14 +255,14 @@ def _outline(x: np.ndarray, y: np.ndarray, where: np.ndarray) -> Outline:
 
 def _scale_paint(view: View) -> dict[str, Any]:
     """Colours of a scale of numbers."""
-    low, high, _, _, logarithmic = limits(view)
+    low, high, _, _, logarithmic = runs.limits(view)
     cmap = matplotlib.colormaps[DIVERGING if view.kind == "signed" else SEQUENTIAL]
     if view.kind == "signed" and low * high == 0.0:  # one way only: that half of the colours
         cmap = ListedColormap(cmap(np.linspace(0.5, 1.0, 256) if low == 0.0 else np.linspace(0.0, 0.5, 256)))
     return {"cmap": cmap, "norm": LogNorm(low, high) if logarithmic else Normalize(low, high)}
 
 
-def _categories_paint(groups: Categories) -> dict[str, Any]:
+def _categories_paint(groups: runs.Categories) -> dict[str, Any]:
     """Colours of categories, those beyond the named ones in grey."""
     colours = [*DISTINCT[: len(groups.values)], *([OTHERS] if len(groups.words) > len(groups.values) else [])]
     cmap = ListedColormap(colours or [OTHERS])
@@ -283,11 +271,11 @@ def _categories_paint(groups: Categories) -> dict[str, Any]:
 
 def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: dict[str, Any]) -> None:
     """The scale of colours beside the maps, pointed where values lie beyond it."""
-    _, _, below, above, _ = limits(view)
+    _, _, below, above, _ = runs.limits(view)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     shape = {"extend": extend[below, above], "aspect": 28 if len(axes) == 1 else 22, "pad": 0.02, "fraction": 0.05}
     bar = fig.colorbar(ScalarMappable(paint["norm"], paint["cmap"]), ax=axes, **shape)
-    beyond = beyond_label(view)
+    beyond = runs.beyond_label(view)
     bar.set_label(f"{view.label}\n{beyond}" if beyond else view.label)
     bar.outline.set_linewidth(0.5)  # type: ignore[operator]
 
