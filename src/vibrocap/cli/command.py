@@ -80,9 +80,6 @@ class Request:
                 words += itertools.chain.from_iterable((flag(field.name), word) for word in values)
         return shlex.join(["vibrocap", name, *places, *words])
 
-    def register(self) -> None:
-        """Make known what the request names, before it is checked."""
-
     def plan(self, refused: Complaints) -> None:
         """Complain of options that do not go together, before any work."""
 
@@ -169,12 +166,14 @@ class Drawn(Request):
         made.enter_context(on_page(self.width, not self.no_header))
         if self.style is not None:
             needs("--style", "matplotlib")
-            from vibrocap.plotting.look.style import read_style_sheet, with_settings
+            import matplotlib
+
+            from vibrocap.plotting.look.style import read_style_sheet
 
             if not self.style.is_file():
                 raise Refusal(f"--style: {str(self.style)!r} is no file")
             try:
-                made.enter_context(with_settings(read_style_sheet(self.style)))
+                made.enter_context(matplotlib.rc_context(read_style_sheet(self.style)))
             except ValueError as error:
                 raise Refusal(f"--style: {error}") from None
         return made
@@ -270,7 +269,8 @@ def _parameter(field: Any, kind: Any, declared: Option) -> inspect.Parameter:
 
 def perform(chosen: Command, request: Request) -> int:
     """Run a command: its options are checked, it computes, and its answer is shown; returns the exit code."""
-    request.register()
+    if isinstance(request, WithParts):
+        request.register()
     request.refuse()
     with refusing(request), request.page() if isinstance(request, Drawn) else contextlib.nullcontext():
         if chosen.doing:

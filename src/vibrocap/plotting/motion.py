@@ -100,7 +100,7 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
     x, y: by default the first state and its rate, of an imposed motion itself and the force it takes; "position" of
         what travels is drawn less the steady travel, so that a steady motion closes
     """
-    inner, rate = _inner_plane(motion) or (panel.place_of(motion), _velocity(motion))
+    inner, rate = _inner_plane(motion) or (panel.place_of(motion), _velocities(motion)[0])
     with plots.drawing(ax, (5.0, 3.6)) as ax:
         return _phase_plane(x or inner, y or rate, motion, _recent(motion), ax)
 
@@ -146,7 +146,7 @@ def _planes_of_all(motion: Trajectory, recent: panel.Stretch, ax: Axes) -> None:
         shift, label = _relative(motion, x, recent)
         ax.plot(trace[x] - shift(trace), trace[y], label=f"{number}", **look)
         ax.set_xlabel(re.sub(r"_\{?\d\}?", "_i", label))
-    ax.set_ylabel(with_unit("velocity $v_i$", _velocity(motion), motion.system))
+    ax.set_ylabel(with_unit("velocity $v_i$", _velocities(motion)[0], motion.system))
     ax.locator_params(axis="x", nbins=7)
     panel.numbers_above(ax)
 
@@ -236,7 +236,7 @@ def _histories(motion: Trajectory) -> list[tuple[str, Draw]]:
         panels += [("Bodies", _over_time(_velocities(motion), "velocity $v_i$"))]
         panels += [("Contacts", _over_time(frictions, "friction force $R_i$")), ("Modes", panel.draw_modes)]
     else:
-        panels += [(moving, _over_time([_velocity(motion)])), ("Contact", _over_time(["friction"]))]
+        panels += [(moving, _over_time([_velocities(motion)[0]])), ("Contact", _over_time(["friction"]))]
     if motion.system.controller is not None:
         panels += [("Controller", panel.error_panel), ("Actuator", panel.command_panel)]
     if machine.follows_load or panel.hides_lift_off(motion):
@@ -254,7 +254,7 @@ def _over_time(names: list[str], label: str = "") -> Draw:
             panel.draw_all(motion, names, words, detail, ax)
         else:
             panel.history(motion, names[0], detail, ax, shaded=True)
-        if names[0] == _velocity(motion):
+        if names[0] == _velocities(motion)[0]:
             panel.mark_impacts(ax, motion, detail)
 
     return draw
@@ -263,7 +263,7 @@ def _over_time(names: list[str], label: str = "") -> Draw:
 def _planes(motion: Trajectory) -> list[tuple[str, Draw]]:
     """(title, how it is drawn) of the phase planes of a sheet and of its friction loop."""
     several, inner = len(panel.contacts_of(motion)) > 1, _inner_plane(motion)
-    body = panel.place_of(motion), _velocity(motion)
+    body = panel.place_of(motion), _velocities(motion)[0]
     title = "Actuator" if motion.system.machine.imposes_motion else _inner_title(motion)
     planes: list[tuple[str, Draw]] = [(title, partial(_phase_plane, *inner))] if inner else []
     if len(panel.places_of(motion)) == len(panel.contacts_of(motion)) > 1:
@@ -307,12 +307,8 @@ def _inner_plane(motion: Trajectory) -> tuple[str, str] | None:
     return None if first == panel.place_of(motion) or rate not in motion.names else (first, rate)
 
 
-def _velocity(motion: Trajectory) -> str:
-    """The velocity of the body that rubs; with an imposed motion the state is that of the common centre."""
-    return _velocities(motion)[0]
-
-
 def _velocities(motion: Trajectory) -> list[str]:
+    """The velocities of the bodies that rub; with an imposed motion the state is that of the common centre."""
     machine = motion.system.machine
     if machine.imposes_motion:
         return [numbered("contact_velocity", each) for each in panel.contacts_of(motion)]

@@ -1,6 +1,7 @@
 """The claims with their verdicts, the errata, and what was found beyond them, as HTML: symmetry, load, travel."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -20,19 +21,16 @@ BADGES = {Outcome.HOLDS: "holds", Outcome.ONLY_FOR: "only", Outcome.FAILS: "fail
 
 def filters(verdicts: Sequence[Verdict]) -> str:
     """Buttons that show the claims of one verdict alone, with how many there are."""
-    cells = [_button("all", "total", f"all {len(verdicts)}", True)]
+    counts = Counter(verdict.finding.outcome for verdict in verdicts)
+    buttons = [("all", "total", f"all {len(verdicts)}", "true")]
     for outcome, badge in BADGES.items():
-        if count := sum(verdict.finding.outcome is outcome for verdict in verdicts):
-            dots = " …" if outcome is Outcome.ONLY_FOR else ""
-            cells.append(_button(badge, badge, f"{count} {outcome.value}{dots}", False))
-    return f'<div class="filters" role="group" aria-label="claims to show">{"".join(cells)}</div>'
-
-
-def _button(name: str, badge: str, words: str, pressed: bool) -> str:
-    return (
-        f'<button type="button" class="badge {badge}" data-show="{name}" aria-pressed="{str(pressed).lower()}">'
-        f"{words}</button>"
+        words = f"{counts[outcome]} {outcome.value}{' …' * (outcome is Outcome.ONLY_FOR)}"
+        buttons += [(badge, badge, words, "false")] if counts[outcome] else []
+    cells = "".join(
+        f'<button type="button" class="badge {badge}" data-show="{name}" aria-pressed="{pressed}">{words}</button>'
+        for name, badge, words, pressed in buttons
     )
+    return f'<div class="filters" role="group" aria-label="claims to show">{cells}</div>'
 
 
 def chapter_key(title: str) -> str:

@@ -122,8 +122,7 @@ def _presets() -> str:
     for part in ("machine", "drive"):
         for info in parameter_table(getattr(first, part)):
             path = f"{part}.{info.name}"
-            values = [first.parameter(path), second.parameter(path)]
-            cells = [escape(str(value)) for value in values]
+            cells = [escape(str(system.parameter(path))) for system in (first, second)]
             if part == "drive":
                 cells[0] += " (not printed; as in Figs 9-11)"
             if info.name == "mass_ratio":

@@ -97,7 +97,6 @@ class _Plain:
     head = PLAIN
 
     def scales(self) -> list[str]:
-        """What says the units of the machine: nothing."""
         return []
 
     def lines(self, part: Any, info: ParameterInfo) -> list[str]:
@@ -106,7 +105,6 @@ class _Plain:
         return [f"# {info.name}: {words}" if info.default is None else _line(info.name, info.default, words)]
 
     def state(self, name: str) -> str:
-        """A state, from zero."""
         symbol, meaning = STATES.get(name, (name, name))
         return _line(name, 0.0, f"{symbol}: {meaning}")
 
@@ -123,7 +121,6 @@ class _InSI(_Plain):
         self.units = units_of(classes, self.given)
 
     def scales(self) -> list[str]:
-        """What says the units of the machine."""
         lines = []
         for info in parameter_table(self.given):
             value = getattr(self.given, info.name)
@@ -148,7 +145,6 @@ class _InSI(_Plain):
         return [_line(name, value, info.in_si)]
 
     def state(self, name: str) -> str:
-        """A state, from zero."""
         key, (symbol, meaning) = one_way(state_keys(self.units.states), name), STATES.get(name, (name, name))
         return _line(name if key is None else key.key, 0.0, f"{symbol}: {meaning}")
 

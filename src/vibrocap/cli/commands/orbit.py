@@ -88,10 +88,8 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
         if slopes is not None:
             print_gradients(page, slopes)
 
-    incomplete = ""
-    if lacking:
-        incomplete = f"No gradients: {lacking}."
-    elif result.status is not OrbitStatus.CONVERGED:
+    incomplete = f"No gradients: {lacking}." if lacking else ""
+    if not lacking and result.status is not OrbitStatus.CONVERGED:
         why = {
             OrbitStatus.NOT_CERTIFIED: "The steady motion is not certified.",
             OrbitStatus.CONTRADICTED: "The stability of the steady motion is not known.",

@@ -131,8 +131,7 @@ def _disk_failure(error: OSError, request: "SweepRequest") -> str:
     kept = "" if request.out is None else f" {_kept(request.out)}"
     if isinstance(error, WriteError):
         return f"The study could not be exported: {error}.{kept}"
-    reason = error.strerror or str(error)
-    return f"The study could not be completed: {error.filename or request.export}: {reason}.{kept}"
+    return f"The study could not be completed: {error.filename or request.export}: {error.strerror or error}.{kept}"
 
 
 def _kept(out: Path) -> str:
@@ -185,10 +184,8 @@ def print_study(page: Page, found: Outcome, seconds: float, out: Path | None, ex
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
     from vibrocap.plotting.studies.view import status_label
 
-    statuses = Counter(found.statuses)
-    sizes = ", ".join(f"{dim} {size:,}" for dim, size in found.sizes.items())
-    runs = sum(statuses.values())
-    finished = statuses.pop(0, 0)
+    statuses, sizes = Counter(found.statuses), ", ".join(f"{dim} {size:,}" for dim, size in found.sizes.items())
+    runs, finished = sum(statuses.values()), statuses.pop(0, 0)
     page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
     if found.made is not None:
         page.say(f"  made       {found.made:,} ({found.made / runs:.1%}); the others are filled in between")

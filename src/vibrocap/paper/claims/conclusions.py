@@ -131,14 +131,13 @@ def periodic_responses(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 1, 2.1", "The pendulum drives the capsule in both directions.", RUN_ERROR, "fig05")
 def bidirectional(runs: Runs, tolerance: float) -> Finding:
     """Settled drift per period of Figs 5-8, and that of the mirror twin."""
-    numbers, sums = {}, []
+    numbers, mirrored = {}, True
     for name, short in SHORT.items():
         here, there = runs.steady(name).drift, runs.steady(name, twin=True).drift
         numbers[f"{short}: drift"], numbers[f"{short}: drift of the twin"] = here, there
-        sums.append(abs(here + there))
-    moves = min(abs(value) for value in numbers.values()) > tolerance
+        mirrored &= abs(here + there) <= tolerance
     return Finding(
-        decided(moves and max(sums) <= tolerance),
+        decided(mirrored and min(map(abs, numbers.values())) > tolerance),
         numbers,
         "Each travelling motion has a mirror twin with the opposite drift; the start decides between them.",
     )

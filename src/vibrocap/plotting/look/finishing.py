@@ -128,28 +128,20 @@ def _break(text: Text, room: float, upright: bool = False) -> None:
         text.set_text(filled(words, letters))
 
 
-def _narrow(legend: Legend, fig: Figure) -> None:
-    """Fewer columns, until a legend is no wider than its figure."""
-    while legend._ncols > 1:  # type: ignore[attr-defined]
-        box = legend.get_window_extent()
-        if box.x0 >= fig.bbox.x0 and box.x1 <= fig.bbox.x1 and box.width <= _room(legend, fig):
-            return
-        _rearrange(legend, legend._ncols - 1)  # type: ignore[attr-defined]
-
-
-def _rearrange(legend: Legend, columns: int) -> None:
-    """The same legend in so many columns; Matplotlib sets the number alone, and arranges it only when it is made."""
-    handles, words = legend.legend_handles, [text.get_text() for text in legend.get_texts()]
-    legend.set_ncols(columns)
-    legend._init_legend_box(handles, words)  # type: ignore[attr-defined]
-    legend._legend_box.set_offset(legend._findoffset)  # type: ignore[attr-defined]
-    legend.set_title(None)  # type: ignore[arg-type]
-
-
-def _room(legend: Legend, fig: Figure) -> float:
-    """The widest that a legend may be, in pixels."""
+def _narrow(legend: Any, fig: Figure) -> None:
+    """Fewer columns, until a legend is no wider than its figure, or its axes."""
     parent = legend.axes if legend.axes is not None else fig
-    return (parent.get_window_extent() if isinstance(parent, Axes) else fig.bbox).width * 1.02
+    widest = (parent.get_window_extent() if isinstance(parent, Axes) else fig.bbox).width * 1.02  # in pixels
+    while legend._ncols > 1:
+        box = legend.get_window_extent()
+        if box.x0 >= fig.bbox.x0 and box.x1 <= fig.bbox.x1 and box.width <= widest:
+            return
+        # Matplotlib sets the number of columns alone, and arranges a legend only when it is made.
+        handles, words = legend.legend_handles, [text.get_text() for text in legend.get_texts()]
+        legend.set_ncols(legend._ncols - 1)
+        legend._init_legend_box(handles, words)
+        legend._legend_box.set_offset(legend._findoffset)
+        legend.set_title(None)
 
 
 def _thin_out(axis: Axis) -> None:

@@ -102,11 +102,6 @@ def read_style_sheet(path: Path) -> dict[Any, Any]:
     return dict(settings)
 
 
-def with_settings(settings: Mapping[Any, Any]) -> contextlib.AbstractContextManager:
-    """A context in which these are the user's settings, which hold over those of the package."""
-    return matplotlib.rc_context(dict(settings))
-
-
 def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
     """Those settings of the package's style which the user has left as Matplotlib sets them."""
     asked, untouched = package | (PAGE_STYLE if page().width is not None else {}), {}

@@ -77,7 +77,7 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
     ax.grid(color="#E4E4E4", linewidth=0.5)
     if axis.logarithmic:
         logarithmic(ax, "x")
-    elif axis.counts:
+    elif axis.path in ("case", "run"):  # numbers of runs, between two of which there is none
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     return handles
 

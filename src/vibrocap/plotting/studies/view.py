@@ -62,11 +62,6 @@ class ViewAxis:
         return not self.scattered and even_in_logarithm(self.values)
 
     @property
-    def counts(self) -> bool:
-        """Whether the axis numbers runs, of which there is none between two."""
-        return self.path in ("case", "run")
-
-    @property
     def edges(self) -> np.ndarray:
         """Borders of the cells around the values: middles between them, and half a step beyond the ends [n + 1]."""
         x = np.log(self.values) if self.logarithmic else self.values
