@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 
+from vibrocap.laboratory.driven import driven_force
 from vibrocap.measures.recorded.friction_loop import FrictionLoop, friction_loop
 from vibrocap.measures.recorded.travel import mean_velocity
 from vibrocap.motion.simulate import simulate
@@ -12,6 +13,7 @@ from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.orbits.crossings.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start, with_load
+from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.physics.system import System
 
 TOLERANCE = 1e-10
@@ -24,6 +26,11 @@ RANDOM_RATIOS, RANDOM_STARTS = 9, 8  # mass ratios of Fig. 9, and random starts 
 SWEEP_POINTS = 82  # mass ratios of Fig. 9: about 0.1 apart
 LIGHT_RATIOS = (0.01, 0.15)  # where a load that follows the motion can end it
 LIGHT_POINTS = 29  # 0.005 apart
+SAMPLES = 4000  # per cycle of an imposed velocity, that are returned
+# samples for each of these that the law follows, so that the straight lines between them are a sine to 1e-10
+FINER = 16
+CYCLES = 2  # the last of which is kept
+MEAN, AMPLITUDE = 0.1, 0.05  # of the velocity of pure sliding: where steady friction falls most steeply
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -189,3 +196,29 @@ def return_residual(motion: Trajectory) -> float:
     """Largest difference between the last two period marks, of all states but X: zero for a period-1 motion."""
     kept = [i for i, name in enumerate(motion.state_names) if name != motion.system.cyclic]
     return float(np.max(np.abs(motion.sections[-1, kept] - motion.sections[-2, kept])))
+
+
+def imposed_cycle(friction: LuGre, mean: float, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and friction over a cycle of an imposed velocity, X' = mean + amplitude sin(tau), N = 1.
+
+    One cycle has passed before, from bristles at rest.
+    """
+    time = np.linspace(0.0, 2.0 * np.pi * CYCLES, CYCLES * SAMPLES * FINER + 1)
+    velocity = mean + amplitude * np.sin(time)
+    forces = driven_force(friction, time, velocity, tolerance=1e-10)
+    last = slice(-SAMPLES * FINER - 1, None, FINER)
+    return velocity[last], forces.force[last]
+
+
+def imposed_sliding(damping: float) -> dict[str, np.ndarray]:
+    """Friction while accelerating and decelerating at equal speeds, for X' = 0.1 + 0.05 sin(tau): pure sliding."""
+    velocity, force = imposed_cycle(LuGre(bristle_damping=damping), MEAN, AMPLITUDE)
+    lowest = 3 * SAMPLES // 4
+    velocity, force = np.roll(velocity[:-1], -lowest), np.roll(force[:-1], -lowest)
+    half = SAMPLES // 2
+    speeds = MEAN + AMPLITUDE * np.linspace(-0.95, 0.95, 96)
+    return {
+        "velocity": speeds,
+        "accelerating": np.interp(speeds, velocity[:half], force[:half]),
+        "decelerating": np.interp(speeds, velocity[half:][::-1], force[half:][::-1]),
+    }

@@ -25,15 +25,10 @@ def number(value: float) -> str:
     whole = value == round(value) and abs(value) < 1e6
     shown = str(int(value)) if whole else f"{value:.{DIGITS}g}"
     mantissa, _, power = shown.partition("e")
-    text = minus(mantissa) + (f"·10<sup>{minus(str(int(power)))}</sup>" if power else "")
+    text = (mantissa + (f"·10<sup>{int(power)}</sup>" if power else "")).replace("-", "\N{MINUS SIGN}")
     if float(shown) == value:
         return f'<span class="n">{text}</span>'
     return f'<data class="n" value="{value!r}" title="{value!r}">{text}</data>'
-
-
-def minus(text: str) -> str:
-    """A number with the sign that print has for it."""
-    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def law(short: str) -> str:

@@ -7,8 +7,7 @@ import numpy as np
 from vibrocap.measures.recorded.limits import frictional_limits, steady_friction, steady_slope
 from vibrocap.measures.recorded.offset_points import OffsetPoints
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
-from vibrocap.paper.imposed import imposed_sliding
-from vibrocap.paper.runs import Runs
+from vibrocap.paper.runs import Runs, imposed_sliding
 from vibrocap.physics.friction.lugre import LuGre
 
 VISCOUS = 0.4  # a delta2 for which offset points exist; the paper's own is 0

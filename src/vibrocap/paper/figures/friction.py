@@ -7,9 +7,8 @@ import numpy as np
 from vibrocap.measures.recorded.friction_loop import friction_curve
 from vibrocap.paper.figures.figure import Curve, Mark, Panel, figure
 from vibrocap.paper.figures.motion import around_events
-from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
 from vibrocap.paper.presets import SHORT
-from vibrocap.paper.runs import Runs
+from vibrocap.paper.runs import AMPLITUDE, MEAN, Runs, imposed_cycle
 from vibrocap.physics.friction.lugre import LuGre
 
 SHOWN = 4  # periods in Fig. 6
