@@ -24,9 +24,8 @@ class Ways:
 
     def answer(self, question: str) -> bool:
         """The answer on this way: as before where it was asked before."""
-        for known, answer in self.asked:
-            if known == question:
-                return answer
+        if (known := dict(self.asked).get(question)) is not None:
+            return known
         answer = self._ahead.pop(0) if self._ahead else True
         self.asked.append((question, answer))
         return answer

@@ -91,9 +91,6 @@ def _share(axes: Any) -> None:
             explained = True
 
 
-# --- single panels ----------------------------------------------------------------------------------------------------
-
-
 def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One quantity of a motion over another: the last response over the first periods.
 
@@ -222,7 +219,6 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
     return np.where(empty, np.nan, x[index]), np.where(empty, np.nan, y[index])
 
 
-# --- what a sheet shows -----------------------------------------------------------------------------------------------
 Draw = Callable[[Trajectory, panel.Stretch, Axes], Any]
 
 

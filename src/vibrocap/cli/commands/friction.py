@@ -214,11 +214,10 @@ def print_sheet(page: Page, name: str, sheet: Any) -> None:
     page.say(f"Canonical tests of {name}, load {sheet.load:g}, in the units of its parameters", style="bold")
     for loop in sheet.presliding:
         page.print(f"  presliding   amplitude {loop.amplitude:.6g}: area {loop.area:.6g}, peak {loop.peak_force:.6g}")
-    lag = sheet.lag  # width: accelerating less decelerating
-    for frequency, width in zip(lag.frequency, lag.width, strict=True):
+    for frequency, width in zip(sheet.lag.frequency, sheet.lag.width, strict=True):  # accelerating less decelerating
         page.print(f"  lag          frequency {frequency:.6g}: width {width:.6g}")
-    break_away = sheet.break_away
-    for rate, force, peaked in zip(break_away.rate, break_away.force, break_away.peaked, strict=True):
+    parts = sheet.break_away.rate, sheet.break_away.force, sheet.break_away.peaked
+    for rate, force, peaked in zip(*parts, strict=True):
         page.print(f"  break-away   rate {rate:.6g}: {force:.6g}{'' if peaked else ' (friction has no peak)'}")
     words = f"period {slip.period:.6g}, sticking {slip.stick_time:.6g}" if slip.regime == "stick-slip" else "no cycle"
     words = f"period {slip.period:.6g}" if slip.regime == "oscillation" else words

@@ -117,14 +117,9 @@ def offset_points_exist(runs: Runs, tolerance: float) -> Finding:
 def monotone_between_offsets(runs: Runs, tolerance: float) -> Finding:
     """Signs of the slope (12) below, between and above the offset points at delta2 = 0.4; its sign at delta2 = 0."""
     law, points = LuGre(viscous_damping=VISCOUS), _offset(viscous_damping=VISCOUS)
-    slopes = {
-        name: np.array([steady_slope(law, 1.0, float(v)) for v in np.linspace(low, high, 41)[1:-1]])
-        for name, low, high in (
-            ("below X'_l", 0.0, _real(points.lower)),
-            ("between", _real(points.lower), _real(points.upper)),
-            ("above X'_h", _real(points.upper), 1.0),
-        )
-    }
+    slopes, ends = {}, (0.0, _real(points.lower), _real(points.upper), 1.0)
+    for name, low, high in zip(("below X'_l", "between", "above X'_h"), ends[:-1], ends[1:], strict=True):
+        slopes[name] = np.array([steady_slope(law, 1.0, float(v)) for v in np.linspace(low, high, 41)[1:-1]])
     below, between, above = slopes.values()
     rising = bool(np.all(below > 0) and np.all(between < 0) and np.all(above > 0))
     dry = max(steady_slope(LuGre(), 1.0, float(v)) for v in np.linspace(0.001, 0.5, 200))
