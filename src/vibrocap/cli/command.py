@@ -212,6 +212,12 @@ class Command:
         """As it stands on the line."""
         return self.run.__name__.strip("_").replace("_", "-")
 
+    @property
+    def words(self) -> str:
+        """What it does, a line for each paragraph, so that the terminal wraps it."""
+        paragraphs = inspect.cleandoc(self.run.__doc__ or "").split("\n\n")
+        return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+
     def entry(self) -> Callable[..., int]:
         """The function that cyclopts calls, whose signature follows from the request."""
         options, fields = self.request.options(), dataclasses.fields(self.request)

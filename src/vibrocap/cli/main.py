@@ -8,7 +8,6 @@ import contextlib
 import difflib
 import functools
 import importlib
-import inspect
 import io
 import os
 import sys
@@ -61,10 +60,8 @@ def app_of(*wanted: str) -> App:
     for name in wanted or names():
         importlib.import_module(f"{commands.__name__}.{name.replace('-', '_')}")
         chosen = COMMANDS[name]
-        paragraphs = inspect.cleandoc(chosen.run.__doc__ or "").split("\n\n")  # a line each, which the terminal wraps
-        words = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
         examples = "Examples:\n\n" + "".join(f"  {line}\n" for line in chosen.examples)
-        made.command(chosen.entry(), name=name, help=words, help_epilogue=examples)
+        made.command(chosen.entry(), name=name, help=chosen.words, help_epilogue=examples)
     made.command(completion, name="--completion", show=False)
     return made
 

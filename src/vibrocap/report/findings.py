@@ -83,7 +83,6 @@ Drawn = tuple[Figure, Path]
 NAMES = ("O1", "O2", "P1", "P2")
 
 
-# --- the half-period symmetry -----------------------------------------------------------------------------------------
 def main(finding: MainFinding, symmetry: Drawn | None) -> str:
     """Why the capsule of Fig. 9 does not travel."""
     head = ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin")
@@ -132,7 +131,6 @@ def _place(at: float, error: float) -> str:
     return f'<data class="n" value="{at!r}" title="{at:.12g} ± {error:.0e}">{at:.5g}</data>'
 
 
-# --- the dynamic load ---------------------------------------------------------------------------------
 def load(figures: Mapping[str, Drawn], found: Mapping[str, LoadedFigure], motions: tuple[LoadedMotion, ...]) -> str:
     """Figs 5-11 under the dynamic load."""
     parts = ""
@@ -167,7 +165,6 @@ def _loads(motions: tuple[LoadedMotion, ...]) -> str:
     )
 
 
-# --- steady travel ----------------------------------------------------------------------------------------------------
 def travel(found: SteadyTravel, maps: Path, branches: Path) -> str:
     """The map of steady travel, and the branches on which travel is born."""
     words = {1.0: "N = 1", "dynamic": "dynamic load"}

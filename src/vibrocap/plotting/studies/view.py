@@ -277,7 +277,6 @@ def _span(values: Any) -> str:
     return f"{values.size} values from {float(values.min()):g} to {float(values.max()):g}"
 
 
-# --- words ------------------------------------------------------------------------------------------------------------
 def status_label(code: int) -> str:
     """A status in words."""
     return "not run yet" if code == NOT_RUN else list(Status)[code].value
