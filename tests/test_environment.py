@@ -156,9 +156,6 @@ def test_fins_alone_make_a_symmetric_capsule_travel():
     assert vc.orbit(turned, initial={"angle": -0.3}).drift == pytest.approx(-there.drift, abs=1e-9)
 
 
-# --- the pendulum capsule, by another solver --------------------------------------------------------------------------
-
-
 # --- what holds for every machine and law -----------------------------------------------------------------------------
 
 

@@ -366,9 +366,6 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
     assert "gradients" not in record
 
 
-# --- planted faults ---------------------------------------------------------------------------------------------------
-
-
 def test_integrals_along_the_tangent_leave_the_motion_alone():
     """The equations with integrals have the same rates, and one integral more for each channel."""
     recorded = equations(FIRST)
