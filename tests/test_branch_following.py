@@ -13,11 +13,10 @@ from thinned import exhaustive_but
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.walk import brackets
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import followed, started
 from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.newton import Levels, newton
-from vibrocap.orbits.walk.special_kind import SpecialKind
 
 STEP = 0.02
 LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper

@@ -8,9 +8,8 @@ import pytest
 import vibrocap as vc
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.itinerary import ModeChange
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.steady import branches as branch_plots

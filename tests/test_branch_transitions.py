@@ -9,8 +9,7 @@ import vibrocap as vc
 from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
-from vibrocap.orbits.walk.ends import BranchEnd
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.plotting.steady.branches import ENDS, LEADS, branch_figure, draw_branch
 from vibrocap.quantities.dimensional import computed
 

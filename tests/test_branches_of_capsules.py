@@ -12,9 +12,8 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.itinerary import ModeChange, same_cycle
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 
 pytestmark = pytest.mark.slow
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

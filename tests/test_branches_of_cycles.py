@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
-from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.kinds import BranchEnd
 
 pytestmark = pytest.mark.slow
 STATIC, KINETIC, STIFFNESS, SPEED = 1.5, 1.0, 2.0, 0.1

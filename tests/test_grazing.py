@@ -11,7 +11,7 @@ import pytest
 import vibrocap as vc
 from exact_stops import ExactCapsule
 from thinned import slow_but
-from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.kinds import BranchEnd
 from vibrocap.studies.adaptive import border
 
 COULOMB = vc.Coulomb(coulomb_coefficient=1.0, static_coefficient=1.0)

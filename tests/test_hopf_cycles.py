@@ -11,8 +11,7 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.orbits.continuation.cycle_following import _at_zero
-from vibrocap.orbits.walk.ends import BranchEnd
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 
 pytestmark = pytest.mark.slow
 HOPF, END_OF_STICKING = math.log(10.0) / 2.0, 1.8366009722087555  # the second by an independent event-driven solver

@@ -22,8 +22,8 @@ from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 from vibrocap.physics.part_files import file_of, load_parts
 from vibrocap.studies.plan import axes, runs
 from vibrocap.studies.plan.study import Study, part_fingerprint
-from vibrocap.studies.run.workers import receive, sources_of
 from vibrocap.studies.store.writing import StoreError
+from vibrocap.studies.workers import receive, sources_of
 
 FILE = Path(__file__).with_name("own_laws.py")
 CASE = """

@@ -14,7 +14,7 @@ from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_stud
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.studies.dataset import open_study
-from vibrocap.studies.store.checksums import checksum
+from vibrocap.studies.store.marks import checksum
 from vibrocap.studies.store.writing import DamageWarning, StoreError
 from vibrocap.studies.sweep import sweep
 

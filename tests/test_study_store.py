@@ -24,13 +24,12 @@ from vibrocap.studies.dataset import open_study, stored_study
 from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.runs import tile_counts
-from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.store import store as stores
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import Stopped, carried_out, sweep
-from vibrocap.studies.tile import tile_block, tile_indices, tile_shape
+from vibrocap.studies.tile import tile_block, tile_indices, tile_runs_by_time, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
@@ -93,7 +92,7 @@ def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, mo
     if size > 8192:
         assert len(ratios) == 16
         assert max(np.diff(ratios)) <= 2 / 15  # spread over all of the study
-        monkeypatch.setattr(importlib.import_module("vibrocap.studies.run.tile_size"), "MOST_TILES", 20)
+        monkeypatch.setattr(importlib.import_module("vibrocap.studies.tile"), "MOST_TILES", 20)
         assert (tile_runs_by_time(study, tmp_path / "new") or 4096) == max(runs or 4096, 9000 // 20)
     (tmp_path / "begun").write_text("")
     assert tile_runs_by_time(study, tmp_path) is None

@@ -26,9 +26,8 @@ from vibrocap import (
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.main import main
 from vibrocap.studies.store import places
-from vibrocap.studies.store.checksums import checksum, sealed
 from vibrocap.studies.store.chunks import unpacked_size
-from vibrocap.studies.store.marks import chunk_place, mark_text
+from vibrocap.studies.store.marks import checksum, chunk_place, mark_text, sealed
 from vibrocap.studies.store.record import record_text
 from vibrocap.studies.store.writing import Lock
 from vibrocap.studies.store.zarr_form import first_places

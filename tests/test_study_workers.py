@@ -14,7 +14,7 @@ import pytest
 from stored_files import files
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
-from vibrocap.studies.run import workers
+from vibrocap.studies import workers
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import sweep
 

@@ -86,9 +86,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium, equilibria
     from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, equilibrium_branch
-    from vibrocap.orbits.walk.ends import BranchEnd
     from vibrocap.orbits.walk.itinerary import ModeChange
-    from vibrocap.orbits.walk.special_kind import SpecialKind
+    from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
     from vibrocap.orbits.walk.special_points import SpecialPoint
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.closed_loop.actuator import Actuator

@@ -35,24 +35,17 @@ KIND = "mechanism"  # in [machine], besides the mechanism's own name
 VERSION = 1
 NAME, BODY, BODIES, STRETCH = "a name", "a body", "two bodies", "m or rad"
 LOADS = ("dynamic", "weight")
+PLACE = {"name": NAME, "on": BODY, "x": "m", "z": "m"}
 
 # part: (what makes it, {key: what stands there or its unit}, the keys that it needs)
 PARTS: dict[str, tuple[Callable, dict[str, str], tuple[str, ...]]] = {
-    "support": (Support, {"name": NAME, "on": BODY, "x": "m", "z": "m", "angle": "rad"}, ("name",)),
-    "mass": (
-        Mass,
-        {"name": NAME, "on": BODY, "mass": "kg", "x": "m", "z": "m", "inertia": "kg m^2", "angle": "rad"},
-        ("name", "mass"),
-    ),
+    "support": (Support, PLACE | {"angle": "rad"}, ("name",)),
+    "mass": (Mass, PLACE | {"mass": "kg", "inertia": "kg m^2", "angle": "rad"}, ("name", "mass")),
     "inertia": (Inertia, {"name": NAME, "on": BODY, "inertia": "kg m^2", "angle": "rad"}, ("name", "inertia")),
-    "point": (Point, {"name": NAME, "on": BODY, "x": "m", "z": "m"}, ("name", "on")),
+    "point": (Point, PLACE, ("name", "on")),
     "spring": (Spring, {"stiffness": "J/stretch^2", "stretch": STRETCH, "rest": "stretch"}, ("stiffness", "stretch")),
     "damper": (Damper, {"damping": "J s/stretch^2", "stretch": STRETCH}, ("damping", "stretch")),
-    "drag": (
-        Drag,
-        {"drag": "J s^2/stretch^3", "stretch": STRETCH, "speed": "stretch/s"},
-        ("drag", "stretch", "speed"),
-    ),
+    "drag": (Drag, {"drag": "J s^2/stretch^3", "stretch": STRETCH, "speed": "stretch/s"}, ("drag", "stretch", "speed")),
     "potential": (Potential, {"energy": "J"}, ("energy",)),
     "drive": (Drive, {"path": "J/drive", "share": "1"}, ("path",)),
     "motor": (Motor, {"path": "J/drive", "drop": "J s/stretch^2", "share": "1"}, ("path", "drop")),

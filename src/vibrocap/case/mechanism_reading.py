@@ -207,7 +207,6 @@ class Reading:
         self._field(name, default, texts, own, limits, tuple(words))
 
     def _field(self, name: str, default: Any, texts: Any, own: Any, limits: Any, words: tuple[str, ...] = ()) -> None:
-        """A parameter of the class."""
         number: Any = Annotated[float, Field(strict=True, allow_inf_nan=False, **limits)]
         if words:
             self.words.add(name)
@@ -313,7 +312,6 @@ class Reading:
         return Planned(where, make, fields)
 
     def _value(self, where: str, key: str, wanted: str, given: Any) -> Any:
-        """What stands under a key of a part."""
         if wanted == NAME:
             if not isinstance(given, str) or (key == "speed" and not WORD.fullmatch(given)):
                 raise ExpressionError(f"should be a name, got {shown(given)}")

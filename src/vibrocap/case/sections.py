@@ -60,7 +60,6 @@ def is_section(section: object) -> bool:
 
 
 def is_part(section: str) -> bool:
-    """Whether a section describes a part."""
     return _pattern(section) in {*CHOICES, *OPTIONAL, *CHOICES_LEFT_OUT}
 
 

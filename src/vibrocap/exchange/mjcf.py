@@ -133,15 +133,9 @@ class Units:
 
     def __init__(self, system: System):
         self.units = None if system.units is None else system.si
-        self.effort = {"force": "N", "torque": "N m"}.get(system.machine.effort, "1")
 
     def __call__(self, unit: str) -> float:
         return 1.0 if self.units is None else self.units.factor_of(unit)
-
-    @property
-    def names(self) -> tuple[str, str]:
-        """Of speeds and of the drive, for sentences."""
-        return ("", "") if self.units is None else (" m/s", f" {self.effort}")
 
 
 def _number(value: float) -> str:
@@ -285,7 +279,8 @@ def _lost_of_law(system: System, path: str, law: Law, load: float, level: float,
     force = 1.0 if system.machine.follows_load else unit("N")
     of = "" if system.machine.follows_load or system.units is None else " N"
     slow, fast = (sliding_level(law, share * speed, load) for share in (RESTS, 1e3))
-    kept = f"the file has {force * level:.4g}{of}, that at {speed * unit('m/s'):.4g}{unit.names[0]}"
+    per_time = "" if system.units is None else " m/s"
+    kept = f"the file has {force * level:.4g}{of}, that at {speed * unit('m/s'):.4g}{per_time}"
     lost = []
     if law.internal:
         lost.append(f"the states of its contact ({', '.join(law.internal)}), so memory and presliding")

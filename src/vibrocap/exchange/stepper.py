@@ -7,7 +7,7 @@ makes it take and answer in SI.
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, overload
+from typing import Annotated, Any, Literal, TypedDict, Unpack, overload
 
 import numpy as np
 
@@ -73,36 +73,20 @@ class SameInSI(Declared):
         return value.dimensionless if back else value.in_si
 
 
+class _Options(TypedDict, total=False):
+    initial: ByKey | None
+    tolerance: float | None
+    parameters: Mapping[str, Any] | None
+
+
+@overload
+def stepper(case: Case | System, *, input: None = None, count: None = None, **given: Unpack[_Options]) -> "Stepper": ...
 @overload
 def stepper(
-    case: Case | System,
-    *,
-    input: None = None,
-    initial: ByKey | None = None,
-    tolerance: float | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    count: None = None,
-) -> "Stepper": ...
-@overload
-def stepper(
-    case: Case | System,
-    *,
-    input: Literal["drive"],
-    initial: ByKey | None = None,
-    tolerance: float | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    count: None = None,
+    case: Case | System, *, input: Literal["drive"], count: None = None, **given: Unpack[_Options]
 ) -> "InputStepper": ...
 @overload
-def stepper(
-    case: Case | System,
-    *,
-    input: Input = None,
-    initial: ByKey | None = None,
-    tolerance: float | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    count: int,
-) -> StepperArray: ...
+def stepper(case: Case | System, *, input: Input = None, count: int, **given: Unpack[_Options]) -> StepperArray: ...
 def stepper(
     case: Case | System,
     *,
@@ -140,7 +124,7 @@ def stepper(
     return Stepper(stepped) if input is None else InputStepper(stepped)
 
 
-def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[dict[str, Any] | None], dict[str, Any]]:
+def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[Any], dict[str, Any]]:
     """What is given by name without its arrays, and the arrays."""
     arrays = {name: value for column in given for name, value in (column or {}).items() if np.ndim(value)}
     rest = [column and {name: column[name] for name in column if name not in arrays} for column in given]

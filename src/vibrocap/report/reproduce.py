@@ -17,7 +17,7 @@ from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_travel import steady_travel
 from vibrocap.report.figures import draw, draw_branches, draw_map, write_branches, write_map
 from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
-from vibrocap.studies.run.workers import processes
+from vibrocap.studies.workers import processes
 
 __all__ = ["KEYS", "Reproduction", "reproduce"]
 

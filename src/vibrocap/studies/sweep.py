@@ -24,13 +24,12 @@ from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.runs import tile_counts
 from vibrocap.studies.plan.study import Study, code_of
-from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.store.chunks import stored_numbers
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import Opened, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.store.zarr_form import checked_results
-from vibrocap.studies.tile import run_tile, tile_block, tile_indices, tile_shape
+from vibrocap.studies.tile import run_tile, tile_block, tile_indices, tile_runs_by_time, tile_shape
 from vibrocap.studies.variables import variables
 
 if TYPE_CHECKING:
@@ -250,7 +249,7 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
             if report:
                 report(0.0)
             if how.workers:
-                from vibrocap.studies.run.workers import run_on_workers
+                from vibrocap.studies.workers import run_on_workers
 
                 run_on_workers(store, pending, how.workers, how.mixed, report)
             else:

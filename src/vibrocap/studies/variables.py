@@ -44,7 +44,6 @@ class Variable:
 
     @property
     def stored_attributes(self) -> dict[str, Any]:
-        """The attributes in a store."""
         return self.attributes if self.scale == 1.0 else self.attributes | {"scale_factor": self.scale}
 
     def shown(self, values: np.ndarray) -> np.ndarray:

@@ -87,7 +87,6 @@ class Basins(Result):
 
     @property
     def starts(self) -> int:
-        """How many there are."""
         return self.direction.size
 
     @property

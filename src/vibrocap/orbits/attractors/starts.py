@@ -22,11 +22,9 @@ def checked_ranges(system: System, given: Any) -> dict[str, tuple[float, float]]
     """Ranges by state, (low, high) each; ValueError naming what is wrong with them."""
     if not isinstance(given, Mapping) or not given:
         raise ArgumentError("ranges", f"should give (low, high) for at least one state, got {given!r}")
-    ranges = {}
-    for state, pair in given.items():
+    for state in given:
         check_state("ranges", system, state)
-        ranges[state] = checked_start_range(f"ranges: {state}", system, state, pair)
-    return ranges
+    return {state: checked_start_range(f"ranges: {state}", system, state, pair) for state, pair in given.items()}
 
 
 def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:
@@ -40,8 +38,7 @@ def checked_start_range(name: str, system: System, state: str, pair: Any) -> tup
 
 def check_state(name: str, system: System, state: Any) -> None:
     """ValueError for what is no state of the system at which runs can start apart."""
-    useful = [state_name for state_name in system.state_names if state_name != system.cyclic]
-    useful = [name for name in useful if name not in system.switched]
+    useful = [name for name in system.state_names if name not in (system.cyclic, *system.switched)]
     if state in useful:
         return
     why = f"{state!r} is no state of the system"

@@ -94,7 +94,8 @@ def distinct_orbits(
         if not len(left):
             break
         run, response = left[0], int(response_period[left[0]])
-        orbit = _settled_orbit(map_, states[run], response)
+        solution = shortest(map_, closed(map_, states[run], response))
+        orbit = orbit_points(map_, solution) if solution.closes else None
         if orbit is None or _distance(orbit.points, ends[run : run + 1])[0] > np.sqrt(SETTLED):
             as_it_is = unclosed(map_, states[run], response, OrbitStatus.NOT_CONVERGED)
             orbit = OrbitPoints(as_it_is, ends[run : run + 1])
@@ -123,12 +124,6 @@ def nearest(points: np.ndarray, orbits: list[OrbitPoints]) -> int | None:
         if len(other.points) == len(points) and _distance(other.points, points[:1])[0] <= NEAR:
             return k
     return None
-
-
-def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> OrbitPoints | None:
-    """The orbit near the end of a settled run, over its shortest period; None where it does not close."""
-    orbits = shortest(map_, closed(map_, state, periods))
-    return orbit_points(map_, orbits) if orbits.closes else None
 
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:

@@ -190,10 +190,8 @@ class _Ends:
         motion = orbit.motion()
         ends = [0.0, *stretches.ends] if len(stretches.ends) > 1 else []
         corners = np.add.outer(self.period * np.arange(orbit.response_period), ends).ravel()
-        near = ON_CORNER * self.period
-        self.kinks = dict.fromkeys(
-            event.kind for event in motion.events if np.any(np.abs(corners - event.time) <= near)
-        )
+        near = [np.any(np.abs(corners - event.time) <= ON_CORNER * self.period) for event in motion.events]
+        self.kinks = dict.fromkeys(event.kind for event, on in zip(motion.events, near, strict=True) if on)
         for turn in range(orbit.response_period):
             for k in range(len(stretches.ends)):
                 here, lanes = self._over(stretches, k, turn * self.period, here, lanes, motion, m)

@@ -76,7 +76,6 @@ class Multipliers(In):
     """Floquet multipliers, which are shown of an orbit that converged."""
 
     def seen(self, value: Any, context: Context) -> Any:
-        """The multipliers, or none."""
         known = context.known("status")[0] is OrbitStatus.CONVERGED
         return super().seen(value if known else value[:0], context)
 
@@ -85,7 +84,6 @@ class OfClosed(In):
     """A number that is shown of an orbit that closes."""
 
     def seen(self, value: Any, context: Context) -> Any:
-        """The number, or None."""
         failed = context.known("status")[0] not in (*CLOSED, OrbitStatus.CONTRADICTED)
         return None if failed else super().seen(value, context)
 

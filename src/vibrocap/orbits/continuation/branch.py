@@ -21,10 +21,9 @@ from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.orbits.walk.branch_point import BranchPoint, corrected
 from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import Followed, end_at, followed, started, walked
+from vibrocap.orbits.walk.kinds import CORNERS, BranchEnd, SpecialKind
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
-from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System

@@ -17,10 +17,9 @@ from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import named_states
-from vibrocap.orbits.walk.brackets import Lost
 from vibrocap.orbits.walk.branch_point import BranchPoint
 from vibrocap.orbits.walk.following import started
-from vibrocap.orbits.walk.segment import Segment
+from vibrocap.orbits.walk.segment import Lost, Segment
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.dimensional import Dimensional
 

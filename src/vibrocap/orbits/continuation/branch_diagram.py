@@ -21,8 +21,7 @@ from vibrocap.orbits.continuation.branch import (
     mirrored_all_over,
 )
 from vibrocap.orbits.maps.stroboscopic_map import named_states, state_vector
-from vibrocap.orbits.walk.ends import BranchEnd
-from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
+from vibrocap.orbits.walk.kinds import CORNERS, BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Path
 from vibrocap.physics.system import System

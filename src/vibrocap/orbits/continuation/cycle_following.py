@@ -23,10 +23,9 @@ from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import named_states
 from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import Followed, followed, started
 from vibrocap.orbits.walk.itinerary import mode_change
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import Found
 from vibrocap.physics.names import numbered
 
@@ -97,16 +96,9 @@ AMID = 0.25  # share of its phase that the section keeps from both ends
 TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
 
 
-def cycles_followed(
-    closure: CycleMap,
-    start: BranchPoint,
-    towards: float,
-    most: int,
-    step: float,
-    progress: Callable[[float], None] | None = None,
-) -> Followed:
+def cycles_followed(closure: CycleMap, *given: Any, **options: Any) -> Followed:
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
-    way = _followed_by_sections(closure, start, towards, most, step, progress)
+    way = _followed_by_sections(closure, *given, **options)
     special = [(after, stick_loss(closure, found, way.points, after)) for after, found in way.special]
     return dataclasses.replace(way, special=special)
 

@@ -11,8 +11,7 @@ from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.parameter_range import system_at
 from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
-from vibrocap.orbits.walk.ends import BranchEnd
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import Found, SpecialPoint
 
 FIRST = 1e-2  # amplitude of the first cycle, over the one that would bring a contact to rest

@@ -54,7 +54,6 @@ class Crossings(Dimensional):
         return tuple(place.at for place in self.found if place.kind is CrossingKind.CROSSING)
 
     def __str__(self) -> str:
-        """What was found, in words."""
         lines = []
         along, unit = self.unit_of("over"), self.unit_of("value")
         for place in self.found:

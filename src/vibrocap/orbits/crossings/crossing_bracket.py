@@ -17,7 +17,7 @@ from vibrocap.orbits.closing.periodic_solution import CERTIFIED
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
-from vibrocap.orbits.walk.brackets import Lost, root
+from vibrocap.orbits.walk.segment import Lost, root
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import Dimensional

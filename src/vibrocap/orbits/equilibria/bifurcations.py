@@ -13,7 +13,7 @@ without damping meet: it has more equations than unknowns, which agree, and is s
 import dataclasses
 import functools
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -82,50 +82,47 @@ def hopf(mode: "Sliding", x: np.ndarray, guess: complex, coupled: bool = False) 
         second = np.linalg.lstsq(np.vstack((unit, constant)), np.append(vector, 0.0), rcond=1e-6)[0]
         start += [np.real(second), np.imag(second)]
 
+    re, im, re_2, im_2 = (slice(n + 2 + i * n, n + 2 + (i + 1) * n) for i in range(4))  # of v, and of w
+
     def system(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        at, omega = u[: n + 1], u[n + 1]
-        v = u[n + 2 : 2 * n + 2] + 1j * u[2 * n + 2 : 3 * n + 2]
+        at, omega, v = u[: n + 1], u[n + 1], u[re] + 1j * u[im]
         derivative, curvature = mode.derivative(at), mode.curvature(at)
         jacobian = derivative[:, :n]
         unit, size = jacobian - 1j * omega * np.eye(n), np.abs(jacobian) + abs(omega) * np.eye(n)
-        width = len(u)
-        rows = [np.hstack((derivative, np.zeros((n, width - n - 1)))).astype(complex)]
-        eigen = np.zeros((n, width), dtype=complex)
-        eigen[:, : n + 1] = np.einsum("jkx,k->jx", curvature, v)
-        eigen[:, n + 1] = -1j * v
-        eigen[:, n + 2 : 2 * n + 2], eigen[:, 2 * n + 2 : 3 * n + 2] = unit, 1j * unit
-        normal = np.zeros((1, width), dtype=complex)
-        normal[0, n + 2 : 2 * n + 2], normal[0, 2 * n + 2 : 3 * n + 2] = constant, 1j * constant
-        rows += [eigen, normal]
+
+        def rows(*blocks: tuple[Any, np.ndarray]) -> np.ndarray:
+            """Rows of the derivative, of which these blocks are not zero."""
+            matrix = np.zeros((len(blocks[0][1]), len(u)), dtype=complex)
+            for place, block in blocks:
+                matrix[:, place] = block
+            return matrix
+
+        def eigen(v: np.ndarray, *blocks: tuple[Any, np.ndarray]) -> np.ndarray:
+            """Rows of J v - i omega v."""
+            return rows((slice(n + 1), np.einsum("jkx,k->jx", curvature, v)), (n + 1, -1j * v), *blocks)
+
+        normal = constant[None]
+        matrix = [rows((slice(n + 1), derivative)), eigen(v, (re, unit), (im, 1j * unit))]
+        matrix.append(rows((re, normal), (im, 1j * normal)))
         values = [mode.rates(at).astype(complex), unit @ v, [constant @ v - 1.0]]
         noise = [_noise(mode, derivative, at), size @ np.abs(v), [1.0]]
         if coupled:
-            w = u[3 * n + 2 : 4 * n + 2] + 1j * u[4 * n + 2 :]
-            chain = np.zeros((n, width), dtype=complex)
-            chain[:, : n + 1] = np.einsum("jkx,k->jx", curvature, w)
-            chain[:, n + 1] = -1j * w
-            chain[:, n + 2 : 2 * n + 2], chain[:, 2 * n + 2 : 3 * n + 2] = -np.eye(n), -1j * np.eye(n)
-            chain[:, 3 * n + 2 : 4 * n + 2], chain[:, 4 * n + 2 :] = unit, 1j * unit
-            across = np.zeros((1, width), dtype=complex)
-            across[0, 3 * n + 2 : 4 * n + 2], across[0, 4 * n + 2 :] = constant, 1j * constant
-            rows += [chain, across]
+            w, one = u[re_2] + 1j * u[im_2], np.eye(n)
+            matrix.append(eigen(w, (re, -one), (im, -1j * one), (re_2, unit), (im_2, 1j * unit)))
+            matrix.append(rows((re_2, normal), (im_2, 1j * normal)))
             values += [unit @ w - v, [constant @ w]]
             noise += [size @ np.abs(w) + np.abs(v), [1.0]]
-        matrix, value, noises = np.vstack(rows), np.concatenate(values), np.concatenate(noise)
         # Rates are real: their imaginary rows are nothing.
-        return (
-            np.concatenate((np.real(value), np.imag(value)[n:])),
-            np.vstack((np.real(matrix), np.imag(matrix)[n:])),
-            np.concatenate((noises, noises[n:])),
-        )
+        complex_values, complex_rows, noises = np.concatenate(values), np.vstack(matrix), np.concatenate(noise)
+        real_values, real_rows = (np.concatenate((np.real(x), np.imag(x)[n:])) for x in (complex_values, complex_rows))
+        return real_values, real_rows, np.concatenate((noises, noises[n:]))
 
     located = _root(system, np.concatenate(start), n)
     if located is None or not abs(located[0][n + 1]) > 1e-8 * frequency:
         return None
     u, error = located
-    vector = u[n + 2 : 2 * n + 2] + 1j * u[2 * n + 2 : 3 * n + 2]
-    sign = 1.0 if u[n + 1] > 0.0 else -1.0
-    return Located(u[: n + 1], error * mode.width, abs(float(u[n + 1])), vector if sign > 0.0 else vector.conj())
+    vector = u[re] + 1j * u[im] if u[n + 1] > 0.0 else u[re] - 1j * u[im]
+    return Located(u[: n + 1], error * mode.width, abs(float(u[n + 1])), vector)
 
 
 def _noise(mode: "Sliding", derivative: np.ndarray, x: np.ndarray) -> np.ndarray:

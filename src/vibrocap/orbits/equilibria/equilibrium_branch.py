@@ -13,9 +13,8 @@ from vibrocap.orbits.equilibria.sliding import Sliding
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.orbits.walk.branch_record import BranchRecord
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import Walked, followed, started, walked
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
@@ -70,7 +69,6 @@ class EquilibriumBranch(BranchRecord):
         return self.kind(SpecialKind.HOPF)
 
     def equilibrium(self, point: int) -> Equilibrium:
-        """The equilibrium at a point of the branch."""
         system = system_at(self.system, self.over, float(self.parameter[point]))
         problem = SteadyEquations(system, self.over)
         y = self.states[point][problem.unknowns]

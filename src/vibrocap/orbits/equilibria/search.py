@@ -112,8 +112,8 @@ def solved(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
         trial = y + share * step
         solution, following = _newton_step(problem, trial, sides, rests, switched)[:2]
         better = solution <= merit * (1.0 - 0.1 * share)
-        pairs = ((trial, y), (following, step), (solution, merit))
-        y, step, merit = (np.where(better, new, old) for new, old in pairs)
+        y, step = np.where(better, trial, y), np.where(better, following, step)
+        merit = np.where(better, solution, merit)
         share = np.where(better, np.minimum(1.0, 4.0 * share), 0.5 * share)
         if np.all(share < 1e-6):
             break

@@ -12,13 +12,11 @@ from vibrocap.orbits.equilibria.bifurcations import Located, first_lyapunov_coef
 from vibrocap.orbits.equilibria.search import STANDS
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.maps.stroboscopic_map import named_states
-from vibrocap.orbits.walk.brackets import Lost
 from vibrocap.orbits.walk.branch_point import BranchPoint
-from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.newton import Levels
 from vibrocap.orbits.walk.residual import Closing, Residual
-from vibrocap.orbits.walk.segment import Segment
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.segment import Lost, Segment
 from vibrocap.orbits.walk.special_points import Found
 
 BENT = 0.1  # of an eigenvalue, by which it may leave the straight line amid a step

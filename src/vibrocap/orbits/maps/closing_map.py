@@ -19,11 +19,10 @@ from vibrocap.orbits.maps.grazing import grazing_beyond
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, named_states
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.orbits.walk.branch_point import BranchPoint
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, same_cycle
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.residual import Closing, Residual
 from vibrocap.orbits.walk.segment import Segment
-from vibrocap.orbits.walk.special_kind import SpecialKind
 from vibrocap.orbits.walk.special_points import Found, special_points_of_maps
 from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
@@ -141,11 +140,9 @@ class ClosingMap(Residual):
         return self.half if self.mirrored else None
 
     def period(self, x: np.ndarray) -> float:
-        """Length of the response at a point."""
         return self.response_period * self.map.period(self.row_at(x))
 
     def row_at(self, x: np.ndarray) -> np.ndarray:
-        """Parameter vector at a point."""
         row = self.row.copy()
         row[self.index] = self.parameter(x)
         return row
@@ -162,7 +159,6 @@ class ClosingMap(Residual):
         return special_points_of_maps(segment, left, right, at_parent)
 
     def described(self, found: Found) -> dict[str, Any]:
-        """State, drift and multipliers of the orbit there."""
         point, drift = found.point, self.drift(found.point.closing)
         state = named_states(self.system, self.state(point.x, point.closing))
         none = None if np.isnan(drift) else drift
@@ -303,16 +299,12 @@ def nudged_slope(
     here, up, down = words
     onward, back = (above - image) / nudge, (image - below) / nudge
     apart = np.linalg.norm(onward - back) > APART * (np.linalg.norm(onward) + np.linalg.norm(back))
-    if up == here and (down != here or (apart and like is not None and _nearer(onward, back, like))):
+    nearer = like is not None and np.linalg.norm(onward - like) <= np.linalg.norm(back - like)
+    if up == here and (down != here or (apart and nearer)):
         return onward
     if down == here and (up != here or (apart and like is not None)):
         return back
     return 0.5 * (onward + back)
-
-
-def _nearer(one: np.ndarray, other: np.ndarray, like: np.ndarray) -> bool:
-    """Whether a slope is nearer to a neighbour's than another is."""
-    return bool(np.linalg.norm(one - like) <= np.linalg.norm(other - like))
 
 
 def recorded_with(system: System, path: str) -> System:

@@ -91,7 +91,6 @@ class CycleMap(ClosingMap):
         return super().state(np.delete(x, -2), like)
 
     def period(self, x: np.ndarray) -> float:
-        """The period at a point."""
         return float(x[-2]) * self.start_period
 
     def coarser(self) -> "CycleMap":

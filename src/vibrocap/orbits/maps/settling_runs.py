@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.motion.run_evidence import certified
-from vibrocap.numerics.api import Budget, RunResults, codes, device
+from vibrocap.numerics.api import Budget, codes, device
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
@@ -34,7 +34,6 @@ class SettlingRuns:
 
     @property
     def finished(self) -> np.ndarray:
-        """Whether the run came to its end."""
         return self.ended == codes.DONE
 
     def some(self, chosen: np.ndarray) -> "SettlingRuns":
@@ -73,20 +72,17 @@ def settling_runs(
         response = ends.response_period
         drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
-            gained = ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic]
-            drift[response > 0] = (gained / _measured(map_, ends, parameters[chosen]))[response > 0]
+            gained, over = (
+                ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic],
+                np.maximum(response, 1).astype(float),
+            )
+            if ends.layout.returns:
+                turn = ends.entry("CYCLE_TIME")
+                over = np.where(turn > 0.0, turn / map_.periods(parameters[chosen]), over)
+            drift[response > 0] = (gained / over)[response > 0]
         good = certified(map_.equations, ends, parameters[chosen], ROUGH)
         parts.append((ends.state, ends.status, response, drift, good))
     return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-
-
-def _measured(map_: StroboscopicMap, ends: RunResults, parameters: np.ndarray) -> np.ndarray:
-    """Drive periods over which runs were measured after they settled: [runs]."""
-    periods = np.maximum(ends.response_period, 1).astype(float)
-    if not ends.layout.returns:
-        return periods
-    turn = ends.entry("CYCLE_TIME")
-    return np.where(turn > 0.0, turn / map_.periods(parameters), periods)
 
 
 def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:

@@ -89,7 +89,6 @@ class StroboscopicMap:
         return tuple(dict.fromkeys(contact.state for contact in self.equations.contacts if contact.sticks))
 
     def parameters(self) -> np.ndarray:
-        """Parameter vector of the system."""
         return np.array(parameter_values(self.system))
 
     def scales(self, parameters: np.ndarray) -> np.ndarray:
@@ -97,7 +96,6 @@ class StroboscopicMap:
         return evaluated(self.equations.scales, 0.0, [], 1.0, parameters.T, parameters.shape[:-1]).T
 
     def period(self, parameters: np.ndarray) -> float:
-        """Period of the drive."""
         return float(self.periods(parameters))
 
     def periods(self, parameters: np.ndarray) -> np.ndarray:

@@ -5,8 +5,7 @@ import itertools
 
 import numpy as np
 
-from vibrocap.orbits.walk.ends import BranchEnd
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
@@ -45,7 +44,6 @@ class BranchRecord(Result):
         return tuple(end.advice for end in self.ends)
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
-        """The special points of some kinds."""
         return tuple(special for special in self.special_points if special.kind in kinds)
 
     @property
@@ -58,7 +56,6 @@ class BranchRecord(Result):
         return tuple((first, last - 1, bool(self.stable[first])) for first, last in itertools.pairwise(edges))
 
     def __str__(self) -> str:
-        """The branch in words."""
         unit = self.unit_of("parameter")
         if not len(self):
             return f"No {self.heading}: {self.ends[0].advice}"

@@ -5,13 +5,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.walk.brackets import Lost
 from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at, corrected, null_tangent, tangent
 from vibrocap.orbits.walk.branch_switching import parent_bifurcation, unlocated_bifurcation
-from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.residual import Closing, Residual
-from vibrocap.orbits.walk.segment import TOO_MANY, Segment
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.segment import TOO_MANY, Lost, Segment
 from vibrocap.orbits.walk.special_points import (
     Found,
     SpecialPoint,

@@ -9,10 +9,9 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.measures.recorded.sticking import by_contact, first_turned
-from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.itinerary import ModeChange, mode_change
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.newton import Levels
-from vibrocap.orbits.walk.special_kind import SpecialKind
 
 if TYPE_CHECKING:
     from vibrocap.orbits.walk.branch_point import BranchPoint

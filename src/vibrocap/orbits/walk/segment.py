@@ -1,13 +1,12 @@
-"""The stretch of a branch between two neighbouring points: points, roots of functions, changes of the mode sequence."""
+"""The stretch of a branch between two neighbouring points: points, brackets of roots, changes of the mode sequence."""
 
 import bisect
+import dataclasses
 import itertools
 from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.walk import brackets
-from vibrocap.orbits.walk.brackets import Bracket, Lost
 from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, tangent
 from vibrocap.orbits.walk.residual import Residual
 
@@ -21,6 +20,77 @@ PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # sh
 TOO_MANY = "the mode sequence changes more often than it can be located"
 NOT_CLOSED = "the mode sequence changes, but orbits in between do not close"
 JUMPS = "the mode sequence changes where the orbits jump"
+MOST_TRIALS = 80
+LEAPS = 1e-3  # of the largest value at the ends of a search: one that stays above it does not pass zero
+
+
+class Lost(Exception):
+    """The function cannot be evaluated at a place."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Bracket:
+    """Two places between which a function changes its sign, and its values there."""
+
+    left: float
+    right: float
+    value_left: float
+    value_right: float
+    scale: float  # largest value at the ends of the search
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the function jumps over zero instead of passing it."""
+        return min(abs(self.value_left), abs(self.value_right)) > LEAPS * self.scale
+
+
+def root(function: Callable[[float], float], left: float, right: float, width: float) -> Bracket:
+    """Where a function changes its sign between two places, to half a width: bracketing with the ITP method.
+
+    Interpolate, truncate, project (Oliveira and Takahashi 2020): as safe as bisection, as quick as the secant. It does
+    not assume that the function is continuous; `Bracket.jumps` tells. Raises what the function raises.
+    """
+    low, high = function(left), function(right)
+    scale, span = max(abs(low), abs(high)), right - left
+    most = int(np.ceil(np.log2(span / (2.0 * width)))) + 1
+    for trial in range(MOST_TRIALS):
+        if right - left <= 2.0 * width or low == 0.0 or high == 0.0:
+            break
+        middle = 0.5 * (left + right)
+        secant = (high * left - low * right) / (high - low)
+        towards = np.sign(middle - secant)
+        truncated = min(0.2 * (right - left) ** 2 / span, abs(middle - secant)) * towards + secant
+        radius = max(width * 2.0 ** (most - trial) - 0.5 * (right - left), 0.0)
+        place = truncated if abs(truncated - middle) <= radius else middle - towards * radius
+        place = float(np.clip(place, left + 0.1 * width, right - 0.1 * width))
+        if not left < place < right:
+            break  # no number lies between
+        value = function(place)
+        if np.sign(value) == np.sign(low):
+            left, low = place, value
+        else:
+            right, high = place, value
+    return Bracket(left, right, low, high, scale)
+
+
+def change(
+    holds: Callable[[float], bool], left: float, right: float, width: float, kink: float = 0.0
+) -> tuple[float, float]:
+    """Two places no farther apart than a width: something holds at the first and not at the second (bisection).
+
+    kink: width of the bracket below which a place that is lost ends the search; above, `Lost` is raised
+    """
+    for _ in range(MOST_TRIALS):
+        middle = 0.5 * (left + right)
+        if right - left <= width or not left < middle < right:
+            break
+        try:
+            left, right = (middle, right) if holds(middle) else (left, middle)
+        except Lost:
+            if right - left < kink:
+                break
+            raise
+    return left, right
 
 
 class Segment:
@@ -74,13 +144,13 @@ class Segment:
         return bool(np.linalg.norm(other - one) > DISCONTINUOUS * self.length + 1e3 * CLOSEST)
 
     def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
-        """Where a function changes its sign between two shares, see `brackets.root`."""
+        """Where a function changes its sign between two shares, see `root`."""
         width = min(self.narrow, 0.25) * (right - left)
-        return brackets.root(lambda share: function(self.point(share)), left, right, width)
+        return root(lambda share: function(self.point(share)), left, right, width)
 
     def change(self, same: Callable[[BranchPoint], bool], left: float, right: float) -> tuple[float, float]:
         """Two shares as near as rounding allows: at the first `same` holds, at the second it does not (bisection)."""
-        return brackets.change(lambda share: same(self.point(share)), left, right, self.narrow, KINK)
+        return change(lambda share: same(self.point(share)), left, right, self.narrow, KINK)
 
 
 def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[float, float]], str]:

@@ -13,7 +13,7 @@ from vibrocap.arguments import check_one_of
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
+from vibrocap.orbits.walk.kinds import CORNERS, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Quantity, quantity_in_si
 from vibrocap.physics.dimensions.conversion import quantity as quantity_of

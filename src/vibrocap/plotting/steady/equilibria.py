@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
-from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.kinds import SpecialKind
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import quantity_label, scale, with_unit

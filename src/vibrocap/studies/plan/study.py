@@ -136,7 +136,6 @@ class Study:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """How the runs are made, as `ensemble` takes it."""
         how = {"window": self.window, "settle": self.settle, **self._extrapolates, "device": self.device}
         return self.case.run | how
 

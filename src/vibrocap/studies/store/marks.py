@@ -1,21 +1,61 @@
 """Marks: a file per stored tile, with the checksums of its chunks, written last: a tile that is marked is whole.
 
-One file more says that all tiles are stored: then a tile without a mark has lost it.
+Checksums are bound to the study and to the place to which a file belongs: one that was cut short, altered, or put in
+place of another one, of this study or of another, has another one. One file more says that all tiles are stored:
+then a tile without a mark has lost it.
 """
 
 import dataclasses
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vibrocap.studies.store.checksums import ChecksumError, checksum, sealed, unsealed
 from vibrocap.studies.store.places import DONE, FINISHED, RESULTS, STRANGE, read_plain, why_strange
 
+LENGTH = 16  # bytes: no chance finds two alike
+_LAST = b'"checksum": "'
 LARGEST = 2**20  # bytes of a mark
 LARGEST_CHUNK = 2**30
 
 Index = tuple[int, ...]
+
+
+class ChecksumError(ValueError):
+    """A text that is not as it was written."""
+
+
+def checksum(identity: str, place: str, data: bytes) -> str:
+    """BLAKE2b of a file, of its place in the store, and of the study's identity."""
+    digest = hashlib.blake2b(f"{identity} {place}\n".encode(), digest_size=LENGTH)
+    digest.update(data)
+    return digest.hexdigest()
+
+
+def sealed(entries: Mapping[str, Any], identity: str, place: str) -> bytes:
+    """A JSON object, a line for each entry, the last of them the checksum of those before."""
+    texts = {key: json.dumps(value, ensure_ascii=False, allow_nan=False) for key, value in entries.items()}
+    head = ("{\n" + "".join(f"{json.dumps(key)}: {text},\n" for key, text in texts.items())).encode()
+    return head + _end(identity, place, head)
+
+
+def unsealed(data: bytes, identity: str | None, place: str) -> dict[str, Any]:
+    """The entries of a sealed text; ChecksumError where it is not whole. identity: None for that among its entries."""
+    head, _, _ = data.rpartition(_LAST)
+    try:
+        entries = json.loads(data)
+        entries.pop("checksum")
+        identity = identity or str(entries["identity"])
+    except (ValueError, LookupError, AttributeError, TypeError, RecursionError):
+        raise ChecksumError("is cut short or altered") from None
+    if data != head + _end(identity, place, head):
+        raise ChecksumError("is altered: its checksum is of another content")
+    return entries
+
+
+def _end(identity: str, place: str, head: bytes) -> bytes:
+    return _LAST + checksum(identity, place, head).encode() + b'"\n}\n'
 
 
 class DamageError(OSError):

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from vibrocap.case.case import CaseError
 from vibrocap.studies.plan.runs import Runs, tile_counts
 from vibrocap.studies.plan.study import FORMAT, PLANS
-from vibrocap.studies.store.checksums import ChecksumError, sealed, unsealed
+from vibrocap.studies.store.marks import ChecksumError, sealed, unsealed
 from vibrocap.studies.store.places import RESULTS, STUDY, read_plain, why_unread
 
 LARGEST = 2**30  # bytes of study.json: of some ten million values
@@ -104,7 +104,6 @@ class _Record(_Strict):
 
 
 def record_text(record: Mapping[str, Any]) -> bytes:
-    """The content of study.json."""
     return sealed(record, record["identity"], STUDY)
 
 
@@ -146,7 +145,6 @@ def read_record(path: Path, name: str = STUDY) -> dict[str, Any]:
 
 
 def plan_of(record: Mapping[str, Any]) -> Runs:
-    """The plan of a record."""
     plan = record["study"]["plan"]
     return PLANS[plan["kind"]].from_record(plan)
 

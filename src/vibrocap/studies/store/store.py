@@ -27,8 +27,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.studies.plan.code_version import surroundings
 from vibrocap.studies.plan.differences import code_differences, differences
 from vibrocap.studies.plan.study import FORMAT, Study
-from vibrocap.studies.store.checksums import checksum
-from vibrocap.studies.store.marks import Index, finished_text, is_mark, mark_text, tile_name
+from vibrocap.studies.store.marks import Index, checksum, finished_text, is_mark, mark_text, tile_name
 from vibrocap.studies.store.places import (
     BEGINNING,
     DONE,
@@ -71,11 +70,9 @@ class Store:
 
     @property
     def indices(self) -> Iterator[Index]:
-        """All tiles, in C order."""
         return tile_indices(self.study.plan.shape, self.tile)
 
     def pending(self) -> list[Index]:
-        """The tiles that are not stored yet."""
         with kept(self.path):
             done = names(self.path, DONE)
         return [index for index in self.indices if tile_name(index) not in done]

@@ -57,7 +57,6 @@ class ZarrFiles:
 
 
 def _array_text(dtype: Any, fill: Any, shape: Any, chunk: Any, dims: Any, attributes: Mapping[str, Any]) -> bytes:
-    """The file that says what an array is."""
     kind = "string" if np.dtype(dtype) == TEXT else np.dtype(dtype).name
     return _text(array_entries(kind, fill, shape, chunk, dims) | {"attributes": dict(attributes)})
 
@@ -67,7 +66,6 @@ def _text(entries: Mapping[str, Any]) -> bytes:
 
 
 def _chunk(values: np.ndarray) -> bytes:
-    """The file of the values of a chunk."""
     from numcodecs.zstd import compress
 
     if values.dtype == TEXT:
