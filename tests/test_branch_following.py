@@ -11,7 +11,7 @@ from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, o
 from renumbered import renumbered
 from thinned import exhaustive_but
 from vibrocap.orbits.maps.closing_map import ClosingMap
-from vibrocap.orbits.walk import brackets
+from vibrocap.orbits.walk import segment
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.following import followed, started
 from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
@@ -157,7 +157,7 @@ def test_branch_that_leaves_at_an_angle_is_found():
 
 def test_a_bracket_ends_where_no_number_lies_between():
     asked = []
-    found = brackets.root(lambda at: asked.append(at) or (1.0 if at > 8.0031 else -1.0), 8.0, 8.02, 1e-17)
+    found = segment.root(lambda at: asked.append(at) or (1.0 if at > 8.0031 else -1.0), 8.0, 8.02, 1e-17)
     assert 0.0 <= found.right - found.left <= 2.0 * np.spacing(8.0)
     assert len(asked) < 60  # bisections of 0.02 to the spacing, and one more
     assert found.jumps

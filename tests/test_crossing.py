@@ -14,7 +14,7 @@ from vibrocap.cli import main as cli
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.crossings import crossing_bracket
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
-from vibrocap.orbits.walk import brackets
+from vibrocap.orbits.walk import segment
 
 START = {"angle": math.pi / 3}
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -124,7 +124,7 @@ def test_a_jump_within_a_bracket_is_told_from_a_crossing(monkeypatch):
     monkeypatch.setattr(crossing_bracket.Difference, "followed", anew)
     found = twin_jump()
     assert {place.kind for place in found.found} == {CrossingKind.JUMP}
-    monkeypatch.setattr(brackets, "JUMPS", 2.0)
+    monkeypatch.setattr(segment, "LEAPS", 2.0)
     assert CrossingKind.CROSSING in {place.kind for place in twin_jump().found}
 
 
