@@ -69,7 +69,7 @@ def twins():
 
 def test_settled_runs_near_orbits_that_are_known_are_theirs_without_shooting(monkeypatch):
     """That of the nearer one of two, and of none where both are farther than what counts as settled."""
-    monkeypatch.setattr(attractor_matching, "_settled_orbit", None)
+    monkeypatch.setattr(attractor_matching, "closed", None)
     map_ = types.SimpleNamespace(section=lambda states: states)
     points = np.array([[0.0], [1.0]]), np.array([[1.5 * attractor_matching.NEAR]])
     known = [attractor_matching.OrbitPoints(None, each) for each in points]  # type: ignore[arg-type]

@@ -229,7 +229,7 @@ def test_a_chunk_that_goes_away_in_midrun_is_noticed_at_the_end(tmp_path, monkey
     out = tmp_path / "out"
     case = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
     removed_in_midrun(monkeypatch, 6, (out / "results.zarr" / "status" / "c.0").unlink)
-    monkeypatch.setattr(importlib.import_module("vibrocap.studies.tile"), "RUNS", 1)
+    monkeypatch.setattr(importlib.import_module("vibrocap.studies.sweep"), "tile_runs_by_time", lambda *_: 1)
     assert main(["sweep", str(case), "--over", "machine.mass_ratio=1:3:8", "--out", str(out)]) == 3
     said = capsys.readouterr().err
     assert "files of 1 tiles are gone (0)" in said

@@ -475,8 +475,8 @@ def test_no_file_tells_the_time_or_the_machine(tmp_path):
     assert set(record["made_with"]) == {"python", "zarr", "numcodecs"}
     text = json.loads((tmp_path / "a" / "study.json").read_text())
     assert text == record | {"checksum": text["checksum"]}
-    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.FORM.keys() - {
-        stores.UNFINISHED,
+    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.places.FORM.keys() - {
+        stores.places.UNFINISHED,
         stores.BEGINNING,
         stores.MIXED,
     }

@@ -125,7 +125,8 @@ def default_sections(motion: Trajectory) -> Iterator[Section]:
             ends = motion.at([0.0, motion.end], name)
             marks = [event.time for event in motion.events][-2:]
             here = 0.5 * sum(marks) if len(marks) == 2 else motion.end
-            yield Section(observable=name, value=float(motion.at(here, name)[0]), direction=_way(ends))
+            direction = 1 if ends[-1] > ends[0] else -1
+            yield Section(observable=name, value=float(motion.at(here, name)[0]), direction=direction)
     for kind in KINDS:
         yield from (Section(kind, k) for k in range(1, motion.piece_sides.shape[1] + 1))
     late = motion.states(motion.piece_start[len(motion.piece_start) // 2 :])
@@ -149,7 +150,3 @@ def recurrence(motion: Trajectory, times: np.ndarray, most: int) -> tuple[int, f
     away = np.max(np.abs(where[-2::-1] - where[-1]) / extents, axis=1)
     n = int(np.flatnonzero(away <= max(2.0 * np.min(away), ARRIVED))[0])
     return n + 1, float(away[n])
-
-
-def _way(ends: np.ndarray) -> int:
-    return 1 if ends[-1] > ends[0] else -1

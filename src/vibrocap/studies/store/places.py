@@ -157,8 +157,15 @@ def write(root: Path, files: Mapping[str, bytes]) -> None:
     make_folder(root, UNFINISHED)
     with at(root, f"{UNFINISHED}/.") as (_, unfinished):
         for place, data in files.items():
-            temporary = _written(root, unfinished, data)
+            temporary, handle = _new_file(root, unfinished)
             try:
+                try:
+                    rest = memoryview(data)
+                    while rest:
+                        rest = rest[os.write(handle, rest) :]
+                    os.fsync(handle)
+                finally:
+                    os.close(handle)
                 with at(root, place) as (name, folder):
                     os.replace(temporary, name, src_dir_fd=unfinished, dst_dir_fd=folder)
             except BaseException:
@@ -170,29 +177,15 @@ def write(root: Path, files: Mapping[str, bytes]) -> None:
         force_names(root, folder)
 
 
-def _written(root: Path, unfinished: int | None, data: bytes) -> str:
-    """A new file among the unfinished ones; its name, for functions that take `dir_fd`."""
+def _new_file(root: Path, unfinished: int | None) -> tuple[str, int]:
+    """A new file among the unfinished ones: its name, for functions that take `dir_fd`, and its handle."""
     host = re.sub(r"[^\w.-]", "_", socket.gethostname()) or "host"
     while True:
         temporary = f"{host}-{os.getpid()}-{next(_numbers)}"
         temporary = temporary if unfinished is not None else str(root / UNFINISHED / temporary)
         with contextlib.suppress(FileExistsError):  # left by a process of the same number
             binary = getattr(os, "O_BINARY", 0)  # without it Windows writes \r\n for \n
-            handle = os.open(temporary, _NEW | binary, 0o666, dir_fd=unfinished)
-            break
-    try:
-        try:
-            rest = memoryview(data)
-            while rest:
-                rest = rest[os.write(handle, rest) :]
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary, dir_fd=unfinished)
-        raise
-    return temporary
+            return temporary, os.open(temporary, _NEW | binary, 0o666, dir_fd=unfinished)
 
 
 def rename(root: Path, old: str, new: str) -> None:

@@ -27,29 +27,9 @@ from vibrocap.case.case import CaseError
 from vibrocap.studies.plan.code_version import surroundings
 from vibrocap.studies.plan.differences import code_differences, differences
 from vibrocap.studies.plan.study import FORMAT, Study
+from vibrocap.studies.store import places
 from vibrocap.studies.store.marks import Index, checksum, finished_text, is_mark, mark_text, tile_name
-from vibrocap.studies.store.places import (
-    BEGINNING,
-    DONE,
-    FILE,
-    FINISHED,
-    FOLDER,
-    FORM,
-    LOCK,
-    MIXED,
-    RESULTS,
-    STUDY,
-    UNFINISHED,
-    kind,
-    make_folder,
-    names,
-    read_plain,
-    remove,
-    remove_unfinished,
-    rename,
-    strange_places,
-    write,
-)
+from vibrocap.studies.store.places import BEGINNING, DONE, FILE, FINISHED, FOLDER, LOCK, MIXED, RESULTS, STUDY
 from vibrocap.studies.store.record import LARGEST, read_record, record_text
 from vibrocap.studies.store.verification import Verification, verified
 from vibrocap.studies.store.writing import Lock, StoreError, kept
@@ -74,7 +54,7 @@ class Store:
 
     def pending(self) -> list[Index]:
         with kept(self.path):
-            done = names(self.path, DONE)
+            done = places.names(self.path, DONE)
         return [index for index in self.indices if tile_name(index) not in done]
 
     def write(self, index: Index, arrays: Mapping[str, np.ndarray], made_by: Mapping[str, str] | None = None) -> None:
@@ -86,16 +66,16 @@ class Store:
         chunks = self._files.chunks(index, arrays)
         mark = mark_text(self.study.identity, index, chunks, made_by)
         with kept(self.path):
-            if made_by and kind(self.path, MIXED) is None:
-                write(self.path, {MIXED: b""})
-            write(self.path, _among_results(chunks))
-            write(self.path, {f"{DONE}/{tile_name(index)}": mark})
+            if made_by and places.kind(self.path, MIXED) is None:
+                places.write(self.path, {MIXED: b""})
+            places.write(self.path, _among_results(chunks))
+            places.write(self.path, {f"{DONE}/{tile_name(index)}": mark})
 
     def finish(self) -> None:
         """Say in the store that all tiles are there; StoreError where a file of one is not."""
         self._lock.check()
         with kept(self.path):
-            there = {name: names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
+            there = {name: places.names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
         pending = self.pending()
         lost = [index for index in self.indices if any(f"c.{tile_name(index)}" not in kept for kept in there.values())]
         if gone := dict.fromkeys([*pending, *lost]):
@@ -105,8 +85,8 @@ class Store:
                 f"({few}). --resume (resume=True) computes these again"
             )
         with kept(self.path):
-            if kind(self.path, FINISHED) is None:
-                write(self.path, {FINISHED: finished_text(self.study.identity, sum(1 for _ in self.indices))})
+            if places.kind(self.path, FINISHED) is None:
+                places.write(self.path, {FINISHED: finished_text(self.study.identity, sum(1 for _ in self.indices))})
         self.clean()
 
     def mend(self, found: Verification) -> None:
@@ -116,37 +96,37 @@ class Store:
         with kept(self.path):
             for index in found.damaged:
                 for place in (f"{DONE}/{tile_name(index)}", *self._empty_folders(index)):
-                    remove(self.path, place)
+                    places.remove(self.path, place)
             if not found.others:
                 return
             if record["files"] != _checksums(record["identity"], first):
                 raise CaseError([*found.others, "this version of Zarr cannot make it anew"], str(self.path))
-            make_folder(self.path, DONE)
-            for name in names(self.path, DONE).keys() - set(map(tile_name, self.indices)):
-                remove(self.path, f"{DONE}/{name}")
-            remove(self.path, FINISHED)
+            places.make_folder(self.path, DONE)
+            for name in places.names(self.path, DONE).keys() - set(map(tile_name, self.indices)):
+                places.remove(self.path, f"{DONE}/{name}")
+            places.remove(self.path, FINISHED)
             for place in first:
-                if kind(self.path, f"{RESULTS}/{place}") == FOLDER:
-                    remove(self.path, f"{RESULTS}/{place}")
+                if places.kind(self.path, f"{RESULTS}/{place}") == FOLDER:
+                    places.remove(self.path, f"{RESULTS}/{place}")
             _write_first(self.path, first)
         checked_results(self.path, record)
 
     def _empty_folders(self, index: Index) -> list[str]:
         """Folders, which are empty, in the places of the chunks of a tile."""
-        places = [f"{RESULTS}/{name}/c.{tile_name(index)}" for name in self._files.names]
-        return [place for place in places if kind(self.path, place) == FOLDER]
+        folders = [f"{RESULTS}/{name}/c.{tile_name(index)}" for name in self._files.names]
+        return [place for place in folders if places.kind(self.path, place) == FOLDER]
 
     def refuse_strange(self) -> None:
         """CaseError where the folder holds what this package has not written; damaged files of its own are none."""
         with kept(self.path):
-            marks = names(self.path, DONE) if kind(self.path, DONE) == FOLDER else {}
+            marks = places.names(self.path, DONE) if places.kind(self.path, DONE) == FOLDER else {}
             others = [name for name in marks.keys() - set(map(tile_name, self.indices)) if not is_mark(self.path, name)]
         _refuse_strange(self.path, [f"{DONE}/{name} does not belong to the study" for name in sorted(others)])
 
     def clean(self) -> None:
         """Remove what unfinished writing left."""
         with kept(self.path):
-            remove_unfinished(self.path)
+            places.remove_unfinished(self.path)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -175,7 +155,7 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
         path.mkdir(parents=True, exist_ok=True)
         lock = Lock(path / LOCK)
     try:
-        if kind(path, STUDY) is None:
+        if places.kind(path, STUDY) is None:
             _begin(path, study, tile)
             return Opened(Store(path, study, tile, lock), lock)
         if not resume:
@@ -212,16 +192,16 @@ def _refuse_foreign(path: Path) -> None:
     if not path.is_dir():
         raise CaseError(["is a file; give a folder"], str(path))
     with kept(path):
-        there = names(path)
+        there = places.names(path)
     if there.get(LOCK, FILE) != FILE:
         raise CaseError([f"its {LOCK} is {there[LOCK]}, where a file belongs; nothing was touched"], str(path))
     if STUDY in there:
         read_record(path)
         return
-    if strange := sorted(there.keys() - FORM.keys()):
+    if strange := sorted(there.keys() - places.FORM.keys()):
         listed = ", ".join(strange[:3])
         raise CaseError([f"is not the folder of a study, it holds {listed}; give a new or empty folder"], str(path))
-    if BEGINNING not in there and there.keys() - {LOCK, UNFINISHED}:
+    if BEGINNING not in there and there.keys() - {LOCK, places.UNFINISHED}:
         reason = f"its {STUDY} is lost; nothing there was touched. Give another folder, or remove it"
         raise CaseError([f"holds results, but {reason}"], str(path))
 
@@ -229,7 +209,7 @@ def _refuse_foreign(path: Path) -> None:
 def _refuse_strange(path: Path, others: Iterable[str] = ()) -> None:
     """CaseError where a folder holds what this package has not written and would have to pass, remove or overwrite."""
     with kept(path):
-        strange = [*strange_places(path), *others]
+        strange = [*places.strange_places(path), *others]
     if strange:
         few = strange if len(strange) < 6 else [*strange[:5], f"and {len(strange) - 5:,} more"]
         raise CaseError([*few, "vibrocap wrote no such thing; nothing was touched. Remove it and continue"], str(path))
@@ -239,12 +219,12 @@ def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
     """Write everything but the tiles; what a beginning that was interrupted left is removed first."""
     _refuse_strange(path)
     with kept(path):
-        there = names(path)
+        there = places.names(path)
         if BEGINNING in there:
             _remove_begun(path)
         elif {RESULTS, DONE} & there.keys():
             raise CaseError([f"its {STUDY} is lost; nothing there was touched"], str(path))  # since it was looked at
-        remove_unfinished(path)
+        places.remove_unfinished(path)
         first = ZarrFiles(study, tile).first()
         record: dict[str, Any] = {
             "format": FORMAT,
@@ -254,10 +234,10 @@ def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
             "files": _checksums(study.identity, first),
             "made_with": surroundings(),
         }
-        write(path, {BEGINNING: record_text(record)})
+        places.write(path, {BEGINNING: record_text(record)})
         _write_first(path, first)
-        make_folder(path, DONE)
-        rename(path, BEGINNING, STUDY)
+        places.make_folder(path, DONE)
+        places.rename(path, BEGINNING, STUDY)
 
 
 def _remove_begun(path: Path) -> None:
@@ -268,25 +248,25 @@ def _remove_begun(path: Path) -> None:
     for folder in (RESULTS, *folders):
         for name in (name for name, place in _in(path, folder).items() if place == FILE):
             place = f"{folder}/{name}".removeprefix(f"{RESULTS}/")
-            data = read_plain(path, f"{folder}/{name}", LARGEST)
+            data = places.read_plain(path, f"{folder}/{name}", LARGEST)
             own = record["files"].get(place) == checksum(record["identity"], place, data)
             (files if own else strange).append(f"{folder}/{name}")
     _refuse_strange(path, [f"{place} is not of the study that was begun there" for place in strange])
     for place in (*files, *folders, RESULTS, DONE):
-        remove(path, place)
+        places.remove(path, place)
 
 
 def _in(path: Path, place: str) -> dict[str, str]:
-    return names(path, place) if kind(path, place) == FOLDER else {}
+    return places.names(path, place) if places.kind(path, place) == FOLDER else {}
 
 
 def _write_first(path: Path, first: Mapping[str, bytes]) -> None:
     """Write the files that belong to no tile, and the folders of all."""
-    make_folder(path, RESULTS)
+    places.make_folder(path, RESULTS)
     for place in first:
         if "/" in place:
-            make_folder(path, f"{RESULTS}/{place.partition('/')[0]}")
-    write(path, _among_results(first))
+            places.make_folder(path, f"{RESULTS}/{place.partition('/')[0]}")
+    places.write(path, _among_results(first))
 
 
 def _among_results(files: Mapping[str, bytes]) -> dict[str, bytes]:
