@@ -24,7 +24,7 @@ from vibrocap.studies.dataset import open_study, stored_study
 from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.runs import tile_counts
-from vibrocap.studies.store import store as stores
+from vibrocap.studies.store import places
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
 from vibrocap.studies.store.writing import StoreError
@@ -311,7 +311,7 @@ def test_folders_of_others_are_refused_and_untouched(tmp_path):
 def test_an_unfinished_beginning_is_begun_anew_and_nothing_else_is_removed(tmp_path, monkeypatch):
     stored(tmp_path / "a")
     with monkeypatch.context() as context:  # of another study, in the middle of its beginning
-        context.setattr(stores, "rename", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        context.setattr(places, "rename", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             stored(tmp_path / "b", measures=("largest_angle",))
     assert (tmp_path / "b" / "results.zarr" / "largest_angle" / "zarr.json").exists()
@@ -475,9 +475,9 @@ def test_no_file_tells_the_time_or_the_machine(tmp_path):
     assert set(record["made_with"]) == {"python", "zarr", "numcodecs"}
     text = json.loads((tmp_path / "a" / "study.json").read_text())
     assert text == record | {"checksum": text["checksum"]}
-    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.places.FORM.keys() - {
-        stores.places.UNFINISHED,
-        stores.BEGINNING,
-        stores.MIXED,
+    assert {path.name for path in (tmp_path / "a").iterdir()} == places.FORM.keys() - {
+        places.UNFINISHED,
+        places.BEGINNING,
+        places.MIXED,
     }
     assert Path(tmp_path / "a" / "lock").read_bytes() == b""
