@@ -66,10 +66,10 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     kernel, memory = stepped.kernel, stepped.memory()
     sizes = {"floats": memory.floats.size, "ints": memory.ints.size, "trace": memory.trace.size}
     codes = _first_codes(stepped)
-    firsts = {code: said for code, said in stepped.statuses.items() if codes[code] == code}
+    firsts = {code: text_of for code, text_of in stepped.statuses.items() if codes[code] == code}
     same = {code: first for code, first in codes.items() if first != code}
-    statuses = {code: said.upper().replace(" ", "_") for code, said in firsts.items() if code > REFUSED}
-    defines = [f"#define {name.upper()}_{said} {code}" for code, said in statuses.items()]
+    statuses = {code: text_of.upper().replace(" ", "_") for code, text_of in firsts.items() if code > REFUSED}
+    defines = [f"#define {name.upper()}_{text_of} {code}" for code, text_of in statuses.items()]
     held, in_si = stepped.input is not None, stepped.system.units is not None
     words = {name: str(place) for name, place in (kernel.places | sizes).items()}
     return words | {
@@ -90,7 +90,7 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
         "counts": str(kernel.layout.counts),
         "same_statuses": "".join(f"    case {code}: return {other};\n" for code, other in same.items()),
         "status_defines": "\n".join(defines),
-        "statuses": "\n".join(f'    case {code}: return "{said}";' for code, said in firsts.items()),
+        "statuses": "\n".join(f'    case {code}: return "{text_of}";' for code, text_of in firsts.items()),
         "event_names": ", ".join(f'"{event_kind}"' for event_kind in stepped.event_kinds),
         "time_infos": _infos([stepped.time]),
         "input_infos": _infos(stepped.inputs),
@@ -113,7 +113,7 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
 def _first_codes(stepped: SteppedCase) -> dict[int, int]:
     """Each status of the kernel, and the first that says the same."""
     firsts: dict[str, int] = {}
-    return {code: firsts.setdefault(said, code) for code, said in stepped.statuses.items()}
+    return {code: firsts.setdefault(text, code) for code, text in stepped.statuses.items()}
 
 
 def _infos(ports: Sequence[Port]) -> str:

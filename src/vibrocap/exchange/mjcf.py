@@ -77,7 +77,7 @@ def mujoco_model(case: Case, step: float | None = None, tight: bool = True) -> M
     _actuators(root, mechanism)
     _start_frame(root, mechanism, unit, pressed)
     lost = _lost(system, levels, unit, step)
-    root.insert(0, ET.Comment("\n  ".join(["", *(each.replace("--", "-") for each in lost)]) + "\n"))
+    root.insert(0, ET.Comment("\n  ".join(["", *(sentence.replace("--", "-") for sentence in lost)]) + "\n"))
     ET.indent(root)
     return MujocoModel(ET.tostring(root, encoding="unicode") + "\n", lost, step, pressed)
 
@@ -190,12 +190,12 @@ def _joint(element: ET.Element, body: Body, unit: Units, soft: dict, level: floa
     turns = body.joint == "hinge"
     per, damper = ("N m/rad", "N m s/rad") if turns else ("N/m", "N s/m")
     # a hinge turns about -y, so that its angle from upright is positive backwards
-    given = {"name": body.name, "type": body.joint, "axis": "0 -1 0" if turns else "1 0 0"}
-    given |= {"stiffness": _number(body.stiffness * unit(per)), "damping": _number(body.damping * unit(damper))}
+    attributes = {"name": body.name, "type": body.joint, "axis": "0 -1 0" if turns else "1 0 0"}
+    attributes |= {"stiffness": _number(body.stiffness * unit(per)), "damping": _number(body.damping * unit(damper))}
     if level is not None:
-        given |= {"frictionloss": _number(level * unit("N"))}
-        given |= {f"{name}friction": value for name, value in soft.items()}
-    ET.SubElement(element, "joint", given)
+        attributes |= {"frictionloss": _number(level * unit("N"))}
+        attributes |= {f"{name}friction": value for name, value in soft.items()}
+    ET.SubElement(element, "joint", attributes)
 
 
 def _looks(element: ET.Element, shape: Any, arm: float, length: float, touches: bool) -> None:
@@ -217,8 +217,8 @@ def _looks(element: ET.Element, shape: Any, arm: float, length: float, touches: 
 def _ground(world: ET.Element, soft: dict, level: float, unit: Units) -> None:
     """The plane that a body touches; friction is its own (priority), of one coefficient."""
     size = _number(unit("m"))
-    given = {"name": "ground", "type": "plane", "size": f"{size} {size} {size}", "condim": "3", "priority": "1"}
-    world.insert(0, ET.Element("geom", {**given, "friction": f"{_number(level)} 0 0", **soft}))
+    attributes = {"name": "ground", "type": "plane", "size": f"{size} {size} {size}", "condim": "3", "priority": "1"}
+    world.insert(0, ET.Element("geom", {**attributes, "friction": f"{_number(level)} 0 0", **soft}))
 
 
 def _links(root: ET.Element, mechanism: Mechanism, unit: Units) -> None:

@@ -41,7 +41,7 @@ class StepperArray(Stepped):
                 raise ArgumentError(str(name), f"no such state or parameter; {suggestion(name, [*states, *ports])}")
             column = self._column(name, value)
             if name not in states and name not in ports:
-                by_place |= {places["PARAMETER"] + i: each for i, each in self._given_in_si(name, column).items()}
+                by_place |= {places["PARAMETER"] + i: values for i, values in self._given_in_si(name, column).items()}
                 continue
             if name in ports:
                 port = ports[name]
@@ -83,31 +83,31 @@ class StepperArray(Stepped):
     def _copied(self) -> tuple[np.ndarray, ...]:
         return tuple(rows.copy() for rows in self._memory)
 
-    def step(self, *given: Any) -> None:
+    def step(self, *numbers: Any) -> None:
         """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count].
 
         After the length may stand slope and curvature of the input, 0 by default, as of `InputStepper`.
         """
-        self._set(given)
+        self._set(numbers)
         for take in self._take:
             take(0)
 
-    def step_to_event(self, *given: Any) -> np.ndarray:
+    def step_to_event(self, *numbers: Any) -> np.ndarray:
         """As `step`, but each motion stops at its first event; whether it did: array [count] of bool."""
-        self._set(given)
+        self._set(numbers)
         self._ints[:, self._places["STOPPED"]] = 0
         for take in self._take:
             take(1)
         return self._ints[:, self._places["STOPPED"]] == 1
 
-    def _set(self, given: Sequence[Any]) -> None:
+    def _set(self, numbers: Sequence[Any]) -> None:
         """Lengths and inputs of the next step."""
         wanted, last = (("length",), 1) if self.stepped.input is None else (("value", "length", *INPUT_NAMES[1:]), 2)
-        if not last <= len(given) <= len(wanted):
-            raise TypeError(f"step takes {' and '.join(wanted[:last])}, got {len(given)} values")
-        columns = {name: self._column(name, value) for name, value in zip(wanted, given, strict=False)}
+        if not last <= len(numbers) <= len(wanted):
+            raise TypeError(f"step takes {' and '.join(wanted[:last])}, got {len(numbers)} values")
+        columns = {name: self._column(name, value) for name, value in zip(wanted, numbers, strict=False)}
         if not np.all(columns["length"] > 0.0):
-            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(given[last - 1])}")
+            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(numbers[last - 1])}")
         self._floats[:, self._places["LENGTH"]] = columns["length"] / self._scales.time
         if self.stepped.input is not None:
             for i, name in enumerate(INPUT_NAMES):

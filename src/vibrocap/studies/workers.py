@@ -111,13 +111,13 @@ def run_on_workers(
         in_work: dict[Future, Index] = {}
         own = processes(workers, study) if isinstance(workers, int) else contextlib.nullcontext(workers)
         most = AHEAD * workers if isinstance(workers, int) else IN_FLIGHT
-        given = () if isinstance(workers, int) else (study,)
+        sent_along = () if isinstance(workers, int) else (study,)
         try:
             with own as executor:
                 while waiting or in_work:
                     while waiting and len(in_work) < most:
                         with _deaf():
-                            in_work[executor.submit(computed_tile, store.tile, waiting[-1], *given)] = waiting[-1]
+                            in_work[executor.submit(computed_tile, store.tile, waiting[-1], *sent_along)] = waiting[-1]
                         waiting.pop()
                     for future in wait(in_work, return_when=FIRST_COMPLETED).done:
                         code, arrays = future.result()

@@ -57,12 +57,12 @@ def checked_platforms(platforms: Sequence[str] | None, fmi: str) -> tuple[str, .
     if list(platforms) == ["none"]:
         return ()
     asked = tuple(known) if list(platforms) == ["all"] else tuple(dict.fromkeys(platforms))
-    for each in asked:
-        if each not in known:
+    for wanted in asked:
+        if wanted not in known:
             names = listed((*known, "all", "none"), " or ")
-            raise ArgumentError("platforms", f"should be {names} in FMI {fmi}, got {shown(each)}")
-        if each != own and (said := lacking("ziglang")):
-            raise ArgumentError("platforms", f"{each} {said}")
+            raise ArgumentError("platforms", f"should be {names} in FMI {fmi}, got {shown(wanted)}")
+        if wanted != own and (why := lacking("ziglang")):
+            raise ArgumentError("platforms", f"{wanted} {why}")
     return asked
 
 
@@ -81,8 +81,8 @@ def binary(sources: Mapping[str, str], compiled: Sequence[str], name: str, targe
     command = [own] if own else [sys.executable, "-m", "ziglang", "cc", "-target", known.in_zig]
     position, library = ([], []) if target.endswith("windows") else (["-fPIC"], ["-lm"])
     with tempfile.TemporaryDirectory() as folder:
-        for each, text in sources.items():
-            write_text(Path(folder) / each, text)
+        for file, text in sources.items():
+            write_text(Path(folder) / file, text)
         out = f"{name}{known.ending}"
         strip = [] if target.endswith("darwin") else ["-s"]
         line = [*command, *OPTIONS, *position, *strip, "-o", out, *compiled, *library]

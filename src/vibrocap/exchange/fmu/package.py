@@ -34,11 +34,11 @@ def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
         files[f"binaries/{folder_name}/{package.name}{known.ending}"] = code
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as file:
-        for each in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
-            entry = zipfile.ZipInfo(each, EPOCH)
+        for path_in_zip in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
+            entry = zipfile.ZipInfo(path_in_zip, EPOCH)
             entry.external_attr = 0o644 << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
-            file.writestr(entry, files[each], compresslevel=9)
+            file.writestr(entry, files[path_in_zip], compresslevel=9)
     return packed.getvalue()
 
 
@@ -77,11 +77,11 @@ def header(
     return text
 
 
-def _row(each: Variable) -> str:
-    causalities = {"parameter": "PARAMETER_OF_CASE", "input": "INPUT", "output": "START" if each.starts else "OTHER"}
-    least, most = map(number, each.port.bounds)
-    causality = causalities.get(each.causality, "OTHER")
-    return f'  {{"{each.name}", {least}, {most}, {each.place}, {each.type}, {causality}}},'
+def _row(row: Variable) -> str:
+    causalities = {"parameter": "PARAMETER_OF_CASE", "input": "INPUT", "output": "START" if row.starts else "OTHER"}
+    least, most = map(number, row.port.bounds)
+    causality = causalities.get(row.causality, "OTHER")
+    return f'  {{"{row.name}", {least}, {most}, {row.place}, {row.type}, {causality}}},'
 
 
 HEADER = """/* What the variables of this FMU are, where they stand in memory, and their start values. */

@@ -238,13 +238,13 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
     count = len(states)
     if not count:
         return [], []
-    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CLOUDS)).round().astype(int))
+    sample = np.unique(np.linspace(0, count - 1, min(count, MOST_CLOUDS)).round().astype(int))
     rows = np.tile(map_.parameters(), (count, 1))
-    gathered = iterates(map_, states[chosen], rows[: len(chosen)], CLOUD)
+    gathered = iterates(map_, states[sample], rows[: len(sample)], CLOUD)
     clouds: list[np.ndarray] = []
     heads: list[int] = []
     which = np.full(count, -1)
-    for k, run in enumerate(chosen):
+    for k, run in enumerate(sample):
         cloud = map_.section(gathered[:, k])
         if not np.all(np.isfinite(cloud)):
             continue
@@ -253,7 +253,7 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
         if not known:
             clouds.append(cloud)
             heads.append(k)
-    others = np.setdiff1d(np.arange(count), chosen)
+    others = np.setdiff1d(np.arange(count), sample)
     short = map_.section(iterates(map_, states[others], rows[: len(others)], FEW))
     for k, run in enumerate(others):
         if np.all(np.isfinite(short[:, k])):

@@ -196,16 +196,16 @@ def border_cells(inside: np.ndarray) -> int:
     return int(np.sum(inside & ~within))
 
 
-def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:
+def _drifts(reached: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:
     """Drift per drive period: that of the attractor, or of the run where it settled to one of too many."""
-    known = np.array([math.nan if each.motion.drift is None else each.motion.drift for each in found] + [math.nan])
+    known = np.array([math.nan if one.motion.drift is None else one.motion.drift for one in reached] + [math.nan])
     return np.where(label >= 0, known[np.maximum(label, -1)], np.where(label == NOT_TOLD, runs.drift, math.nan))
 
 
-def _directions(system: System, found: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarray) -> np.ndarray:
+def _directions(system: System, reached: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarray) -> np.ndarray:
     """Direction of the drift; NOT_SETTLED or FAILED where there is none to speak of."""
     left = residue(system, "drift", SETTLED)
-    residues = [left if each.motion.orbit is not None else SURE * each.motion.drift_error for each in found]
+    residues = [left if one.motion.orbit is not None else SURE * one.motion.drift_error for one in reached]
     known = (label >= 0) | (label == NOT_TOLD)
     trust = Trust(np.full(label.shape, FINISHED), known, np.array([*residues, left])[np.maximum(label, -1)])
     return np.where(known, np.nan_to_num(trust.direction(drift)), label).astype(np.int8)

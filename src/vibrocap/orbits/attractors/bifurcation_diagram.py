@@ -175,16 +175,16 @@ class _Point:
     def _record_iterates(self, runs: SettlingRuns, imaged: np.ndarray) -> None:
         map_, cyclic, begun = self.map, self.map.cyclic, self.ends
         for wandering in (False, True):
-            chosen = np.flatnonzero(runs.finished & ((self.response == NOT_SETTLED) == wandering))
-            if not len(chosen):
+            members = np.flatnonzero(runs.finished & ((self.response == NOT_SETTLED) == wandering))
+            if not len(members):
                 continue
-            count = self.kept if wandering else int(self.response[chosen].max())
-            rows = np.tile(map_.parameters(), (len(chosen), 1))
-            path = iterates(map_, begun[chosen], rows, count)  # [count + 1, runs, states]
+            count = self.kept if wandering else int(self.response[members].max())
+            rows = np.tile(map_.parameters(), (len(members), 1))
+            path = iterates(map_, begun[members], rows, count)  # [count + 1, runs, states]
             last = path.copy()
-            for k in np.flatnonzero(imaged[chosen]):
+            for k in np.flatnonzero(imaged[members]):
                 path[:, k] = _mirrored(map_, path[:, k])
-            for k, run in enumerate(chosen):
+            for k, run in enumerate(members):
                 n = count if wandering else _shortest(map_, path[:, k], int(self.response[run]))
                 self.response[run] = NOT_SETTLED if wandering else n
                 self.states[run, :n] = path[:n, k] - whole_turns(map_.system, path[:n, k])

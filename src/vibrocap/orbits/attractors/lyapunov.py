@@ -146,17 +146,17 @@ def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: n
 
     asked: by number of a state, (direction, its image by the derivative, image of the state)
     """
-    moving, chosen, size = map_.smooth_states, list(asked), map_.scales(parameters)
-    along, said, images = (np.stack(column) for column in zip(*asked.values(), strict=True))
-    directions = np.zeros((len(chosen), map_.states))
+    moving, places, size = map_.smooth_states, list(asked), map_.scales(parameters)
+    along, grown, images = (np.stack(column) for column in zip(*asked.values(), strict=True))
+    directions = np.zeros((len(places), map_.states))
     directions[:, moving] = along * size[moving]
-    directions *= map_.free(states[chosen], parameters[None])
-    rows = np.tile(parameters, (len(chosen), 1))
-    slopes, sure = slopes_along(map_, states[chosen], directions, images, rows)
+    directions *= map_.free(states[places], parameters[None])
+    rows = np.tile(parameters, (len(places), 1))
+    slopes, sure = slopes_along(map_, states[places], directions, images, rows)
     slopes = slopes[:, moving]
     wrong = [
         abs(math.log(max(float(np.linalg.norm(one)), FORGOTTEN) / max(float(np.linalg.norm(other)), FORGOTTEN)))
-        for one, other, certain in zip(said, slopes, sure, strict=True)
+        for one, other, certain in zip(grown, slopes, sure, strict=True)
         if certain and differ(one, other)
     ]
     return sum(wrong) / max(1, int(np.sum(sure)))

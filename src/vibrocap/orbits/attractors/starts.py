@@ -18,13 +18,13 @@ PROBED = 2.0  # natural sizes from zero at which probes start
 Ranges = Mapping[str, tuple[float, float]]
 
 
-def checked_ranges(system: System, given: Any) -> dict[str, tuple[float, float]]:
+def checked_ranges(system: System, asked: Any) -> dict[str, tuple[float, float]]:
     """Ranges by state, (low, high) each; ValueError naming what is wrong with them."""
-    if not isinstance(given, Mapping) or not given:
-        raise ArgumentError("ranges", f"should give (low, high) for at least one state, got {given!r}")
-    for state in given:
+    if not isinstance(asked, Mapping) or not asked:
+        raise ArgumentError("ranges", f"should give (low, high) for at least one state, got {asked!r}")
+    for state in asked:
         check_state("ranges", system, state)
-    return {state: checked_start_range(f"ranges: {state}", system, state, pair) for state, pair in given.items()}
+    return {state: checked_start_range(f"ranges: {state}", system, state, pair) for state, pair in asked.items()}
 
 
 def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:

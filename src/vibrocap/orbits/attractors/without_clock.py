@@ -49,8 +49,8 @@ def _find_rests(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, re
     """Label the runs that are at an equilibrium, adding those to what is reached."""
     resting = np.flatnonzero(runs.finished & (runs.response_period > 0) & (which < 0))
     known = {k: motion for k, motion in enumerate(reached) if isinstance(motion, Equilibrium)}
-    for k, each in known.items():
-        which[resting[_belongs(map_, runs.state[resting], each)]] = k
+    for k, rest in known.items():
+        which[resting[_belongs(map_, runs.state[resting], rest)]] = k
     for motion in () if known or not len(resting) else equilibria(map_.system):
         there = resting[_belongs(map_, runs.state[resting], motion) & (which[resting] < 0)]
         if len(there):
@@ -81,10 +81,10 @@ def _find_cycles(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, r
             reached.append(judged(solution))
 
 
-def _belongs(map_: StroboscopicMap, states: np.ndarray, found: Equilibrium) -> np.ndarray:
+def _belongs(map_: StroboscopicMap, states: np.ndarray, rest: Equilibrium) -> np.ndarray:
     """Which states [runs, states] lie within the extents of an equilibrium, but for travel and whole turns: [runs]."""
     system, sizes = map_.system, map_.scales(map_.parameters())
-    least, most, middle = (np.array(list(named.values())) for named in (found.least, found.most, found.state))
+    least, most, middle = (np.array(list(named.values())) for named in (rest.least, rest.most, rest.state))
     turned = middle + map_.away(states, middle)
     inside = (turned >= least - NEAR * sizes) & (turned <= most + NEAR * sizes)
     kept = [i for i in map_.section_states if system.state_names[i] not in system.switched]

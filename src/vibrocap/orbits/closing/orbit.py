@@ -25,34 +25,34 @@ from vibrocap.quantities.declared import ByName
 CLOSED = 1e3  # tolerances, to which a neighbour closes that is steady too
 
 
-def in_continuum(map_: StroboscopicMap, found: PeriodicSolution) -> bool:
+def in_continuum(map_: StroboscopicMap, solution: PeriodicSolution) -> bool:
     """Whether a state a little way off along a multiplier of 1 closes as well, on at least one side.
 
     So it is of a two-phase crawler whose phases are equally long: friction takes in one what it gives in the other,
     whatever the velocity, and each velocity has a drift of its own. At a fold, where a multiplier passes 1, the
     neighbours do not close.
     """
-    if not found.closes or np.all(np.abs(found.multipliers - 1.0) > CLOSE_TO_CIRCLE):
+    if not solution.closes or np.all(np.abs(solution.multipliers - 1.0) > CLOSE_TO_CIRCLE):
         return False
     moving, row = map_.smooth_states, map_.parameters()
-    push, _, _ = _push(map_, found, lambda values: -np.abs(values - 1.0))
-    starts = state_vector(found.system, found.state) + np.stack([push, -push])
-    images = map_.images(starts, np.tile(row, (2, 1)), found.response_period)
+    push, _, _ = _push(map_, solution, lambda values: -np.abs(values - 1.0))
+    starts = state_vector(solution.system, solution.state) + np.stack([push, -push])
+    images = map_.images(starts, np.tile(row, (2, 1)), solution.response_period)
     away = np.max(np.abs(map_.away(images.state, starts)[:, moving]) / map_.scales(row)[moving], axis=1)
-    return bool(np.any(images.finished & (away <= CLOSED * found.tolerance)))
+    return bool(np.any(images.finished & (away <= CLOSED * solution.tolerance)))
 
 
 def _push(
-    map_: StroboscopicMap, found: PeriodicSolution, rank: Callable[[np.ndarray], np.ndarray]
+    map_: StroboscopicMap, solution: PeriodicSolution, rank: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """(push [states] along the eigenvector of the multiplier that ranks highest, all eigenvectors, number of that)."""
     moving, push = map_.smooth_states, np.zeros(map_.states)
     size = map_.scales(map_.parameters())[moving]
-    values, right = np.linalg.eig(found.derivative[np.ix_(moving, moving)] * size / size[:, None])
-    chosen = int(np.argmax(rank(values)))
-    along = np.real(right[:, chosen])
+    values, right = np.linalg.eig(solution.derivative[np.ix_(moving, moving)] * size / size[:, None])
+    place = int(np.argmax(rank(values)))
+    along = np.real(right[:, place])
     push[moving] = PUSH * size * along / np.max(np.abs(along))
-    return push, right, chosen
+    return push, right, place
 
 
 PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
@@ -250,21 +250,21 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     return tuple(Orbit.of(orbits[k].orbit) for k in ways if orbits[k].orbit.closes)
 
 
-def _kept(map_: StroboscopicMap, found: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:
+def _kept(map_: StroboscopicMap, settled: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:
     """The orbit that a simulation keeps, where it seemed to have settled: on from one that is unstable.
 
     A motion that passes close to an unstable orbit stands still for a while. Only Newton's method tells, which also
     may lead from a slow motion to an orbit that is elsewhere; then nothing is claimed.
     """
-    away = np.max(np.abs(map_.section(state) - map_.section(state_vector(found.system, found.state))))
+    away = np.max(np.abs(map_.section(state) - map_.section(state_vector(settled.system, settled.state))))
     if away > np.sqrt(SETTLED):
         return Orbit.of(unclosed(map_, state, periods, OrbitStatus.NOT_CONVERGED))
-    if not found.unstable:
-        return found
-    reached = pushed_off(found, towards=state, settle_periods=settle_periods)
+    if not settled.unstable:
+        return settled
+    reached = pushed_off(settled, towards=state, settle_periods=settle_periods)
     # what leaves the unstable orbit and does not settle has that orbit's numbers, as not closed
-    onward = reached[0] if reached else dataclasses.replace(found, status=OrbitStatus.NOT_SETTLED)
-    return dataclasses.replace(onward, passed=found)
+    onward = reached[0] if reached else dataclasses.replace(settled, status=OrbitStatus.NOT_SETTLED)
+    return dataclasses.replace(onward, passed=settled)
 
 
 def _check_response(system: System, response_period: int, half: bool) -> None:

@@ -217,16 +217,16 @@ class PeriodicSolution(Result):
 Solution = TypeVar("Solution", bound=PeriodicSolution)
 
 
-def judged(found: Solution) -> Solution:
+def judged(solution: Solution) -> Solution:
     """The same, NOT_CERTIFIED where it is closed and the certificate of the motion along it is refused.
 
     The motion is recorded over its period, at a tolerance of at least `CERTIFIED`.
     """
-    if not found.closes:
-        return found
-    motion = found.motion(tolerance=max(found.tolerance, CERTIFIED))
+    if not solution.closes:
+        return solution
+    motion = solution.motion(tolerance=max(solution.tolerance, CERTIFIED))
     status = OrbitStatus.CONVERGED if motion.certified else OrbitStatus.NOT_CERTIFIED
-    return found if status is found.status else dataclasses.replace(found, status=status)
+    return solution if status is solution.status else dataclasses.replace(solution, status=status)
 
 
 def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray, cycle: bool = False) -> np.ndarray:

@@ -65,43 +65,43 @@ class OfSection(Declared):
 SectionAsked = Annotated[Any, OfSection()]  # a `Section` or a text
 
 
-def checked_section(system: System, given: Any) -> Section | None:
+def checked_section(system: System, asked: Any) -> Section | None:
     """A section as given or in words: "stick_2" (an event and its contact), "position=0.5", "position=0.5:down"."""
-    if given is None:
+    if asked is None:
         return None
     contacts = len(system.laws)
-    if isinstance(given, str) and "=" in given:
-        observable, _, place = given.partition("=")
+    if isinstance(asked, str) and "=" in asked:
+        observable, _, place = asked.partition("=")
         value, _, way = place.partition(":")
         try:
-            given = Section(observable=observable.strip(), value=float(value), direction=WAYS[way.strip() or "up"])
+            asked = Section(observable=observable.strip(), value=float(value), direction=WAYS[way.strip() or "up"])
         except (ValueError, KeyError):
-            why = f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {given!r}"
+            why = f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {asked!r}"
             raise ArgumentError("section", why) from None
-    if isinstance(given, str):
+    if isinstance(asked, str):
         names = {numbered(kind, k): (kind, k) for kind in KINDS for k in range(1, contacts + 1)}
-        if given not in names:
-            raise ArgumentError("section", f"no event is called {given!r}; {suggestion(given, names)}")
-        kind, contact = names[given]
+        if asked not in names:
+            raise ArgumentError("section", f"no event is called {asked!r}; {suggestion(asked, names)}")
+        kind, contact = names[asked]
         return Section(kind, contact)
-    if not isinstance(given, Section) or (given.event is None) == (given.observable is None):
-        raise ArgumentError("section", f"should be a Section with an event or an observable, got {given!r}")
-    if given.observable is None:
-        if given.event not in KINDS:
-            raise ArgumentError("section.event", f"should be {listed(KINDS, ' or ')}, got {given.event!r}")
-        if isinstance(given.contact, bool) or given.contact not in range(1, contacts + 1):
-            raise ArgumentError("section.contact", f"should be 1 to {contacts}, got {given.contact!r}")
-        return given
+    if not isinstance(asked, Section) or (asked.event is None) == (asked.observable is None):
+        raise ArgumentError("section", f"should be a Section with an event or an observable, got {asked!r}")
+    if asked.observable is None:
+        if asked.event not in KINDS:
+            raise ArgumentError("section.event", f"should be {listed(KINDS, ' or ')}, got {asked.event!r}")
+        if isinstance(asked.contact, bool) or asked.contact not in range(1, contacts + 1):
+            raise ArgumentError("section.contact", f"should be 1 to {contacts}, got {asked.contact!r}")
+        return asked
     known = (*system.state_names, *equations(system).observables)
-    if given.observable not in known or given.observable == system.cyclic:
+    if asked.observable not in known or asked.observable == system.cyclic:
         useful = [name for name in known if name != system.cyclic]
-        why = suggestion(given.observable, useful)
-        raise ArgumentError("section.observable", f"{given.observable!r} is none that comes back; {why}")
-    if not is_number(given.value) or not math.isfinite(given.value):
-        raise ArgumentError("section.value", f"should be a finite number, got {given.value!r}")
-    if given.direction not in (1, -1):
-        raise ArgumentError("section.direction", f"should be 1 (upward) or -1 (downward), got {given.direction!r}")
-    return given
+        why = suggestion(asked.observable, useful)
+        raise ArgumentError("section.observable", f"{asked.observable!r} is none that comes back; {why}")
+    if not is_number(asked.value) or not math.isfinite(asked.value):
+        raise ArgumentError("section.value", f"should be a finite number, got {asked.value!r}")
+    if asked.direction not in (1, -1):
+        raise ArgumentError("section.direction", f"should be 1 (upward) or -1 (downward), got {asked.direction!r}")
+    return asked
 
 
 def returns_of(motion: Trajectory, section: Section | None) -> Iterator[np.ndarray]:

@@ -98,14 +98,14 @@ def unclosed(map_: StroboscopicMap, state: np.ndarray, response_period: int, sta
     return _solution(closure, closure.attempt(state), status, 0)
 
 
-def shortest(map_: StroboscopicMap, found: PeriodicSolution) -> PeriodicSolution:
+def shortest(map_: StroboscopicMap, solution: PeriodicSolution) -> PeriodicSolution:
     """The same solution over its shortest period: a motion that settles by turns may look longer than it is."""
-    state = state_vector(found.system, found.state)
-    for periods in range(1, found.response_period):
-        divides = found.response_period % periods == 0 and found.closes
-        if divides and unclosed(map_, state, periods, found.status).residual <= SAME_STATE:
+    state = state_vector(solution.system, solution.state)
+    for periods in range(1, solution.response_period):
+        divides = solution.response_period % periods == 0 and solution.closes
+        if divides and unclosed(map_, state, periods, solution.status).residual <= SAME_STATE:
             return closed(map_, state, periods)
-    return found
+    return solution
 
 
 class Closure:
@@ -176,40 +176,40 @@ class Closure:
         )
 
 
-def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) -> PeriodicSolution:
+def _solution(closure: Closure, trial: _Try, status: OrbitStatus, steps: int) -> PeriodicSolution:
     """The record of a solution, with its whole map, its multipliers and its mirror image."""
     map_, system, response_period = closure.map_, closure.map_.system, closure.response_period
-    whole = closure.whole_images(found.x) if closure.half else found.images
+    whole = closure.whole_images(trial.x) if closure.half else trial.images
     assert whole.jacobian is not None
     if status is OrbitStatus.CONVERGED and contradicted(
-        map_, found.state, whole, closure.parameters, *closure.length(found.x)
+        map_, trial.state, whole, closure.parameters, *closure.length(trial.x)
     ):
         status = OrbitStatus.CONTRADICTED
     symmetric, twin = None, None
     if system.mirrored and not closure.cycle:
         # With tangents that nobody asks for: the kernel that has them is compiled, one without them may not be.
         asked = not closure.half and response_period % 2 == 1
-        halves = closure.half_images(found.state, response_period if asked else 1)
-        away = map_.away(halves[-1].state[0], found.state)
+        halves = closure.half_images(trial.state, response_period if asked else 1)
+        away = map_.away(halves[-1].state[0], trial.state)
         symmetric = closure.half or (asked and bool(np.max(np.abs(away / closure.scales)[closure.kept]) <= SAME_STATE))
         twin = named_states(system, brought_back(system, halves[0].state[0]))
-    gained, drift = whole.state[0] - found.state, None
+    gained, drift = whole.state[0] - trial.state, None
     if map_.cyclic >= 0:
         drift = 0.0 if symmetric else float(gained[map_.cyclic])
     solution = PeriodicSolution(
         system=system,
-        state=named_states(system, found.state),
-        period=float(found.x[-1]) if closure.cycle else response_period * map_.period(closure.parameters),
+        state=named_states(system, trial.state),
+        period=float(trial.x[-1]) if closure.cycle else response_period * map_.period(closure.parameters),
         response_period=response_period,
         drift=drift,
         multipliers=floquet_multipliers(map_, whole.jacobian[0], closure.cycle),
-        residual=found.residual,
+        residual=trial.residual,
         symmetric=symmetric,
         derivative=whole.jacobian[0],
-        status=status if found.finished else OrbitStatus.RUN_FAILED,
+        status=status if trial.finished else OrbitStatus.RUN_FAILED,
         iterations=steps,
         tolerance=map_.tolerance,
         mirrored_state=twin,
         winding=winding(system, gained),
     )
-    return solution if closure.cycle or found.images.certified[0] else judged(solution)
+    return solution if closure.cycle or trial.images.certified[0] else judged(solution)

@@ -81,12 +81,12 @@ def _mode(closure: CycleMap, point: BranchPoint) -> Sliding:
 
 
 def _belongs(
-    closure: CycleMap, mode: Sliding, found: Located, state: np.ndarray, period: float, amplitude: float
+    closure: CycleMap, mode: Sliding, located: Located, state: np.ndarray, period: float, amplitude: float
 ) -> bool:
     """Whether a cycle of an amplitude surrounds the equilibrium at a Hopf point, and turns as fast."""
-    away = (mode.state(found.x) - state[mode.problem.unknowns]) / closure.sizes[mode.problem.unknowns]
+    away = (mode.state(located.x) - state[mode.problem.unknowns]) / closure.sizes[mode.problem.unknowns]
     near = float(np.linalg.norm(away)) <= CENTRE * amplitude
-    return near and abs(found.frequency * period / (2.0 * np.pi) - 1.0) <= SAME_FREQUENCY
+    return near and abs(located.frequency * period / (2.0 * np.pi) - 1.0) <= SAME_FREQUENCY
 
 
 STRETCH = 30  # points after which the section is looked at
@@ -99,7 +99,7 @@ TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below whic
 def cycles_followed(closure: CycleMap, *given: Any, **options: Any) -> Followed:
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
     way = _followed_by_sections(closure, *given, **options)
-    special = [(after, stick_loss(closure, found, way.points, after)) for after, found in way.special]
+    special = [(after, stick_loss(closure, record, way.points, after)) for after, record in way.special]
     return dataclasses.replace(way, special=special)
 
 
@@ -214,12 +214,12 @@ CLOSED = 1e-11  # to what share of its speeds a cycle is closed
 TRUSTED = 1e-6  # share of the parameter's range by which an extrapolation may differ from one of a point less
 
 
-def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after: int) -> Found:
+def stick_loss(closure: CycleMap, special: Found, points: list[BranchPoint], after: int) -> Found:
     """The record of a change of mode sequence after a point, located anew where smooth cycles lie on one side of it."""
     smooth = [is_smooth(points[i]) for i in (after, after + 1)] if after + 1 < len(points) else [False, False]
-    moves = found.kind in (SpecialKind.MODE_CHANGE, SpecialKind.UNLOCATED) and "S" in "".join(found.words)
+    moves = special.kind in (SpecialKind.MODE_CHANGE, SpecialKind.UNLOCATED) and "S" in "".join(special.words)
     if not moves or smooth[0] == smooth[1]:
-        return found
+        return special
     side = points[after + 1 :] if smooth[1] else points[after::-1]
     speeds, places, largest = [], [], 0.0
     for point in side:
@@ -232,17 +232,17 @@ def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after
             speeds.append(least)
             places.append(closure.parameter(point.x))
     if len(speeds) < LEAST or min(speeds) <= 0.0:
-        return found
+        return special
     place, other = _at_zero(speeds, places), _at_zero(speeds[:-1], places[:-1])
     slope = max(abs((b - a) / (v - u)) for a, b, u, v in zip(places, places[1:], speeds, speeds[1:], strict=False))
     error = 3.0 * abs(place - other) + CLOSED * (slope * largest + abs(place))
     if not error <= TRUSTED * abs(closure.between[1] - closure.between[0]):
-        return found
-    change, phases = mode_change(*found.words)
+        return special
+    change, phases = mode_change(*special.words)
     turns = points[after].tangent[-1] * points[after + 1].tangent[-1] < 0.0
     text = "; ".join(filter(None, (phases, "the branch turns back" if turns else "")))
     known = {"place": place, "error": error, "change": change, "passed": None, "text": text}
-    return dataclasses.replace(found, kind=SpecialKind.MODE_CHANGE, **known)
+    return dataclasses.replace(special, kind=SpecialKind.MODE_CHANGE, **known)
 
 
 def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:

@@ -71,9 +71,9 @@ class Crossings(Dimensional):
             many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {ends}"
             lines.append(f"unsettled {many}: nothing can be told there")
         if not any(place.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for place in self.found):
-            seen = self.differences[np.isfinite(self.differences)]
-            if len(seen):
-                scan = f"over the scan the difference is from {seen.min():.3g} to {said(seen.max(), unit, 3)}"
+            known = self.differences[np.isfinite(self.differences)]
+            if len(known):
+                scan = f"over the scan the difference is from {known.min():.3g} to {said(known.max(), unit, 3)}"
                 lines.append(f"no crossing: {scan}")
         return "\n".join(lines)
 
@@ -144,12 +144,12 @@ def crossing(
 
 def _starts(systems: tuple[System, ...], initial: Mapping[str, float] | None) -> list[dict[str, float]]:
     """The start of each system: of the states named those that it has."""
-    given = dict(initial or {})
+    named = dict(initial or {})
     names = {name for system in systems for name in system.state_names}
-    unknown = [name for name in given if name not in names]
+    unknown = [name for name in named if name not in names]
     if unknown:
-        initial_state(systems[0], {unknown[0]: given[unknown[0]]})  # raises, naming it and what is near
-    return [initial_state(system, {k: v for k, v in given.items() if k in system.state_names}) for system in systems]
+        initial_state(systems[0], {unknown[0]: named[unknown[0]]})  # raises, naming it and what is near
+    return [initial_state(system, {k: v for k, v in named.items() if k in system.state_names}) for system in systems]
 
 
 def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, float], ...]:

@@ -163,9 +163,9 @@ def _unbounded(state: SteadyState) -> RestSet:
     return RestSet(state, np.where(moves, -np.inf, state.y), np.where(moves, np.inf, state.y))
 
 
-def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None = None) -> Equilibrium:
+def equilibrium(problem: SteadyEquations, rest_set: RestSet, system: System | None = None) -> Equilibrium:
     """The public record of a steady state or a set of them; system: with other numbers than the problem's own."""
-    system, state = problem.system if system is None else system, found.centre
+    system, state = problem.system if system is None else system, rest_set.centre
     lane = state.y[:, None], state.sides[:, None], state.switched[:, None]
     values = problem.jacobian(*lane)[:, :, 0]
     contacts = problem.recording.contacts
@@ -187,8 +187,8 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
         system=system,
         sides=tuple(0 if rest else int(side) for side, rest in zip(state.sides, state.rests, strict=True)),
         state=named(state.y),
-        least=named(found.least),
-        most=named(found.most),
+        least=named(rest_set.least),
+        most=named(rest_set.most),
         dimension=state.dimension,
         travel=travel,
         friction=tuple(problem.values(friction, *lane)[:, 0].tolist()),

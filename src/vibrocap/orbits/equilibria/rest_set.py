@@ -142,13 +142,13 @@ class RestSets:
         return RestSet(state, least, most)
 
 
-def _united(found: list[RestSet], scales: np.ndarray) -> list[RestSet]:
+def _united(rest_sets: list[RestSet], scales: np.ndarray) -> list[RestSet]:
     """Sets that are pieces of one: of bristles on several pieces of their law, or seen from several of their states.
 
     Sets of the same contacts at rest whose extents overlap are one, of the largest dimension among them.
     """
     whole: list[RestSet] = []
-    for rest_set in sorted(found, key=lambda one: -one.centre.dimension):
+    for rest_set in sorted(rest_sets, key=lambda one: -one.centre.dimension):
         for i, other in enumerate(whole):
             one, two = rest_set.centre, other.centre
             alike = np.array_equal(one.rests, two.rests) and np.all((one.sides == two.sides)[~one.rests])
@@ -163,14 +163,14 @@ def _united(found: list[RestSet], scales: np.ndarray) -> list[RestSet]:
     return whole
 
 
-def _within(state: SteadyState, found: RestSet, scales: np.ndarray) -> bool:
+def _within(state: SteadyState, rest_set: RestSet, scales: np.ndarray) -> bool:
     """Whether a state lies along the directions of a set of its mode, or in its extent."""
-    one, other = state, found.centre
+    one, other = state, rest_set.centre
     same = np.array_equal(one.rests, other.rests) and np.array_equal(one.sides[~one.rests], other.sides[~one.rests])
     if not (same and np.array_equal(one.switched, other.switched) and one.dimension == other.dimension > 0):
         return False
-    slack = STRAIGHT * (np.abs(found.least) + np.abs(found.most) + scales)
-    if np.all(one.y >= found.least - slack) and np.all(one.y <= found.most + slack):
+    slack = STRAIGHT * (np.abs(rest_set.least) + np.abs(rest_set.most) + scales)
+    if np.all(one.y >= rest_set.least - slack) and np.all(one.y <= rest_set.most + slack):
         return True
     away = (one.y - other.y) / scales
     off = away - other.directions @ np.linalg.lstsq(other.directions, away, rcond=None)[0]

@@ -232,18 +232,18 @@ class Sliding(Residual):
         error = noise * span / abs(ends[1] - ends[0]) + width + 1e-15 * abs(self.parameter(point.x))
         return Located(point.x, error, 0.0, np.real(vectors[:, at]))
 
-    def described(self, found: Found) -> dict[str, Any]:
+    def described(self, record: Found) -> dict[str, Any]:
         """State, and of a Hopf point its frequency, its first Lyapunov coefficient and its eigenvector."""
-        problem, x = self.problem, found.point.x
+        problem, x = self.problem, record.point.x
         state, vector = self.switched.copy(), np.zeros(len(self.switched), dtype=complex)
         state[problem.unknowns] = self.state(x)
-        assert found.vector is not None
-        vector[problem.unknowns] = found.vector * problem.scales
+        assert record.vector is not None
+        vector[problem.unknowns] = record.vector * problem.scales
         length = float(np.linalg.norm(vector))
-        hopf_point = found.kind is SpecialKind.HOPF
+        hopf_point = record.kind is SpecialKind.HOPF
         return {
             "state": {name: value + 0.0 for name, value in named_states(problem.system, state).items()},
-            "frequency": found.frequency or None,
-            "lyapunov": first_lyapunov_coefficient(self, x, found.frequency, found.vector) if hopf_point else None,
+            "frequency": record.frequency or None,
+            "lyapunov": first_lyapunov_coefficient(self, x, record.frequency, record.vector) if hopf_point else None,
             "vector": vector / length if length > 0.0 else vector,
         }

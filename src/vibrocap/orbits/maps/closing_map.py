@@ -158,8 +158,8 @@ class ClosingMap(Residual):
     def special_points(self, segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
         return special_points_of_maps(segment, left, right, at_parent)
 
-    def described(self, found: Found) -> dict[str, Any]:
-        point, drift = found.point, self.drift(found.point.closing)
+    def described(self, record: Found) -> dict[str, Any]:
+        point, drift = record.point, self.drift(record.point.closing)
         state = named_states(self.system, self.state(point.x, point.closing))
         none = None if np.isnan(drift) else drift
         return {"state": state, "drift": none, "multipliers": point.multipliers(self.half)}
@@ -279,8 +279,8 @@ class ClosingMap(Residual):
         """The words of runs over the whole response, of all contacts; none of smooth laws, whose side is not seen."""
         gathered, words = self._gathered(ended[runs]), []
         for k, law in enumerate(self.system.laws):
-            seen, smooth = gathered.mode_sequences(k), law.kind == "smooth"
-            words.append(["" if smooth else closed_sequence(str(word), self.half) for word in seen])
+            sequences, smooth = gathered.mode_sequences(k), law.kind == "smooth"
+            words.append(["" if smooth else closed_sequence(str(word), self.half) for word in sequences])
         return [joined(run) for run in zip(*words, strict=True)]
 
 

@@ -72,15 +72,15 @@ def contradicted(
     direction = np.zeros(map_.states)
     moving = map_.smooth_states[free[map_.smooth_states]]
     direction[moving] = sizes[moving] * np.cos(1.0 + np.arange(len(moving)))
-    said = images.jacobian[0] @ direction / sizes
-    if keeps_order(map_) and said[map_.smooth_states[0]] * direction[map_.smooth_states[0]] < BACKWARDS:
+    slope = images.jacobian[0] @ direction / sizes
+    if keeps_order(map_) and slope[map_.smooth_states[0]] * direction[map_.smooth_states[0]] < BACKWARDS:
         return True
     at = state[None], direction[None], images.state, parameters[None]
     slopes, sure = slopes_along(map_, *at, periods, mark_distance)
-    return bool(sure[0]) and differ(said, slopes[0])
+    return bool(sure[0]) and differ(slope, slopes[0])
 
 
-def differ(said: np.ndarray, found: np.ndarray) -> bool:
+def differ(one: np.ndarray, other: np.ndarray) -> bool:
     """Whether two derivatives along a direction are not the same."""
-    size = max(1.0, float(np.max(np.abs(said))), float(np.max(np.abs(found))))
-    return float(np.max(np.abs(said - found))) > CONTRADICTS * size
+    size = max(1.0, float(np.max(np.abs(one))), float(np.max(np.abs(other))))
+    return float(np.max(np.abs(one - other))) > CONTRADICTS * size

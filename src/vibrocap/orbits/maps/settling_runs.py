@@ -36,15 +36,15 @@ class SettlingRuns:
     def finished(self) -> np.ndarray:
         return self.ended == codes.DONE
 
-    def some(self, chosen: np.ndarray) -> "SettlingRuns":
+    def some(self, runs: np.ndarray) -> "SettlingRuns":
         """Those with these indices."""
-        return SettlingRuns(**{field.name: getattr(self, field.name)[chosen] for field in dataclasses.fields(self)})
+        return SettlingRuns(**{field.name: getattr(self, field.name)[runs] for field in dataclasses.fields(self)})
 
-    def replaced(self, chosen: np.ndarray, others: "SettlingRuns") -> "SettlingRuns":
+    def replaced(self, runs: np.ndarray, others: "SettlingRuns") -> "SettlingRuns":
         """The runs, with others in place of the chosen ones."""
         columns = {field.name: getattr(self, field.name).copy() for field in dataclasses.fields(self)}
         for name, column in columns.items():
-            column[chosen] = getattr(others, name)
+            column[runs] = getattr(others, name)
         return SettlingRuns(**columns)
 
 
@@ -66,9 +66,9 @@ def settling_runs(
     parts = []
     chunk = device("cpu").chunk
     for base in range(0, count, chunk):
-        chosen = slice(base, min(base + chunk, count))
-        said = None if progress is None else lambda begun, base=base: progress((base + begun) / count)
-        ends = map_.run(budget, states[chosen], parameters[chosen], progress=said)
+        part = slice(base, min(base + chunk, count))
+        report = None if progress is None else lambda begun, base=base: progress((base + begun) / count)
+        ends = map_.run(budget, states[part], parameters[part], progress=report)
         response = ends.response_period
         drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
@@ -78,21 +78,23 @@ def settling_runs(
             )
             if ends.layout.returns:
                 turn = ends.entry("CYCLE_TIME")
-                over = np.where(turn > 0.0, turn / map_.periods(parameters[chosen]), over)
+                over = np.where(turn > 0.0, turn / map_.periods(parameters[part]), over)
             drift[response > 0] = (gained / over)[response > 0]
-        good = certified(map_.equations, ends, parameters[chosen], ROUGH)
+        good = certified(map_.equations, ends, parameters[part], ROUGH)
         parts.append((ends.state, ends.status, response, drift, good))
     return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:
+def continued(
+    map_: StroboscopicMap, runs: SettlingRuns, waiting: np.ndarray, longer: int, periods: int
+) -> SettlingRuns:
     """The runs, of which the chosen ones went on: `longer` periods in any case, then until they settled."""
-    rows = np.tile(map_.parameters(), (len(chosen), 1))
-    ends = map_.run(Budget(longer, ROUGH, MOST_EVENTS, MOST_STEPS, window=1), runs.state[chosen], rows)
+    rows = np.tile(map_.parameters(), (len(waiting), 1))
+    ends = map_.run(Budget(longer, ROUGH, MOST_EVENTS, MOST_STEPS, window=1), runs.state[waiting], rows)
     later = settling_runs(map_, ends.state, rows, periods)
     later.ended[:] = np.where(ends.finished, later.ended, ends.status)
     later.response_period[~later.finished] = 0
-    return runs.replaced(chosen, later)
+    return runs.replaced(waiting, later)
 
 
 def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:

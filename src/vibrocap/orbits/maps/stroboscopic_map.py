@@ -205,20 +205,20 @@ class StroboscopicMap:
         if tangents and self.stiff:
             return self._with_differences(states, parameters, periods, mark_distance)
         budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods if tangents else 0)
-        recording, each = self.equations, 1
+        recording, lanes = self.equations, 1
         start, scales = states, np.ones((runs, n))
         if tangents:
-            recording, each = variational_equations(self.equations), n
+            recording, lanes = variational_equations(self.equations), n
             scales = self.scales(parameters)
             start = np.zeros((runs, n, 2 * n))
             start[:, :, :n] = states[:, None, :]
             start[:, np.arange(n), n + np.arange(n)] = scales * self.free(states, parameters)
             start = start.reshape(runs * n, 2 * n)
-        distance = None if mark_distance is None else np.repeat(mark_distance, each)
-        rows = np.repeat(parameters, each, axis=0)
+        distance = None if mark_distance is None else np.repeat(mark_distance, lanes)
+        rows = np.repeat(parameters, lanes, axis=0)
         ended = self.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=distance)
-        ends = ended.state.reshape(runs, each, -1)
-        finished = np.all(ended.finished.reshape(runs, each), axis=1)
+        ends = ended.state.reshape(runs, lanes, -1)
+        finished = np.all(ended.finished.reshape(runs, lanes), axis=1)
         if tangents and self.equations.maybe_stiff and not finished.all():
             images = self._with_differences(states, parameters, periods, mark_distance)
             self.stiff = bool(np.any(images.finished & ~finished))
@@ -227,7 +227,7 @@ class StroboscopicMap:
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
         if jacobian is not None and self.system.machine.imposes_distances:
             self.through_joint_turns(jacobian, states, parameters, budget, mark_distance)
-        return Images(ends[:, 0, :n], jacobian, finished, lambda: self.certified(ended[::each], parameters))
+        return Images(ends[:, 0, :n], jacobian, finished, lambda: self.certified(ended[::lanes], parameters))
 
     def through_joint_turns(
         self, jacobian: np.ndarray, states: np.ndarray, parameters: np.ndarray, budget: Budget, distance: Any

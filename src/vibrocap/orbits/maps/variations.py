@@ -63,7 +63,7 @@ def variational_equations(equations: Equations, directed: bool = False) -> Equat
     """
     equations = copy.deepcopy(equations)  # with its graph, which begins as the other does
     graph, n, own = equations.graph, len(equations.rates), len(equations.parameter_paths)
-    given = range(own) if directed else range(0)
+    numbers = range(own) if directed else range(0)
     tangent = tuple(graph.node("state", n + i) for i in range(n))
 
     def along(expression: Expression | None) -> Expression:
@@ -72,7 +72,7 @@ def variational_equations(equations: Equations, directed: bool = False) -> Equat
         if expression is not None:
             for i in range(n):
                 total = total + derivative(expression, i) * tangent[i]
-            for j in given:
+            for j in numbers:
                 by = sensitivity(expression, graph.node("parameter", j).index)
                 total = total + by * graph.node("parameter", own + j)
         return total
@@ -87,7 +87,7 @@ def variational_equations(equations: Equations, directed: bool = False) -> Equat
 
     return dataclasses.replace(
         equations,
-        parameter_paths=(*equations.parameter_paths, *(f"{equations.parameter_paths[j]} direction" for j in given)),
+        parameter_paths=(*equations.parameter_paths, *(f"{equations.parameter_paths[j]} direction" for j in numbers)),
         corners=None if directed else equations.corners,
         state_names=(*equations.state_names, *(f"{name}_tangent" for name in equations.state_names)),
         rates=both(equations.rates),

@@ -300,10 +300,10 @@ def walked(residual: Residual, back: Followed | None, onward: Followed | None) -
     start = (onward or back).points[0]  # type: ignore[union-attr]
     points = [*before, start, *([] if onward is None else onward.points[1:])]
     ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([point.x for point in points]), axis=0), axis=1)))
-    placed = [(len(before) - 1 - i, reversed_way(found)) for i, found in (back.special[::-1] if back else ())]
-    placed += [(len(before) + i, found) for i, found in (onward.special if onward else ())]
-    special = tuple(special_point(residual, found, after, points, ways) for after, found in placed)
-    ends = tuple(BranchEnd.NOT_FOLLOWED if way is None else way.end for way in (back, onward))
+    placed = [(len(before) - 1 - i, reversed_way(record)) for i, record in (back.special[::-1] if back else ())]
+    placed += [(len(before) + i, record) for i, record in (onward.special if onward else ())]
+    special = tuple(special_point(residual, record, after, points, ways) for after, record in placed)
+    ends = tuple(BranchEnd.NOT_FOLLOWED if part is None else part.end for part in (back, onward))
     if onward is not None and onward.end is BranchEnd.CLOSED:
         ends = (BranchEnd.CLOSED, BranchEnd.CLOSED)
     return Walked(points, ways, special, (ends[0], ends[1]), len(before))

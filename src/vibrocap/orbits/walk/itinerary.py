@@ -51,17 +51,17 @@ def _change(before: str, after: str) -> tuple[ModeChange, str]:
     longer, shorter = (before, after) if len(before) >= len(after) else (after, before)
     verb = "vanish" if longer is before else "appear"
     for count in range(1, MOST_PHASES + 1):
-        for chosen in itertools.combinations(range(len(longer)), count):
-            rest = "".join(letter for i, letter in enumerate(longer) if i not in chosen)
+        for phases in itertools.combinations(range(len(longer)), count):
+            rest = "".join(letter for i, letter in enumerate(longer) if i not in phases)
             if same_cycle(closed_sequence(rest), shorter):
-                kinds = {_kind(longer, i) for i in chosen}
-                letters = {longer[i] for i in chosen}
+                kinds = {_kind(longer, i) for i in phases}
+                letters = {longer[i] for i in phases}
                 if len(kinds) == 1 and len({letter == "S" for letter in letters}) == 1:
                     phase = "stick phase" if letters == {"S"} else "slip phase"
                     times = "a" if count == 1 else ("two", "three")[count - 2]
                     plural = phase if count == 1 else f"{phase}s"
-                    said = verb if count > 1 else f"{verb}es" if verb == "vanish" else f"{verb}s"
-                    return kinds.pop(), f"{times} {plural} {said}"
+                    words = verb if count > 1 else f"{verb}es" if verb == "vanish" else f"{verb}s"
+                    return kinds.pop(), f"{times} {plural} {words}"
     return ModeChange.UNNAMED, "several phases change at once"
 
 

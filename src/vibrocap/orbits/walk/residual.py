@@ -115,7 +115,7 @@ class Residual(Protocol):
         """Special points of a smooth stretch of a segment; at_parent: it begins or ends at another branch."""
         ...
 
-    def described(self, found: "Found") -> dict[str, Any]:
+    def described(self, record: "Found") -> dict[str, Any]:
         """What else the record of a special point says: its state by name, and what belongs to it."""
         ...
 

@@ -164,12 +164,12 @@ def _located(
     """The record of a root of a test between two points; None for a neutral saddle, which is nothing special."""
     share = bracket.left if abs(bracket.value_left) <= abs(bracket.value_right) else bracket.right
     point, counts = segment.point(share), _counts(segment, bracket.left, bracket.right)
-    found = _found(segment, kind, bracket.left, bracket.right, share=share, point=point, unstable=counts)
+    record = _found(segment, kind, bracket.left, bracket.right, share=share, point=point, unstable=counts)
     if bracket.jumps:
-        return dataclasses.replace(found, kind=SpecialKind.JUMP, text=f"over that of a {kind.value}")
+        return dataclasses.replace(record, kind=SpecialKind.JUMP, text=f"over that of a {kind.value}")
     values, vectors = np.linalg.eig(point.closing.jacobian)
     if kind is SpecialKind.FOLD and (np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED or not _passes_one(*ends)):
-        return dataclasses.replace(found, kind=SpecialKind.JUMP, text="the parameter turns without a fold")
+        return dataclasses.replace(record, kind=SpecialKind.JUMP, text="the parameter turns without a fold")
     if kind is SpecialKind.NEIMARK_SACKER:
         pairs = itertools.combinations(range(len(values)), 2)
         one, other = min(pairs, key=lambda pair: abs(values[pair[0]] * values[pair[1]] - 1.0))
@@ -184,7 +184,7 @@ def _located(
         direction = np.real(vectors[:, np.argmin(np.abs(values - 1.0))])
     # the errors of multipliers over the slope of the test
     noise = NOISE * abs(segment.parameter(1.0) - segment.parameter(0.0)) / max(bracket.scale, 1e-300)
-    return dataclasses.replace(found, kind=kind, error=found.error + noise, direction=direction)
+    return dataclasses.replace(record, kind=kind, error=record.error + noise, direction=direction)
 
 
 def _passes_one(before: BranchPoint, after: BranchPoint) -> bool:
@@ -217,11 +217,11 @@ def _change(segment: Segment, left: float, right: float) -> Found:
         if smooth is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
             passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.residual.half else smooth
             break
-    found = _found(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
+    record = _found(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
     if change not in (ModeChange.GRAZING, ModeChange.SPLITTING) and "impacts" not in text:
-        return found
+        return record
     low, high = (segment.residual.parameter(np.array([share])) for share in (0.0, 1.0))
-    return dataclasses.replace(found, error=found.error + SEEN * abs(high - low))
+    return dataclasses.replace(record, error=record.error + SEEN * abs(high - low))
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -299,40 +299,40 @@ class SpecialPoint(Result):
 
     @property
     def remarks(self) -> str:
-        said = [] if self.frequency is None else [f"omega {self.said('frequency')}", self.criticality]
-        said += [self.change.value if self.change else "", self.text]
+        remarks = [] if self.frequency is None else [f"omega {self.said('frequency')}", self.criticality]
+        remarks += [self.change.value if self.change else "", self.text]
         if self.kind is SpecialKind.UNLOCATED:
-            said.append(self.kind.meaning)
+            remarks.append(self.kind.meaning)
         if self.modes_before != self.modes_after:
-            said.append(f"{self.modes_before} -> {self.modes_after}")
+            remarks.append(f"{self.modes_before} -> {self.modes_after}")
         if self.passed is not None:
-            said.append(f"multipliers jump as over a {self.passed.value}")
+            remarks.append(f"multipliers jump as over a {self.passed.value}")
         if self.stability != "kept":
-            said.append(f"stability {self.stability}")
-        return "; ".join(remark for remark in said if remark)
+            remarks.append(f"stability {self.stability}")
+        return "; ".join(remark for remark in remarks if remark)
 
 
-def reversed_way(found: Found) -> Found:
+def reversed_way(record: Found) -> Found:
     """What is special, seen by one who comes along the branch the other way."""
-    words, text = found.words[::-1], found.text
-    if found.beyond is not None and not text.startswith("this branch"):
-        text = found.beyond.closing.change_to(found.point.closing)[2]
-    return dataclasses.replace(found, words=words, unstable=found.unstable[::-1], text=text)
+    words, text = record.words[::-1], record.text
+    if record.beyond is not None and not text.startswith("this branch"):
+        text = record.beyond.closing.change_to(record.point.closing)[2]
+    return dataclasses.replace(record, words=words, unstable=record.unstable[::-1], text=text)
 
 
 def special_point(
-    residual: Residual, found: Found, after: int, points: list[BranchPoint], ways: np.ndarray
+    residual: Residual, record: Found, after: int, points: list[BranchPoint], ways: np.ndarray
 ) -> SpecialPoint:
     """The public record of what is special after a point of a branch."""
     return SpecialPoint(
-        parameter=residual.parameter(found.point.x) if found.place is None else found.place,
-        arclength=float(ways[after] + np.linalg.norm(found.point.x - points[after].x)),
+        parameter=residual.parameter(record.point.x) if record.place is None else record.place,
+        arclength=float(ways[after] + np.linalg.norm(record.point.x - points[after].x)),
         after_point=after,
-        modes_before=found.words[0],
-        modes_after=found.words[1],
-        unstable_before=found.unstable[0],
-        unstable_after=found.unstable[1],
-        found=found,
-        **{name: getattr(found, name) for name in ("kind", "error", "change", "passed", "text")},
-        **residual.described(found),
+        modes_before=record.words[0],
+        modes_after=record.words[1],
+        unstable_before=record.unstable[0],
+        unstable_after=record.unstable[1],
+        found=record,
+        **{name: getattr(record, name) for name in ("kind", "error", "change", "passed", "text")},
+        **residual.described(record),
     )

@@ -33,8 +33,8 @@ class CaseList(ListedRuns):
 
     def case(self, index: int) -> dict[str, float | str]:
         """What one case gives."""
-        given = ((column.path, column.values[index]) for column in self.columns)
-        return {path: value for path, value in given if value is not None}
+        pairs = ((column.path, column.values[index]) for column in self.columns)
+        return {path: value for path, value in pairs if value is not None}
 
 
 def case_list(cases: Iterable[Any]) -> tuple[CaseList, list[str]]:

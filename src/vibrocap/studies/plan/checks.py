@@ -38,9 +38,9 @@ def check_runs(system: System, values: Mapping[str, np.ndarray]) -> None:
     """CaseError for the first run whose values are refused; values: arrays [runs] by path."""
     names = [path for path in values if not path.startswith(INITIAL)]
     for row in dict.fromkeys(zip(*(values[path].tolist() for path in names), strict=True)):
-        given = {path: value for path, value in zip(names, row, strict=True) if value is not None and value == value}
-        if complaints := refusal(system, given):
-            raise CaseError(complaints, "the run with " + ", ".join(f"{path} = {x}" for path, x in given.items()))
+        run = {path: value for path, value in zip(names, row, strict=True) if value is not None and value == value}
+        if complaints := refusal(system, run):
+            raise CaseError(complaints, "the run with " + ", ".join(f"{path} = {x}" for path, x in run.items()))
 
 
 def kind_choices(plan: Runs) -> Iterator[dict[str, Any]]:
@@ -124,6 +124,6 @@ def _merged(complaints: Iterable[str]) -> list[str]:
     for complaint in complaints:
         what = re.sub(r"\(.*?\)|, got .*", "", complaint)
         kinds.setdefault(what, {})[complaint] = None
-    more = [len(said) - 1 for said in kinds.values()]
-    firsts = [next(iter(said)) for said in kinds.values()]
+    more = [len(texts) - 1 for texts in kinds.values()]
+    firsts = [next(iter(texts)) for texts in kinds.values()]
     return [first + (f" (and {n} more such)" if n else "") for first, n in zip(firsts, more, strict=True)]

@@ -71,8 +71,8 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
         new = fields.get(name, {})
         if isinstance(part, type):
             new = carried(system.parts[name], part) | new
-            for each in () if system.units is None else lacking(part, effort_of(name, parts), new):
-                missing.append(each.about(f"{name}.{each.field}"))
+            for field in () if system.units is None else lacking(part, effort_of(name, parts), new):
+                missing.append(field.about(f"{name}.{field.field}"))
             if not missing:
                 parts[name] = part(**new)
         elif new:
@@ -87,9 +87,9 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     try:
         varied(system, values)
     except CaseError as error:
-        said = [complaint for complaint in error.complaints if isinstance(complaint, Complaint)]
-        cures = [CURE.format(split_path(complaint.field)[0]) for complaint in said]
-        return tuple(Complaint(old.field, f"{old.text}; {cure}") for old, cure in zip(said, cures, strict=True))
+        complaints = [complaint for complaint in error.complaints if isinstance(complaint, Complaint)]
+        cures = [CURE.format(split_path(complaint.field)[0]) for complaint in complaints]
+        return tuple(Complaint(old.field, f"{old.text}; {cure}") for old, cure in zip(complaints, cures, strict=True))
     except (ValueError, TypeError):
         pass
     else:
@@ -110,8 +110,8 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     try:
         case_from_dict(sections)
     except CaseError as error:
-        given = {new: (old, values[old]) for old, new in zip(values, plain, strict=True)}
-        return tuple(as_given(complaint, given, sections) for complaint in error.complaints)
+        named = {new: (old, values[old]) for old, new in zip(values, plain, strict=True)}
+        return tuple(as_given(complaint, named, sections) for complaint in error.complaints)
     raise AssertionError(f"a system refused {dict(values)}, a case file with them is accepted")
 
 
@@ -144,8 +144,8 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     complaints = Complaints()
     for path in given:
         if units is None and path in in_si:
-            found = next(place for parts in choices if (place := path_in_si(path, parts)) is not None)
-            complaints.add(path, f"the case does not say what its units are; give {found[0]}, or a case in SI")
+            place_in_si = next(place for parts in choices if (place := path_in_si(path, parts)) is not None)
+            complaints.add(path, f"the case does not say what its units are; give {place_in_si[0]}, or a case in SI")
         elif units is not None and path == "machine.kind":
             complaints.add(path, "machines count in units of their own; in SI do a study for each")
         elif path in in_si:
