@@ -12,7 +12,7 @@ static void tell(instance *c, int status, const char *text) {
 #define VERSION "2.0"
 #define PREFIX "fmi2"
 #define OF(name) fmi2##name
-#define STATE(before, behind) FMI(before##FMUstate##behind)
+#define FMU_STATE(before, behind) FMI(before##FMUstate##behind)
 #define DESERIALIZE FMI(DeSerializeFMUstate)
 #include "shared.h"
 

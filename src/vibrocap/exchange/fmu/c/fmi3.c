@@ -12,7 +12,7 @@ static void tell(instance *c, int status, const char *text) {
 #define VERSION "3.0"
 #define PREFIX "fmi3"
 #define OF(name) fmi3##name
-#define STATE(before, behind) FMI(before##FMUState##behind)
+#define FMU_STATE(before, behind) FMI(before##FMUState##behind)
 #define DESERIALIZE FMI(DeserializeFMUState)
 #include "shared.h"
 

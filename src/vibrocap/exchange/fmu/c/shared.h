@@ -39,24 +39,24 @@ EXPORT OF(Status) FMI(Reset)(void *i) {
 
 /* The state. */
 
-EXPORT OF(Status) STATE(Get, )(void *i, void **state) { return STATUS(copy_state(i, state)); }
+EXPORT OF(Status) FMU_STATE(Get, )(void *i, void **state) { return STATUS(copy_state(i, state)); }
 
-EXPORT OF(Status) STATE(Set, )(void *i, void *state) { return STATUS(restore_state(i, state)); }
+EXPORT OF(Status) FMU_STATE(Set, )(void *i, void *state) { return STATUS(restore_state(i, state)); }
 
-EXPORT OF(Status) STATE(Free, )(void *i, void **state) {
+EXPORT OF(Status) FMU_STATE(Free, )(void *i, void **state) {
   UNUSED(i);
   free(*state);
   *state = NULL;
   return OF(OK);
 }
 
-EXPORT OF(Status) STATE(Serialized, Size)(void *i, void *state, size_t *size) {
+EXPORT OF(Status) FMU_STATE(Serialized, Size)(void *i, void *state, size_t *size) {
   UNUSED(i), UNUSED(state);
   *size = SERIALIZED;
   return OF(OK);
 }
 
-EXPORT OF(Status) STATE(Serialize, )(void *i, void *state, OF(Byte) bytes[], size_t size) {
+EXPORT OF(Status) FMU_STATE(Serialize, )(void *i, void *state, OF(Byte) bytes[], size_t size) {
   return STATUS(serialize(i, state, bytes, size));
 }
 
