@@ -162,21 +162,19 @@ class Drawn(Request):
 
     def page(self) -> contextlib.ExitStack:
         """A context in which pictures are drawn as the options say; Refusal for a file that is no style sheet."""
-        made = contextlib.ExitStack()
-        made.enter_context(on_page(self.width, not self.no_header))
+        context = contextlib.ExitStack()
+        context.enter_context(on_page(self.width, not self.no_header))
         if self.style is not None:
             needs("--style", "matplotlib")
-            import matplotlib
-
-            from vibrocap.plotting.look.style import read_style_sheet
+            from vibrocap.plotting.look.style import style_sheet
 
             if not self.style.is_file():
                 raise Refusal(f"--style: {str(self.style)!r} is no file")
             try:
-                made.enter_context(matplotlib.rc_context(read_style_sheet(self.style)))
+                context.enter_context(style_sheet(self.style))
             except ValueError as error:
                 raise Refusal(f"--style: {error}") from None
-        return made
+        return context
 
 
 @dataclasses.dataclass(frozen=True)

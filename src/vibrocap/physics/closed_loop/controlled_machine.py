@@ -104,9 +104,9 @@ class ControlledMachine(WrappedMachine):
         """u, what the machine or its actuator is told."""
         return self._passed(t, y, reference, frictions)[1]
 
-    def felt(self, t, y, reference, frictions):
+    def felt(self, t, y, drive, frictions):
         """What the machine feels: u, or what the actuator makes of it."""
-        mechanical, command = self._passed(t, y, reference, frictions)
+        mechanical, command = self._passed(t, y, drive, frictions)
         output = getattr(self.machine, "output", None)
         return command if output is None else output(mechanical)
 

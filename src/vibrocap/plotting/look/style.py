@@ -83,11 +83,11 @@ PAGE_STYLE: dict[Any, Any] = {
 HEAD = 6.5  # points: of what stands above and below the panels of such a figure
 
 
-def read_style_sheet(path: Path) -> dict[Any, Any]:
-    """The settings of a style sheet of Matplotlib; ValueError for a file that is none."""
-    said: list[str] = []
+def style_sheet(path: Path) -> contextlib.AbstractContextManager[None]:
+    """A context in which the settings of a style sheet of Matplotlib hold; ValueError for a file that is none."""
+    warnings: list[str] = []
     handler, logger = logging.Handler(), logging.getLogger("matplotlib")
-    handler.emit = lambda record: said.append(" ".join(record.getMessage().split()))
+    handler.emit = lambda record: warnings.append(" ".join(record.getMessage().split()))
     logger.addHandler(handler)  # Matplotlib warns of lines that are no settings, and goes on
     propagated, logger.propagate = logger.propagate, False
     try:
@@ -97,9 +97,9 @@ def read_style_sheet(path: Path) -> dict[Any, Any]:
     finally:
         logger.removeHandler(handler)
         logger.propagate = propagated
-    if said:
-        raise ValueError(f"{str(path)!r} is no style sheet of Matplotlib: {said[0]}")
-    return dict(settings)
+    if warnings:
+        raise ValueError(f"{str(path)!r} is no style sheet of Matplotlib: {warnings[0]}")
+    return matplotlib.rc_context(dict(settings))
 
 
 def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
