@@ -57,23 +57,23 @@ def prepare_vibrocap(law, motion: NamedMotion, tolerance: float) -> Run:
 
 def peers(name: str) -> dict[str, Run]:
     """Prepared runs of the peers that are installed, by label; a missing one is reported."""
-    found: dict[str, Run] = {}
+    table: dict[str, Run] = {}
     try:
         from benchmarks import peers_heyoka
     except ImportError:
         print("  heyoka: not installed (pip install -e '.[ref]')")
     else:
         if name == "exponential":
-            found["heyoka, tuned (fast_math)"] = peers_heyoka.prepare_exponential()
-            found["heyoka, its default tolerance"] = peers_heyoka.prepare_exponential(2.3e-16, fast_math=False)
+            table["heyoka, tuned (fast_math)"] = peers_heyoka.prepare_exponential()
+            table["heyoka, its default tolerance"] = peers_heyoka.prepare_exponential(2.3e-16, fast_math=False)
         else:
-            found["heyoka, tuned (fast_math)"] = peers_heyoka.prepare_lugre()
-            found["heyoka, its default tolerance"] = peers_heyoka.prepare_lugre(2.3e-16, fast_math=False)
+            table["heyoka, tuned (fast_math)"] = peers_heyoka.prepare_lugre()
+            table["heyoka, its default tolerance"] = peers_heyoka.prepare_lugre(2.3e-16, fast_math=False)
     if name == "exponential":
         from benchmarks import peers_scipy
 
-        found["SciPy DOP853 with events"] = peers_scipy.prepare_events()
-    return found
+        table["SciPy DOP853 with events"] = peers_scipy.prepare_events()
+    return table
 
 
 def compare(title: str, motion: NamedMotion, runs: dict[str, Run], seconds: float = 20.0) -> None:

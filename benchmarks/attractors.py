@@ -26,14 +26,14 @@ def capsule(law, stiffness: float = 2.0, damping: float = 1.0, amplitude: float 
 
 def timed(run: Callable[[], object], rounds: int = 3) -> tuple[float, float, object]:
     """(median time, median time of all cores, result) of warm calls."""
-    found = run()
+    result = run()
     times, cores = [], []
     for _ in range(rounds):
         before, busy = time.perf_counter(), time.process_time()
-        found = run()
+        result = run()
         times.append(time.perf_counter() - before)
         cores.append(time.process_time() - busy)
-    return statistics.median(times), statistics.median(cores), found
+    return statistics.median(times), statistics.median(cores), result
 
 
 def main() -> None:
@@ -48,7 +48,7 @@ def main() -> None:
     ):
         spent, cores, found = timed(lambda system=system: attractors(system, STARTS))
         assert isinstance(found, vc.Attractors)
-        words = ", ".join(f"{each.motion.kind} ({each.share:.3f})" for each in found.attractors)
+        words = ", ".join(f"{attractor.motion.kind} ({attractor.share:.3f})" for attractor in found.attractors)
         print(f"  {label:44s}{spent:8.2f}{cores:8.2f}  {words}")
     first = capsule(vc.Exponential())
     for label, run in (

@@ -44,8 +44,8 @@ def prepare_compiled(tolerance: float) -> Run:
 def prepare_plain(tolerance: float) -> Run:
     """The same source, not compiled: the kernel as Python runs it."""
     system = pulled_block()
-    given = (parameter_values(system), (0.0, 0.0, 0.0), END, Budget(1, tolerance, 10_000, 10**7))
-    return lambda: recorded_run(equations(system), *given, plain=True).sections[-1]
+    values = (parameter_values(system), (0.0, 0.0, 0.0), END, Budget(1, tolerance, 10_000, 10**7))
+    return lambda: recorded_run(equations(system), *values, plain=True).sections[-1]
 
 
 def _rates(_t, y):
@@ -71,9 +71,9 @@ def prepare_scipy(method: str, relative: float) -> Run:
     options = {} if method == "LSODA" else {"jac": _jacobian}
 
     def run() -> np.ndarray:
-        found = solve_ivp(_rates, (0.0, END), (0.0, 0.0, 0.0), method, rtol=relative, atol=absolute, **options)
-        assert found.success, found.message
-        return found.y[:, -1]
+        solution = solve_ivp(_rates, (0.0, END), (0.0, 0.0, 0.0), method, rtol=relative, atol=absolute, **options)
+        assert solution.success, solution.message
+        return solution.y[:, -1]
 
     return run
 

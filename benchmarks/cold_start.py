@@ -59,8 +59,8 @@ def main() -> None:
                     case = pathlib.Path(folder, "case.toml")
                     case.write_text(CASE.format(law=law, mass_ratio=mass_ratio))
                     more = (*SWEEP, str(pathlib.Path(folder, f"{law} {label}"))) if command == "sweep" else ("--json",)
-                    found = _seconds(kept, "-m", "vibrocap", command, str(case), *more)
-                    _row(f"{command}, {law}", label, found)
+                    seconds = _seconds(kept, "-m", "vibrocap", command, str(case), *more)
+                    _row(f"{command}, {law}", label, seconds)
             for peer, (module, code) in PEERS.items():
                 if importlib.util.find_spec(module) is not None:
                     _row(f"{peer}, {law}", "its first call", _seconds(folder, "-c", code.format(law=law)))

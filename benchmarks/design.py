@@ -46,10 +46,10 @@ def searched(members: int, designs: int) -> Callable[[], int]:
     problem = stated_problem(capsule(), OVER, ["mean_velocity"], [None], (), START, **asked)
 
     def run() -> int:
-        made = Evaluations(problem, designs, None, None)
+        evaluations = Evaluations(problem, designs, None, None)
         with mock.patch("vibrocap.design.search.evolution.members_of", return_value=members):
-            evolve(made, 0, 0, designs)
-        return made.designs
+            evolve(evaluations, 0, 0, designs)
+        return evaluations.designs
 
     return run
 
@@ -82,21 +82,21 @@ def scipy_search(designs: int) -> tuple[float, float]:
 
     begun = qmc.scale(qmc.Sobol(len(OVER), rng=np.random.default_rng(0)).random(16), *zip(*OVER.values(), strict=True))
     used = time.process_time()
-    found = differential_evolution(
+    evolution = differential_evolution(
         lambda values: -settled_speed(values), list(OVER.values()), init=begun, maxiter=designs // 16 - 1, polish=False,
         tol=0.0, rng=np.random.default_rng(0),
     )  # fmt: skip
-    return (time.process_time() - used) / found.nfev, -float(found.fun)
+    return (time.process_time() - used) / evolution.nfev, -float(evolution.fun)
 
 
 def designs_to(share: float, seeds: int = 5) -> tuple[float, float]:
     """(median over searches of the designs until the best is within a share of the best of all, that best speed)."""
     searches = []
     for seed in range(seeds):
-        found = vc.optimise(
+        design = vc.optimise(
             capsule(), OVER, starts=START, seed=seed, refinement=0, spread_starts=0, threads=1, progress=False
         )
-        searches.append(np.minimum.accumulate(found.population.best_cost))
+        searches.append(np.minimum.accumulate(design.population.best_cost))
     best = min(float(each[-1]) for each in searches)
     reached = [
         int(np.argmax(each <= best * (1.0 - share))) + 1 for each in searches if each[-1] <= best * (1.0 - share)
@@ -141,8 +141,8 @@ def main() -> None:
             used = time.process_time()
             number = task()
             seconds[name].append((time.process_time() - used) / number)
-    for name, each in seconds.items():
-        print(f"{name:40s} {1.0 / statistics.median(each):10.1f} per CPU second")
+    for name, second in seconds.items():
+        print(f"{name:40s} {1.0 / statistics.median(second):10.1f} per CPU second")
     slow, fast = scipy_search(64), statistics.median(seconds["designs in populations of 256"])
     print(f"{'designs by SciPy alone, 64 of them':40s} {1.0 / slow[0]:10.2f} per CPU second, best {slow[1]:.6f}")
     print(f"ratio at 256: {slow[0] / fast:.0f}")

@@ -78,14 +78,14 @@ def main(out: str = "drive-shapes", *loads_and_laws: str) -> None:
     table = Path(f"{out}.csv")
     lines = table.read_text(encoding="utf-8").splitlines() if table.exists() else [HEADING]
     done = {tuple(line.split(",")[:3]): line.split(",")[5:7] for line in lines[1:]}
-    chosen = set(loads_and_laws)
+    members = set(loads_and_laws)
     for load, law in ((load, law) for law in LAWS for load in LOADS):
         fewer, state = {}, {}
         for harmonics in HARMONICS:
             known = done.get((load, law, str(harmonics)))
             if known is not None:
                 fewer, state = map(_read, known)
-            if known is not None or (chosen and not {load, law} <= chosen):
+            if known is not None or (members and not {load, law} <= members):
                 continue
             found = fastest(law, load, harmonics, fewer, state)
             if found.orbit is not None:
@@ -102,7 +102,7 @@ def main(out: str = "drive-shapes", *loads_and_laws: str) -> None:
 
 def _read(design: str) -> dict[str, float]:
     """A design, or a state, of a line of the table."""
-    return {path: float(x) for path, _, x in (each.partition("=") for each in design.split())}
+    return {path: float(x) for path, _, x in (word.partition("=") for word in design.split())}
 
 
 if __name__ == "__main__":

@@ -49,10 +49,10 @@ def by_scipy(law: vc.LuGre, method: str, tolerance: float) -> np.ndarray:
         return [[-law.bristle_stiffness * speed / law.steady_force(speed, 1.0)]]
 
     scale = law.static_coefficient / law.bristle_stiffness
-    found = solve_ivp(
+    solution = solve_ivp(
         rate, (t[0], t[-1]), [0.0], method, t_eval=t, rtol=tolerance, atol=tolerance * scale, jac=jacobian
     )
-    return found.y[0]
+    return solution.y[0]
 
 
 def by_vibrocap(law: vc.LuGre, tolerance: float) -> np.ndarray:

@@ -58,10 +58,10 @@ class Bench:
     def motion(self, time: np.ndarray, derivative: int) -> np.ndarray:
         """Displacement (0), velocity (1) or acceleration (2) [n]."""
         omega = 2 * np.pi * self.frequencies
-        found = np.zeros_like(time)
+        like = np.zeros_like(time)
         for a, w, phase in zip(self.amplitudes, omega, self.phases, strict=True):
-            found += a * w**derivative * np.sin(w * time + phase + 0.5 * np.pi * derivative)
-        return found
+            like += a * w**derivative * np.sin(w * time + phase + 0.5 * np.pi * derivative)
+        return like
 
     def force(self, time: np.ndarray) -> np.ndarray:
         """What the sensor shows without noise at times that may be shifted."""
@@ -260,22 +260,22 @@ def named(
     made, record = faulty(kind, seed, largest, laws)
     if how != "fit":
         errors, slopes = errors_of(made, record, how == "steps")
-        return tuple(each.kind for each in diagnosis([errors], slopes if how == "steps" else None).causes)
+        return tuple(cause.kind for cause in diagnosis([errors], slopes if how == "steps" else None).causes)
     settings = {"starts": 1, "start": "relaxed", "intervals": "covariance", "terms": ["mass"] if made.mass > 0 else []}
-    found = fit(record, made.law, **settings)
-    assert found.residuals is not None
+    fitted = fit(record, made.law, **settings)
+    assert fitted.residuals is not None
     ignored = ("coloured", "growing", *(("limit",) if FAULTS[kind] else ()))
-    return tuple(each for each in found.residuals.kinds if each not in ignored)
+    return tuple(kind for kind in fitted.residuals.kinds if kind not in ignored)
 
 
 def rates(kind: str, seeds: range, how: str = "fit", largest: int = 1_000_000) -> tuple[int, dict[str, int]]:
     """(records of which the fault is named and no other, how often each set of causes was named)."""
-    right, told = 0, {}
+    right, table = 0, {}
     for seed in seeds:
         found = named(kind, seed, how, largest)
         right += found == ((FAULTS[kind],) if FAULTS[kind] else ())
-        told[" + ".join(found) or "nothing"] = told.get(" + ".join(found) or "nothing", 0) + 1
-    return right, told
+        table[" + ".join(found) or "nothing"] = table.get(" + ".join(found) or "nothing", 0) + 1
+    return right, table
 
 
 def report(count: int = 100, largest: int = 1_000_000, how: str = "fit") -> None:

@@ -38,14 +38,14 @@ def damper_fits(folder: Path) -> None:
             seconds = []
             for _ in range(ROUNDS):
                 begin = time.perf_counter()
-                found = fit(records, law, held_out=EARTHQUAKE, intervals=intervals)
+                fitted = fit(records, law, held_out=EARTHQUAKE, intervals=intervals)
                 seconds.append(time.perf_counter() - begin)
             print(
-                f"  {law:28s} {intervals:10s} {statistics.median(seconds):6.2f} s   fitted {found.relative_rmse:.2%}   "
-                f"earthquake {found.held_out_relative_rmse:.2%}"
+                f"  {law:28s} {intervals:10s} {statistics.median(seconds):6.2f} s   fitted {fitted.relative_rmse:.2%}  "
+                f"earthquake {fitted.held_out_relative_rmse:.2%}"
             )
-            if intervals == "covariance" and found.problem is not None:
-                driven(found.problem.prediction, found.problem.best.u)
+            if intervals == "covariance" and fitted.problem is not None:
+                driven(fitted.problem.prediction, fitted.problem.best.u)
 
 
 def driven(prediction: Prediction, u: np.ndarray) -> None:

@@ -46,8 +46,8 @@ def growth() -> None:
     for runs in SIZES:
         program = f"import json; from benchmarks.growth import one; print(json.dumps(one({runs})))"
         answer = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
-        found = json.loads(answer)
-        print(f"  {runs:9d}{found['seconds']:9.3f}{found['seconds'] / runs * 1e6:9.1f}{found['megabytes']:9.0f}")
+        content = json.loads(answer)
+        print(f"  {runs:9d}{content['seconds']:9.3f}{content['seconds'] / runs * 1e6:9.1f}{content['megabytes']:9.0f}")
 
 
 def series_seconds(law: str, masses: np.ndarray) -> tuple[float, int]:

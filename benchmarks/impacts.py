@@ -165,7 +165,7 @@ def main() -> None:
         return
     reference = tight()
     options = {"periods": PERIODS, "window": PERIODS, "tolerance": TOLERANCE, "threads": 1}
-    found = vc.ensemble(SYSTEM, {"machine.mass_ratio": MASS_RATIOS}, measures=["impacts"], **options)["impacts"]
+    impacts = vc.ensemble(SYSTEM, {"machine.mass_ratio": MASS_RATIOS}, measures=["impacts"], **options)["impacts"]
     sweeps = {"vibrocap": prepare_vibrocap(), "heyoka, batch": peer}
     times: dict[str, list[float]] = {label: [] for label in sweeps}
     final = {}
@@ -181,7 +181,7 @@ def main() -> None:
         error = error_share(final[label], reference)
         missed = "  above the error asked" if error > ERROR_ASKED else ""
         print(f"  {label:20s}{spent / runs / PERIODS * 1e6:14.2f}{spent / first:9.2f}{error:12.1e}{missed}")
-    differ = int(np.sum(np.round(found * PERIODS) != struck))
+    differ = int(np.sum(np.round(impacts * PERIODS) != struck))
     print(f"  impacts: {struck.sum()} in the reference (heyoka, tight); in {differ} of {runs} runs not as many")
 
 

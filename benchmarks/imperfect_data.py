@@ -81,20 +81,20 @@ def rates(kind: str, count: int, first_seed: int = 0, law: Any = "lugre", **sett
     data or law are wrong; silent: how many say nothing though one of their intervals misses; told: findings by kind
     """
     inside: dict[str, list[bool]] = {}
-    told: dict[str, int] = {}
+    table: dict[str, int] = {}
     doubted = silent = 0
     settings = {"starts": 2, "start": "relaxed", "intervals": "covariance", **settings}
     for seed in range(first_seed, first_seed + count):
-        found = fit(record(kind, seed), law, seed=seed, **settings)
-        assert found.residuals is not None
-        doubted += found.residuals.doubtful
-        held = {name: getattr(CONTACT, name) in found[name] for name in found.free if found[name].determined}
-        silent += not (all(held.values()) or found.residuals.doubtful)
+        fitted = fit(record(kind, seed), law, seed=seed, **settings)
+        assert fitted.residuals is not None
+        doubted += fitted.residuals.doubtful
+        held = {name: getattr(CONTACT, name) in fitted[name] for name in fitted.free if fitted[name].determined}
+        silent += not (all(held.values()) or fitted.residuals.doubtful)
         for name, holds in held.items():
             inside.setdefault(name, []).append(holds)
-        for each in found.residuals.kinds:
-            told[each] = told.get(each, 0) + 1
-    return {"inside": inside, "doubted": doubted, "silent": silent, "told": told}
+        for each in fitted.residuals.kinds:
+            table[each] = table.get(each, 0) + 1
+    return {"inside": inside, "doubted": doubted, "silent": silent, "told": table}
 
 
 def report(count: int = 100) -> None:

@@ -74,16 +74,20 @@ def main(first: int = 0, last: int = 100) -> None:
     covered, named, false = [], [], 0
     for seed in range(first, last):
         table, truth, wrong = laboratory(seed)
-        found = vc.calibrate(known_system(), table, UNKNOWN, progress=False)
-        inside = {each.path: truth[each.path] in each for each in found.parameters}
+        calibration = vc.calibrate(known_system(), table, UNKNOWN, progress=False)
+        inside = {parameter.path: truth[parameter.path] in parameter for parameter in calibration.parameters}
         if wrong is None:
-            covered += [inside[each.path] for each in found.parameters if each.verdict.value == "determined"]
-            false += found.doubt is not None
+            covered += [
+                inside[parameter.path]
+                for parameter in calibration.parameters
+                if parameter.verdict.value == "determined"
+            ]
+            false += calibration.doubt is not None
         else:
-            named.append(found.doubt is not None and found.doubt.column == wrong)
+            named.append(calibration.doubt is not None and calibration.doubt.column == wrong)
         outside = [path for path, held in inside.items() if not held]
-        fit = f"rows {found.measured.rows}, misfit {found.misfit:.3f}, outside {outside or 'none'}"
-        print(f"{seed:3d} {fit}, wrong {wrong}, doubt {found.doubt}", flush=True)
+        fit = f"rows {calibration.measured.rows}, misfit {calibration.misfit:.3f}, outside {outside or 'none'}"
+        print(f"{seed:3d} {fit}, wrong {wrong}, doubt {calibration.doubt}", flush=True)
     print(
         f"{sum(covered)} of {len(covered)} determined parameters within their intervals, {100 * np.mean(covered):.1f} %"
     )

@@ -45,10 +45,10 @@ def laboratory(seed: int) -> tuple[list[vc.Record], dict[str, float]]:
 def outcome(seed: int) -> tuple[vc.MotionFit, list[bool], float]:
     """(fit, which parameters lie within their intervals, share of the predicted samples within the band)."""
     records, truth = laboratory(seed)
-    found = vc.fit_motion(BLOCK, records, UNKNOWN, held_out="predicted", starts=32, progress=False)
-    errors = np.abs(found.predicted["predicted"] - found.measured["predicted"])
-    inside = [truth[each.path] in each for each in found.parameters]
-    return found, inside, float(np.mean(errors <= found.band["predicted"]))
+    fitted = vc.fit_motion(BLOCK, records, UNKNOWN, held_out="predicted", starts=32, progress=False)
+    errors = np.abs(fitted.predicted["predicted"] - fitted.measured["predicted"])
+    inside = [truth[parameter.path] in parameter for parameter in fitted.parameters]
+    return fitted, inside, float(np.mean(errors <= fitted.band["predicted"]))
 
 
 def main(first: int = 0, last: int = 40) -> None:
@@ -56,7 +56,7 @@ def main(first: int = 0, last: int = 40) -> None:
     every, shares = [], []
     for seed in range(first, last):
         found, inside, share = outcome(seed)
-        outside = [each.path for each, held in zip(found.parameters, inside, strict=True) if not held]
+        outside = [parameter.path for parameter, held in zip(found.parameters, inside, strict=True) if not held]
         every, shares = [*every, *inside], [*shares, share]
         print(
             f"{seed:3d} outside {outside or 'none'}, {share:.1%} in the band, noise {found.noise_ratio:.2f}", flush=True

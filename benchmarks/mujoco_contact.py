@@ -45,8 +45,8 @@ def main() -> None:
         begun = time.perf_counter()
         position = mujoco_ending(loss, mujoco_model(loss, step, tight), motions[0].end, rewritten=True).place
         travel = mujoco_ending(contact, mujoco_model(contact, step, tight), motions[1].end, rewritten=True).drift
-        took, said = time.perf_counter() - begun, "tight" if tight else "default `solref`"
-        print(f"| {1e3 * step:g} ms, {said} | {position:.3f} | {travel:.4f} | {took:.1f} s |", flush=True)
+        took, text = time.perf_counter() - begun, "tight" if tight else "default `solref`"
+        print(f"| {1e3 * step:g} ms, {text} | {position:.3f} | {travel:.4f} | {took:.1f} s |", flush=True)
 
 
 if __name__ == "__main__":

@@ -93,8 +93,8 @@ def errors(law: str, masses: np.ndarray, final_states: np.ndarray) -> np.ndarray
     reference = _reference(law)
     if reference is None:
         return np.full(len(masses), np.nan)
-    found = np.max(np.abs(final_states - reference[np.searchsorted(MASS_RATIOS, masses)]), axis=1)
-    return np.where(np.isfinite(found), found, np.inf)
+    largest = np.max(np.abs(final_states - reference[np.searchsorted(MASS_RATIOS, masses)]), axis=1)
+    return np.where(np.isfinite(largest), largest, np.inf)
 
 
 def error_share(law: str, masses: np.ndarray, final_states: np.ndarray) -> float:

@@ -108,7 +108,7 @@ def search(name: str, seed: int) -> dict[str, object]:
     """A line of the file: one search."""
     known = PROBLEMS[name]
     begun = time.perf_counter()
-    found = vc.optimise(
+    best = vc.optimise(
         known.system(),
         known.over,
         subject_to=known.subject_to,
@@ -117,11 +117,11 @@ def search(name: str, seed: int) -> dict[str, object]:
         seed=seed,
         progress=False,
     )
-    value = (found.value or 0.0) / known.per
-    multiplier = float(np.max(np.abs(found.orbit.multipliers), initial=0.0)) if found.orbit else math.nan
-    design = " ".join(f"{x:.10g}" for x in (found.design or {}).values())
+    value = (best.value or 0.0) / known.per
+    multiplier = float(np.max(np.abs(best.orbit.multipliers), initial=0.0)) if best.orbit else math.nan
+    design = " ".join(f"{x:.10g}" for x in (best.design or {}).values())
     seconds = time.perf_counter() - begun
-    row = (name, seed, value, known.best - value, multiplier, round(seconds, 2), design, "; ".join(found.limits))
+    row = (name, seed, value, known.best - value, multiplier, round(seconds, 2), design, "; ".join(best.limits))
     return dict(zip(FIELDS, row, strict=True))
 
 

@@ -12,7 +12,7 @@ from vibrocap.numerics.run import motion as engine
 
 def main() -> None:
     """Print milliseconds, steps per period and error for orders 8 to 20 at several tolerances."""
-    chosen = engine.series_order
+    series_order = engine.series_order
     try:
         for law, named in ((vc.Exponential(), EXPONENTIAL_40), (vc.LuGre(), LUGRE_100)):
             print(f"\nOrders of the series, {law.name}, {named.periods} periods: ms (error)")
@@ -23,7 +23,7 @@ def main() -> None:
                 cells = [_cell(law, named, tolerance) for tolerance in tolerances]
                 print(f"  {order:5d}" + "".join(f"{cell:>20s}" for cell in cells))
     finally:
-        engine.series_order = chosen
+        engine.series_order = series_order
 
 
 def _cell(law, named, tolerance: float) -> str:

@@ -63,10 +63,10 @@ def library() -> dict[str, Callable]:
     """The functions of SUNDIALS that scikit-sundae brings along; ImportError where its files have other names."""
     loaded = []
     for part in ("libsundials_core", "libsundials_cvode"):
-        found = [each for each in importlib.metadata.files("scikit-sundae") or () if each.name.startswith(part)]
-        if len(found) != 1:
+        values = [file for file in importlib.metadata.files("scikit-sundae") or () if file.name.startswith(part)]
+        if len(values) != 1:
             raise ImportError(f"no {part} in scikit-sundae")
-        loaded.append(ctypes.CDLL(str(found[0].locate())))
+        loaded.append(ctypes.CDLL(str(values[0].locate())))
     functions = {}
     for name, (result, arguments) in SIGNATURES.items():
         function = next(getattr(each, name) for each in loaded if hasattr(each, name))
@@ -84,41 +84,41 @@ def callbacks(system: vc.System, data: Callable, matrix_data: Callable):
     layout, text = linked_motion(recorded, 12)
     names = plain_kernel(text)
     state = list(initial_state(system, {}).values())
-    given = parameter_values(system), state, system.drive.period, Budget(1, 1e-9, 1, 1), (8, 8)
-    arrays = begun_memory(recorded, layout, *given)
+    values = parameter_values(system), state, system.drive.period, Budget(1, 1e-9, 1, 1), (8, 8)
+    arrays = begun_memory(recorded, layout, *values)
     entries = [
-        compiled_kernel(str(text) + ENTRIES, entry=f"peer_{each}").bound_to(*arrays) for each in ("rates", "jacobian")
+        compiled_kernel(str(text) + ENTRIES, entry=f"peer_{name}").bound_to(*arrays) for name in ("rates", "jacobian")
     ]
-    rates, jacobian = (each.func for each in entries)
+    rates, jacobian = (entry.func for entry in entries)
     first, second, third = entries[0].args
     floats, size, velocity = arrays[0].ctypes.data, len(state), recorded.contacts[0].state
-    point, rate, matrix, width = (names[each] for each in ("POINT", "RATE", "JACOBIAN", "WIDTH"))
+    point, rate, matrix, width = (names[name] for name in ("POINT", "RATE", "JACOBIAN", "WIDTH"))
     time, side = layout.places["TIME"], layout.places["SIDE"]
     length = len(arrays[0])
 
     @numba.cfunc(types.int32(types.float64, types.voidptr, types.voidptr, types.voidptr))
     def called_rates(t, y, out, _user):
         memory = numba.carray(address(floats), length)
-        given, found = numba.carray(address(data(y)), size), numba.carray(address(data(out)), size)
+        values, carray = numba.carray(address(data(y)), size), numba.carray(address(data(out)), size)
         memory[time] = t
         for i in range(size):
-            memory[point + i] = given[i]
+            memory[point + i] = values[i]
         rates(first, second, third, 1)
         for i in range(size):
-            found[i] = memory[rate + i]
+            carray[i] = memory[rate + i]
         return 0
 
     @numba.cfunc(types.int32(types.float64, *[types.voidptr] * 7))
     def called_jacobian(t, y, _rates, out, _user, _one, _two, _three):
         memory = numba.carray(address(floats), length)
-        given, found = numba.carray(address(data(y)), size), numba.carray(address(matrix_data(out)), size * size)
+        values, carray = numba.carray(address(data(y)), size), numba.carray(address(matrix_data(out)), size * size)
         memory[time] = t
         for i in range(size):
-            memory[point + i] = given[i]
+            memory[point + i] = values[i]
         jacobian(first, second, third, 1)
         for i in range(size):
             for j in range(size):
-                found[j * size + i] = memory[matrix + i * width + j]
+                carray[j * size + i] = memory[matrix + i * width + j]
         return 0
 
     @numba.cfunc(types.int32(types.float64, types.voidptr, types.CPointer(types.float64), types.voidptr))

@@ -62,7 +62,7 @@ def moved_on(p: SimpleNamespace, t: float, end: float, y, side: int, relative: f
     """
     limit = p.normal_load * p.static_coefficient
     for _ in range(MOST_MODES):
-        found = solve_ivp(
+        solution = solve_ivp(
             _sliding if side else _stuck,
             (t, end),
             y,
@@ -72,9 +72,9 @@ def moved_on(p: SimpleNamespace, t: float, end: float, y, side: int, relative: f
             rtol=relative,
             atol=absolute,
         )
-        t, y = found.t[-1], found.y[:, -1]
-        if found.status != 1:
-            assert found.success, found.message
+        t, y = solution.t[-1], solution.y[:, -1]
+        if solution.status != 1:
+            assert solution.success, solution.message
             return y, side
         y[3] = 0.0
         needed = _holding_force(t, y, p)
@@ -108,8 +108,8 @@ def prepare_naive() -> Callable[[], np.ndarray]:
         return _sliding(t, y, float(np.sign(y[3])), FIRST_SET)
 
     def run() -> np.ndarray:
-        found = solve_ivp(rates, (0.0, motion.end), motion.initial)
-        assert found.success, found.message
-        return found.y[:, -1]
+        solution = solve_ivp(rates, (0.0, motion.end), motion.initial)
+        assert solution.success, solution.message
+        return solution.y[:, -1]
 
     return run

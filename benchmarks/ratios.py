@@ -110,10 +110,10 @@ def main() -> None:
     print("\nWhat drives and loads cost: ratios of processor times, medians of alternating runs")
     print(f"  {'':36s}{'':14s}{'ms':>9s}{'plain ms':>10s}{'ratio':>8s}{'limit':>8s}{'steps':>8s}")
     for pair in PAIRS:
-        one, other = (alone(pair, each)() for each in pair.systems)
+        one, other = (alone(pair, system)() for system in pair.systems)
         steps = len(one.piece_start) / len(other.piece_start)
         for how, prepared in (("alone", alone), ("side by side", side_by_side)):
-            found, dear, plain = ratio(*(prepared(pair, each) for each in pair.systems))
+            found, dear, plain = ratio(*(prepared(pair, system) for system in pair.systems))
             limit = "-" if pair.limit is None else f"{pair.limit:.2f}"
             missed = "  above its limit" if pair.limit is not None and found > pair.limit else ""
             times = f"{dear * 1e3:9.2f}{plain * 1e3:10.2f}{found:8.2f}{limit:>8s}{steps:8.2f}"

@@ -38,7 +38,7 @@ def main() -> None:
         for turn in range(TURNS + 1):
             for periods, extrapolate in ways:
                 used = time.process_time()
-                found = vc.ensemble(
+                results = vc.ensemble(
                     system,
                     over,
                     measures=["mean_velocity"],
@@ -51,9 +51,9 @@ def main() -> None:
                 )
                 if turn > 0:  # the first one compiles
                     seconds[periods, extrapolate].append(time.process_time() - used)
-                settled[periods, extrapolate] = float(np.mean(found["settled"]))
-                velocity[periods, extrapolate] = np.where(found["settled"], found["mean_velocity"], np.nan)
-        medians = {way: statistics.median(each) for way, each in seconds.items()}
+                settled[periods, extrapolate] = float(np.mean(results["settled"]))
+                velocity[periods, extrapolate] = np.where(results["settled"], results["mean_velocity"], np.nan)
+        medians = {name: statistics.median(second) for name, second in seconds.items()}
         print(f"  {name:10s} extrapolated: {settled[ways[0]]:.1%} settle within {PERIODS} periods")
         for way in ways[1:]:
             apart = np.nanmax(np.abs(velocity[way] - velocity[ways[0]]))

@@ -114,18 +114,18 @@ def steps(folder: Path) -> None:
         "in Python": (in_python, STEPS),
         f"of each of {MANY} side by side": (side_by_side, len(rows) * MANY),
     }
-    found = in_turn({label: run for label, (run, _) in counts.items()}, ROUNDS)
-    found |= in_turn({"by simulate, from state to state": by_simulate}, 5)
+    turn = in_turn({label: run for label, (run, _) in counts.items()}, ROUNDS)
+    turn |= in_turn({"by simulate, from state to state": by_simulate}, 5)
     counts["by simulate, from state to state"] = (by_simulate, SLOW_STEPS)
     print(f"\nA step of {LENGTH:g} under a random torque")
-    for label, spent in found.items():
+    for label, spent in turn.items():
         print(f"  {label:36s}{1e6 * spent / counts[label][1]:10.2f} us")
 
 
 def motions(folder: Path) -> None:
     """Milliseconds of 40 periods."""
     call, end = in_c(folder, None), CASE.periods * SYSTEM.drive.period
-    given = equations(SYSTEM), parameter_values(SYSTEM), [*initial_state(SYSTEM, START).values()], SYSTEM.drive.period
+    values = equations(SYSTEM), parameter_values(SYSTEM), [*initial_state(SYSTEM, START).values()], SYSTEM.drive.period
     begun = vc.stepper(CASE)
     motion = begun.copy()
 
@@ -134,17 +134,17 @@ def motions(folder: Path) -> None:
         motion.step(end)
 
     runs: dict[str, Callable[[], object]] = {
-        "the package's kernel, recording": lambda: recorded_run(*given, Budget(**CASE.run)),
+        "the package's kernel, recording": lambda: recorded_run(*values, Budget(**CASE.run)),
         "simulate": CASE.simulate,
         "one step in C, -O2": lambda: call(None, 1, end),
         "one step in Python": in_python,
     }
     if not lacking("fmpy"):
         runs["one step of an FMU"] = in_fmu(folder / "capsule.fmu", end)
-    found = in_turn(runs, MOTION_ROUNDS)
-    first = next(iter(found.values()))
+    turn = in_turn(runs, MOTION_ROUNDS)
+    first = next(iter(turn.values()))
     print(f"\n{CASE.periods:g} periods of the case's own drive, tolerance {CASE.tolerance:g}")
-    for label, spent in found.items():
+    for label, spent in turn.items():
         print(f"  {label:36s}{1e3 * spent:10.3f} ms{spent / first:8.2f}")
 
 

@@ -73,13 +73,13 @@ def main() -> None:
         given = system(stiffness, damping, mass_ratio)
         reference = prepare_vibrocap(given, 1e-13)()
         for asked in ERRORS_ASKED:
-            found = {
+            table = {
                 label: loosest(functools.partial(prepare, given), reference, asked)
                 for label, prepare in engines.items()
             }
-            times: dict[str, list[float]] = {label: [] for label in found}
+            times: dict[str, list[float]] = {label: [] for label in table}
             for _ in range(ROUNDS):
-                for label, (_, run, _) in found.items():
+                for label, (_, run, _) in table.items():
                     before = time.process_time()
                     run()
                     times[label].append(time.process_time() - before)
@@ -89,7 +89,7 @@ def main() -> None:
             )
             print(f"  {'':24s}{'median ms':>11s}{'ratio':>8s}{'error':>10s}{'tolerance':>11s}")
             first = statistics.median(times["vibrocap.simulate"])
-            for label, (tolerance, _, error) in found.items():
+            for label, (tolerance, _, error) in table.items():
                 median = statistics.median(times[label])
                 missed = "" if error <= asked else "  above the error asked"
                 print(f"  {label:24s}{median * 1e3:11.3f}{median / first:8.1f}{error:10.1e}{tolerance:11.1e}{missed}")

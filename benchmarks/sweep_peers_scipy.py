@@ -74,7 +74,7 @@ def _final_state(law: str, mass_ratio: float, tolerance: float) -> np.ndarray:
         may_stick = law == "exponential" and side != 0.0
         side = 0.0 if may_stick and abs(needed) < LIMIT else math.copysign(1.0, needed)
         rates = _lugre_rates if law == "lugre" else _exponential_rates if side else _stuck_rates
-        found = solve_ivp(
+        solution = solve_ivp(
             rates,
             (t, END),
             y,
@@ -84,9 +84,9 @@ def _final_state(law: str, mass_ratio: float, tolerance: float) -> np.ndarray:
             rtol=tolerance,
             atol=tolerance,
         )
-        t, y = found.t[-1], found.y[:, -1]
-        if found.status != 1:
-            assert found.success, found.message
+        t, y = solution.t[-1], solution.y[:, -1]
+        if solution.status != 1:
+            assert solution.success, solution.message
             return y
         y[3] = 0.0
 

@@ -50,11 +50,11 @@ def main() -> None:
     times = []
     for _ in range(ROUNDS + 1):
         before = time.process_time()
-        found = vc.ensemble(system, varied, measures=["impacts"], **options)
+        results = vc.ensemble(system, varied, measures=["impacts"], **options)
         times.append(time.process_time() - before)
     spent = statistics.median(times[1:]) / RUNS / PERIODS
     print(f"\nThree blocks and a wall, {RUNS} couplings, {PERIODS} periods, one thread")
-    print(f"  {spent * 1e6:.2f} us a run and period; {np.mean(found['impacts']):.2f} impacts a period")
+    print(f"  {spent * 1e6:.2f} us a run and period; {np.mean(results['impacts']):.2f} impacts a period")
 
 
 if __name__ == "__main__":

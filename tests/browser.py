@@ -46,7 +46,7 @@ class Browser:
         os.close(child_out)
         self.session = None
         targets = self("Target.getTargets")["targetInfos"]
-        target = next(each["targetId"] for each in targets if each["type"] == "page")
+        target = next(target["targetId"] for target in targets if target["type"] == "page")
         self.session = self("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self(f"{domain}.enable")
@@ -87,8 +87,8 @@ class Browser:
 
     def js(self, expression: str) -> Any:
         """The value of an expression in the page; promises are waited for."""
-        given = {"expression": expression, "returnByValue": True, "awaitPromise": True}
-        found = self("Runtime.evaluate", **given)
+        settings = {"expression": expression, "returnByValue": True, "awaitPromise": True}
+        found = self("Runtime.evaluate", **settings)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
 
@@ -122,26 +122,26 @@ class Browser:
         """A picture of the page, or of what is seen of it."""
         size = self("Page.getLayoutMetrics")["cssContentSize"]
         clip = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
-        given = {"clip": clip, "captureBeyondViewport": True} if whole else {}
-        path.write_bytes(base64.b64decode(self("Page.captureScreenshot", format="png", **given)["data"]))
+        settings = {"clip": clip, "captureBeyondViewport": True} if whole else {}
+        path.write_bytes(base64.b64decode(self("Page.captureScreenshot", format="png", **settings)["data"]))
         return path
 
     def complaints(self) -> list[str]:
         """What the console said at the level of warnings and errors, uncaught exceptions, and requests to a network."""
-        found = []
+        texts = []
         for event in self.events:
             method, given = event.get("method"), event.get("params", {})
             if method == "Runtime.exceptionThrown":
-                found.append(str(given["exceptionDetails"]))
+                texts.append(str(given["exceptionDetails"]))
             elif method == "Runtime.consoleAPICalled" and given["type"] in ("error", "warning", "assert"):
-                found.append(str(given["args"]))
+                texts.append(str(given["args"]))
             elif method == "Log.entryAdded" and given["entry"]["level"] in ("error", "warning"):
-                found.append(str(given["entry"]))
+                texts.append(str(given["entry"]))
             elif method == "Network.requestWillBeSent":
                 url = given["request"]["url"]
                 if not url.startswith(("file:", "blob:", "data:", "about:")):
-                    found.append(f"asked for {url}")
-        return found
+                    texts.append(f"asked for {url}")
+        return texts
 
     def close(self) -> None:
         """End the browser."""

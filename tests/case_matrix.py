@@ -47,15 +47,15 @@ def system(machine: str, friction: str, drive: str, controller: str, units: str,
     kinds |= {"controller": controllers()[controller]} if controller else {}
     scales = part(kinds["machine"].si_scales, optional) if units == SI else None
     try:
-        found = vc.System(**{name: part(kind, optional) for name, kind in kinds.items()}, units=scales)
+        variant = vc.System(**{name: part(kind, optional) for name, kind in kinds.items()}, units=scales)
     except ValueError:
         return None
     for name, kind in {"environment": vc.Environment, "actuator": vc.Actuator}.items() if optional == GIVEN else ():
         try:
-            found = vc.System.of_parts({**found.parts, name: part(kind, optional)}, scales)
+            variant = vc.System.of_parts({**variant.parts, name: part(kind, optional)}, scales)
         except ValueError:  # a machine that knows no weight, a motion that is imposed
             continue
-    return found
+    return variant
 
 
 def system_of(row: Row) -> vc.System | None:

@@ -36,7 +36,7 @@ def ensemble(
     every |= {f"initial.{name}": [(initial or {}).get(name, 0.0)] * runs for name in system.state_names}
     every |= over
     settings = (periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps, system.friction.name)
-    found = {
+    options = {
         "status": np.zeros(runs, np.int8),
         "settled": np.zeros(runs, bool),
         "response_period": np.zeros(runs, np.int16),
@@ -44,23 +44,23 @@ def ensemble(
         "window_periods": np.full(runs, window, np.int32),
     }
     words = []
-    found |= {name: np.full(runs, np.nan) for name in names if name not in ("mode_sequence", "response_period")}
+    options |= {name: np.full(runs, np.nan) for name in names if name not in ("mode_sequence", "response_period")}
     for run, row in enumerate(zip(*every.values(), strict=True)):
         values = [value if value is None or isinstance(value, str) else float(value) for value in row]
         number = _number((*zip(every, values, strict=True), settings))
         failed = number > 0.9
-        found["status"][run] = list(Status).index(Status.TOO_MANY_EVENTS) if failed else 0
-        found["settled"][run] = number < 0.5
-        found["response_period"][run] = number < 0.5
+        options["status"][run] = list(Status).index(Status.TOO_MANY_EVENTS) if failed else 0
+        options["settled"][run] = number < 0.5
+        options["response_period"][run] = number < 0.5
         words.append("" if failed else "LRS"[: 1 + int(3 * number)])
         for name in names:
             if name not in ("mode_sequence", "response_period") and not failed:
-                found[name][run] = _number((name, number))
+                options[name][run] = _number((name, number))
     if "mode_sequence" in names:
-        found["mode_sequence"] = np.array(words)
+        options["mode_sequence"] = np.array(words)
     if progress:
         progress(runs)
-    return found
+    return options
 
 
 def _number(key):

@@ -14,13 +14,13 @@ import cheap_ensemble
 
 def ensemble(system, over, **settings):
     """The cheap ensemble, unless it is time to die."""
-    found = cheap_ensemble.ensemble(system, over, **settings)
+    results = cheap_ensemble.ensemble(system, over, **settings)
     for value in over["machine.mass_ratio"]:
         order = Path(os.environ["CHEAP_WORKER_DEATHS"]) / f"{value:g}"
         if order.exists():
             order.unlink()
             os.kill(os.getpid(), signal.SIGKILL)
-    return found
+    return results
 
 
 def dask_setup(worker):

@@ -41,14 +41,14 @@ def covering_array(
     while open_pairs:
         pair = next(iter(open_pairs))
         drawn = (completed(pair, 2 * number > DRAWS) for number in range(DRAWS))
-        found = list(itertools.islice(filter(possible, drawn), TRIES))
-        covered = [[(a, row[a], b, row[b]) for a, b in couples] for row in found]
-        if not found:
+        items = list(itertools.islice(filter(possible, drawn), TRIES))
+        covered = [[(a, row[a], b, row[b]) for a, b in couples] for row in items]
+        if not items:
             never.append(pair)
             del open_pairs[pair]
             continue
-        best = max(range(len(found)), key=lambda i: sum(each in open_pairs for each in covered[i]))
-        rows.append({name: found[best][name] for name in order})
+        best = max(range(len(items)), key=lambda i: sum(each in open_pairs for each in covered[i]))
+        rows.append({name: items[best][name] for name in order})
         for each in covered[best]:
             open_pairs.pop(each, None)
     return rows, never

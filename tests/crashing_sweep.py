@@ -110,16 +110,16 @@ def by_steps(folder, count, seed):
     assert ended(child(lambda: dying(folder / "whole", 0, folder / "calls"))) == 0
     total = int((folder / "calls").read_text())
     whole = files(folder / "whole")
-    found = {"instants": 0, "calls": total, "different": []}
+    settings = {"instants": 0, "calls": total, "different": []}
     for step in sorted(random.Random(seed).sample(range(1, total + 1), min(count, total))):
         out = folder / "killed"
         shutil.rmtree(out, ignore_errors=True)
         assert ended(child(lambda step=step, out=out: dying(out, step))) == -signal.SIGKILL
         again = ended(child(lambda out=out: study(out)))
-        found["instants"] += 1
+        settings["instants"] += 1
         if again or files(out) != whole:
-            found["different"].append(step)
-    return found
+            settings["different"].append(step)
+    return settings
 
 
 def by_moments(folder, count, seed):
@@ -129,8 +129,8 @@ def by_moments(folder, count, seed):
     usual = time.monotonic() - begun
     whole = files(folder / "whole")
     chance = random.Random(seed)
-    found = {"instants": 0, "studies": 0, "different": []}
-    while found["instants"] < count:
+    settings = {"instants": 0, "studies": 0, "different": []}
+    while settings["instants"] < count:
         out = folder / "killed"
         shutil.rmtree(out, ignore_errors=True)
         while True:
@@ -141,11 +141,11 @@ def by_moments(folder, count, seed):
             if code == 0:
                 break
             assert code == -signal.SIGKILL
-            found["instants"] += 1
-        found["studies"] += 1
+            settings["instants"] += 1
+        settings["studies"] += 1
         if files(out) != whole:
-            found["different"].append(found["studies"])
-    return found
+            settings["different"].append(settings["studies"])
+    return settings
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ class ExactCapsule:
 
         Guards are looked at in so many instants of a period, so that two of their zeros between neighbours are missed.
         """
-        values, y, found = self.values, np.array([*state, 1.0, 0.0, 1.0]), []
+        values, y, numbers = self.values, np.array([*state, 1.0, 0.0, 1.0]), []
         limit = values["normal_load"] * values["static_coefficient"]
         interval = 2 * np.pi / values["frequency"] / steps
         side, touch = self.start
@@ -81,8 +81,8 @@ class ExactCapsule:
                     side = NEXT[kind][1]
                 else:
                     touch = NEXT[kind][1]
-                found.append(((n + 1) * interval - left, kind))
-        return found
+                numbers.append(((n + 1) * interval - left, kind))
+        return numbers
 
     def image(self, state, values, times, dip=None):
         """(state after a response, times of the events, least distance from the stop near the time `dip`)."""

@@ -62,7 +62,7 @@ def stroke(
             return guard
 
         guards = [guard_of(i) for i in range(len(law.switches(speed(start), internal, side, load)))]
-        found = solve_ivp(
+        solution = solve_ivp(
             rates,
             (start, duration),
             [displacement, *internal],
@@ -72,15 +72,15 @@ def stroke(
             events=guards or None,
             dense_output=samples > 2,
         )
-        assert found.success, found.message
+        assert solution.success, solution.message
         if samples > 2:
-            inside = grid[(grid >= start) & (grid <= found.t[-1])]
+            inside = grid[(grid >= start) & (grid <= solution.t[-1])]
             times.extend(inside)
-            states.extend(found.sol(inside).T if len(inside) else ())
-        start, displacement, internal = found.t[-1], found.y[0, -1], tuple(found.y[1:, -1].tolist())
-        if found.status != 1:
+            states.extend(solution.sol(inside).T if len(inside) else ())
+        start, displacement, internal = solution.t[-1], solution.y[0, -1], tuple(solution.y[1:, -1].tolist())
+        if solution.status != 1:
             break
-        which = next(i for i, event in enumerate(found.t_events) if len(event))
+        which = next(i for i, event in enumerate(solution.t_events) if len(event))
         before, internal = internal, law.after_switch(which, speed(start), internal, side, load)
         switches.append((start, which, before, internal))
         assert len(switches) < 100, "the pieces of the law chatter"

@@ -162,7 +162,7 @@ def decided(
     gave: set[int] = set()
     kinked = {i for i in asked if problem.most[i] <= problem.least[i]}
     while True:
-        found = []
+        values = []
         for sides, open_ in consistent(problem, asked, gave):
             tried = dict(zip(asked, sides, strict=True))
             left = dict.fromkeys((i for i in asked if tried[i]), 0)
@@ -172,13 +172,13 @@ def decided(
                     continue
             elif any(tried[i] for i in open_ - kinked):
                 continue  # it would not move
-            found.append((tried, left, open_ & kinked))
-        if len(found) > 1:
-            kept = [each for each in found if all(each[0][i] == before[i] for i in each[2])]
-            found = kept if len(kept) == 1 else found
-        if len(found) != 1:
-            raise Undecided([tuple(each.values()) for each, *_ in found])
-        sides, left, _ = found[0]
+            values.append((tried, left, open_ & kinked))
+        if len(values) > 1:
+            kept = [value for value in values if all(value[0][i] == before[i] for i in value[2])]
+            values = kept if len(kept) == 1 else values
+        if len(values) != 1:
+            raise Undecided([tuple(each.values()) for each, *_ in values])
+        sides, left, _ = values[0]
         new = {i for i in asked if i not in kinked | gave and sides[i]}
         first = min((left[i] for i in new if problem.drops(i)), default=None)
         if first is None:
@@ -215,17 +215,17 @@ class Mechanics:
         draw = np.random.default_rng(0)
         self._response = None
         if not self.follows:
-            found = [
+            responses = [
                 self._responses(0.3 * drive.period, draw.uniform(-0.1, 0.1, len(self.names)).tolist()) for _ in "ab"
             ]
-            if np.array_equal(*(np.round(each[0], 14) for each in found)):
-                self._response = found[0]
+            if np.array_equal(*(np.round(response[0], 14) for response in responses)):
+                self._response = responses[0]
 
     def velocities(self, t, y) -> list:
         """Of all contacts."""
         if not self.machine.imposes_motion:
             return [y[place] for place in self.places]
-        return [each.velocity for each in self.machine.contacts(t, tuple(y[: self.states]), 0.0)]
+        return [contact.velocity for contact in self.machine.contacts(t, tuple(y[: self.states]), 0.0)]
 
     def rates(self, t, y, taken) -> list:
         """Of the states of the machine; taken: in the place of friction."""
@@ -238,17 +238,17 @@ class Mechanics:
         mechanical, drive = tuple(y[: self.states]), self.drive.value(t)
         return [
             own + sum(slope * force for slope, force in zip(slopes, taken, strict=True))
-            for own, *slopes in (each.reaction for each in self.machine.contacts(t, mechanical, drive))
+            for own, *slopes in (contact.reaction for contact in self.machine.contacts(t, mechanical, drive))
         ]
 
     def outside(self, v, sides) -> list:
         """What acts on each contact's body besides friction, against forward."""
         if self.around is None:
             return [0.0] * self.contacts
-        found = [self.around.drag(each, side) for each, side in zip(v, sides, strict=True)]
+        drags = [self.around.drag(each, side) for each, side in zip(v, sides, strict=True)]
         ground = self.machine.ground_speed()
-        found[0] = self.around.drag(v[0] + ground, sides[0]) - self.around.force
-        return found
+        drags[0] = self.around.drag(v[0] + ground, sides[0]) - self.around.force
+        return drags
 
     def law_load(self, i) -> float:
         """With which the law of a contact is asked."""
@@ -268,8 +268,8 @@ class Mechanics:
     def acceleration(self, t, y, rates) -> np.ndarray:
         """Rates of the contact velocities along rates of the machine's states."""
         along = [Jet([value, rate]) for value, rate in zip(y[: self.states], rates, strict=True)]
-        found = self.velocities(Jet([t, 1.0]), along)
-        return np.array([each.c[1] if isinstance(each, Jet) else 0.0 for each in found])
+        velocities = self.velocities(Jet([t, 1.0]), along)
+        return np.array([velocity.c[1] if isinstance(velocity, Jet) else 0.0 for velocity in velocities])
 
     def _responses(self, t, y) -> tuple[np.ndarray, np.ndarray]:
         """(response, raised): by how much all accelerations and loads fall with each force."""
@@ -278,7 +278,7 @@ class Mechanics:
         at = [self.acceleration(t, y, self.rates(t, y, each)) for each in (zero, *units)]
         loads = [np.array(self.loads(t, y, each), float) for each in (zero, *units)]
         return np.column_stack([at[0] - each for each in at[1:]]), np.column_stack(
-            [loads[0] - each for each in loads[1:]]
+            [loads[0] - load for load in loads[1:]]
         )
 
     def responses(self, t, y) -> tuple[np.ndarray, np.ndarray]:
@@ -288,7 +288,7 @@ class Mechanics:
     def flow(self, t, y, sides) -> tuple[list, np.ndarray, np.ndarray]:
         """(y', R over load where a load is constant, loads) in a mode."""
         y = [float(value) for value in y]
-        v = [float(each) for each in self.velocities(t, y)]
+        v = [float(velocity) for velocity in self.velocities(t, y)]
         slid = [self.force(i, v[i], y, side or 1) for i, side in enumerate(sides)]
         outside = self.outside(v, sides)
         response, raised = self.responses(t, y)
@@ -310,7 +310,7 @@ class Mechanics:
 
     def problem(self, t, y, sides) -> Problem:
         """At one instant; sides: 0 for those that are asked."""
-        v = [0.0 if side == 0 else float(each) for side, each in zip(sides, self.velocities(t, y), strict=True)]
+        v = [0.0 if side == 0 else float(velocity) for side, velocity in zip(sides, self.velocities(t, y), strict=True)]
         response, raised = self.responses(t, y)
         outside = self.outside(v, sides)
         free = self.acceleration(t, y, self.rates(t, y, outside))
@@ -376,10 +376,13 @@ class Mechanics:
             for value, rate in zip(states, rates, strict=True):
                 value.append(rate / (k + 1))
         time, now = Jet([t, 1.0, *([0.0] * (ORDERS - 1))]), [Jet(value) for value in states]
-        v = [each if isinstance(each, Jet) else Jet([each] + [0.0] * ORDERS) for each in self.velocities(time, now)]
+        v = [
+            velocity if isinstance(velocity, Jet) else Jet([velocity] + [0.0] * ORDERS)
+            for velocity in self.velocities(time, now)
+        ]
         outside, short = self.outside(v, sides), [Jet(force) for force in forces]
         loads = self.loads(time, now, [force + more for force, more in zip(short, outside, strict=True)])
-        loads = [each if isinstance(each, Jet) else Jet([each] + [0.0] * (ORDERS - 1)) for each in loads]
+        loads = [load if isinstance(load, Jet) else Jet([load] + [0.0] * (ORDERS - 1)) for load in loads]
         return v, short, loads
 
     def lasts(self, t, y, sides, rest, gave, problem) -> tuple[bool, dict[int, int]]:
@@ -459,13 +462,13 @@ def segments(drive: Any) -> list[tuple[float, float, Any]]:
     """(start, end, drive) of all segments of a period."""
     if not isinstance(drive, Piecewise):
         return [(0.0, drive.period, drive)]
-    table, found, start = segment_table(drive), [], 0.0
+    table, values, start = segment_table(drive), [], 0.0
     for row in table:
         middle = 0.5 * (start + min(row[0], 1.0))
         held = drive.on_segment(*segment_in_time(table, middle, drive.period))
-        found.append((start * drive.period, min(row[0], 1.0) * drive.period, held))
+        values.append((start * drive.period, min(row[0], 1.0) * drive.period, held))
         start = row[0]
-    return found
+    return values
 
 
 class Solver:
@@ -546,22 +549,22 @@ class Solver:
         """Positive within the present mode: two for each contact, then of pieces of laws, loads and bounds."""
         now, y = self.now, [float(value) for value in y]
         v = now.velocities(t, y)
-        found: list[float] = []
+        results: list[float] = []
         force = loads = None
         if now.follows or 0 in self.sides:
             _, force, loads = now.flow(t, y, self.sides)
         for i, side in enumerate(self.sides):
             if side or not now.turns[i]:
-                found += [side * v[i] if now.turns[i] else 1.0, 1.0]
+                results += [side * v[i] if now.turns[i] else 1.0, 1.0]
             else:
                 least, most = now.held(i)
-                found += [most * loads[i] - force[i], force[i] - least * loads[i]]
+                results += [most * loads[i] - force[i], force[i] - least * loads[i]]
         for i, side in enumerate(self.sides):
             if not now.sticks[i]:
-                found += now.laws[i].switches(v[i], tuple(y[now.own[i]]), side, now.law_load(i))
-        found += list(loads) if now.follows else []
-        found += list(now.machine.bounds(t, tuple(y[: now.states])))
-        return np.array(found, float)
+                results += now.laws[i].switches(v[i], tuple(y[now.own[i]]), side, now.law_load(i))
+        results += list(loads) if now.follows else []
+        results += list(now.machine.bounds(t, tuple(y[: now.states])))
+        return np.array(results, float)
 
     def _segment(self, t, end) -> str:
         """On to the end of a segment of the drive."""
@@ -615,7 +618,7 @@ class Solver:
             path = solver.dense_output()
             times = np.linspace(old_t, solver.t, SAMPLES + 1)
             values = np.array([self._guards(s, old_y if s == old_t else path(s)) for s in times])
-            found: list[tuple[float, int]] = []
+            numbers: list[tuple[float, int]] = []
             for g in range(values.shape[1]):
                 for k in range(1, SAMPLES + 1):
                     value = values[k, g]
@@ -643,10 +646,10 @@ class Solver:
                         return float(self._guards(s, path(s))[g])
 
                     root = low if guard(low) <= 0.0 else brentq(guard, low, high, xtol=1e-15, rtol=1e-15)
-                    found.append((float(root), g))
+                    numbers.append((float(root), g))
                     break
-            if found:
-                root, g = min(found)
+            if numbers:
+                root, g = min(numbers)
                 slope = (guard_at(self, root + 1e-6, path, g) - guard_at(self, root - 1e-6, path, g)) / 2e-6
                 for _ in range(2):
                     y = old_y.copy()

@@ -40,11 +40,11 @@ class Jet:
     def __truediv__(self, other):
         if not isinstance(other, Jet):
             return Jet([a / other for a in self.c])
-        found: list[float] = []
+        cs: list[float] = []
         for k in range(min(len(self.c), len(other.c))):
-            rest = sum(other.c[k - i] * found[i] for i in range(k))
-            found.append((self.c[k] - rest) / other.c[0])
-        return Jet(found)
+            rest = sum(other.c[k - i] * cs[i] for i in range(k))
+            cs.append((self.c[k] - rest) / other.c[0])
+        return Jet(cs)
 
     def __rtruediv__(self, other):
         return Jet([other, *([0.0] * (len(self.c) - 1))]) / self
@@ -52,11 +52,11 @@ class Jet:
     def __pow__(self, exponent: float):
         if exponent == int(exponent):
             return math.prod([self] * int(exponent), start=1.0)
-        c, found = self.c, [max(0.0, self.c[0]) ** exponent]
+        c, values = self.c, [max(0.0, self.c[0]) ** exponent]
         for k in range(1, len(c)):  # from rest |v|^alpha begins beyond the first order: nothing of it is told
-            terms = ((i * (exponent + 1.0) - k) * c[i] * found[k - i] for i in range(1, k + 1))
-            found.append(sum(terms) / (k * c[0]) if c[0] > 0.0 else 0.0)
-        return Jet(found)
+            terms = ((i * (exponent + 1.0) - k) * c[i] * values[k - i] for i in range(1, k + 1))
+            values.append(sum(terms) / (k * c[0]) if c[0] > 0.0 else 0.0)
+        return Jet(values)
 
     def __lt__(self, other):
         return self.c[0] < (other.c[0] if isinstance(other, Jet) else other)
@@ -72,17 +72,17 @@ class Jet:
 
     def _integrated(self, first: float, factor: "Jet") -> "Jet":
         """The series that begins with `first` and whose derivative is `factor` times that of this one."""
-        found = [first]
+        values = [first]
         for k in range(1, len(self.c)):
-            found.append(sum((k - i) * self.c[k - i] * factor.c[i] for i in range(k)) / k)
-        return Jet(found)
+            values.append(sum((k - i) * self.c[k - i] * factor.c[i] for i in range(k)) / k)
+        return Jet(values)
 
     def exp(self):
         """e to it."""
-        found = [math.exp(self.c[0])]
+        values = [math.exp(self.c[0])]
         for k in range(1, len(self.c)):
-            found.append(sum(i * self.c[i] * found[k - i] for i in range(1, k + 1)) / k)
-        return Jet(found)
+            values.append(sum(i * self.c[i] * values[k - i] for i in range(1, k + 1)) / k)
+        return Jet(values)
 
     def log(self):
         """Natural logarithm."""
@@ -90,11 +90,11 @@ class Jet:
 
     def sqrt(self):
         """Square root."""
-        found = [math.sqrt(self.c[0])]
+        values = [math.sqrt(self.c[0])]
         for k in range(1, len(self.c)):
-            rest = sum(found[i] * found[k - i] for i in range(1, k))
-            found.append((self.c[k] - rest) / (2.0 * found[0]))
-        return Jet(found)
+            rest = sum(values[i] * values[k - i] for i in range(1, k))
+            values.append((self.c[k] - rest) / (2.0 * values[0]))
+        return Jet(values)
 
     def _turned(self) -> tuple[list[float], list[float]]:
         """(sine, cosine)."""

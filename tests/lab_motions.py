@@ -41,14 +41,14 @@ def motions(kind: str) -> dict[str, vc.Case]:
     machine = machines()[kind]()
     first = machine.states[0]
     push = {} if first in machine.room() or first == machine.cyclic else {first: 0.3}
-    found = {}
+    table = {}
     for name, law in laws().items():
         try:
             system = vc.System(machine, law(), vc.Harmonic(amplitude=1.8))
         except ArgumentError:  # a machine that does not take the law
             continue
-        found[name] = vc.Case(system, push, periods=2.5)
-    return found
+        table[name] = vc.Case(system, push, periods=2.5)
+    return table
 
 
 def motions_of_a_kind(kind: str) -> dict[tuple[str, str], vc.Case]:
@@ -71,8 +71,8 @@ def plain(case: vc.Case) -> str:
 
 def stored() -> dict[str, dict[str, str]]:
     """Ends by machine and law."""
-    found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
-    return found
+    content: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
+    return content
 
 
 if __name__ == "__main__":

@@ -156,13 +156,13 @@ class BowedString(Machine):
 
     def parts(self, q):
         """Modes, and the point of the string under the bow."""
-        bow, found, point = Support("bow", x=self.bow_speed * q.time), [], 0.0
+        bow, results, point = Support("bow", x=self.bow_speed * q.time), [], 0.0
         for n, a in enumerate(q.mode, 1):
             own = n * self.frequency
-            found += [Mass(f"mode {n}", 0.5, x=a), Spring(0.5 * own * own, a), Damper(self.damping * own, a)]
+            results += [Mass(f"mode {n}", 0.5, x=a), Spring(0.5 * own * own, a), Damper(self.damping * own, a)]
             point = a * sin(math.pi * n * self.beta) + point
         string = Point("string under the bow", x=point)
-        return bow, found, string, Drive(q.mode[0]), Contact(string, on=bow, load=1.0)
+        return bow, results, string, Drive(q.mode[0]), Contact(string, on=bow, load=1.0)
 
 
 @parameters
@@ -187,13 +187,13 @@ class RodRobot(Machine):
         feet = [Mass("foot 1", self.foot, x=q.position), Mass("foot 2", self.foot, x=q.position + 1.0 + q.stretch)]
         x = q.position + self.lean + 0.5 + q.shift
         body = Mass("body", self.mass, x=x, z=1.0 - q.sag, inertia=0.1, angle=q.pitch)
-        found = [*feet, body, Drive(-q.sag)]
+        values = [*feet, body, Drive(-q.sag)]
         for foot, side in zip(feet, (-0.5, 0.5), strict=True):
             hip = Point(f"hip of {foot.name}", on=body, x=side)
             leg, across, length = distance(foot, hip), offset(foot, hip), (1.0 + self.lean**2) ** 0.5
-            found += [hip, Spring(self.stiffness, leg, rest=length), Spring(self.bending, across, rest=self.lean)]
-            found += [Damper(self.damping, leg), Damper(self.damping, across), Contact(foot)]
-        return found
+            values += [hip, Spring(self.stiffness, leg, rest=length), Spring(self.bending, across, rest=self.lean)]
+            values += [Damper(self.damping, leg), Damper(self.damping, across), Contact(foot)]
+        return values
 
 
 @parameters

@@ -99,16 +99,16 @@ def _annotations(node: ast.AST) -> Iterator[ast.AST]:
 
 def drawn(count: int, seed: int, rooms: list[str]) -> list[Fault]:
     """So many faults, in turn of each room."""
-    chance, found = random.Random(seed), []
+    chance, pops = random.Random(seed), []
     known = {room: sorted((ROOT / PACKAGE / room).rglob("*.py")) for room in rooms}
     choices = {
         room: [fault for path in paths for fault in faults_of(path.relative_to(ROOT))] for room, paths in known.items()
     }
-    while len(found) < count and any(choices.values()):
+    while len(pops) < count and any(choices.values()):
         for room in rooms:
-            if choices[room] and len(found) < count:
-                found.append(choices[room].pop(chance.randrange(len(choices[room]))))
-    return found
+            if choices[room] and len(pops) < count:
+                pops.append(choices[room].pop(chance.randrange(len(choices[room]))))
+    return pops
 
 
 def noticed(fault: Fault | None, source: Path, tests: list[str], every: bool) -> list[str]:

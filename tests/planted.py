@@ -11,8 +11,8 @@ def planted(kind: type[Machine]) -> Callable[[type], Any]:
 
     def of(body: type) -> Any:
         own = {name: value for name, value in vars(body).items() if name not in ("__dict__", "__weakref__")}
-        said = {each: own.pop(each) for each in ("name", "__doc__", "__module__")}
-        made = parameters(type(body.__name__, (kind,), said))
+        table = {name: own.pop(name) for name in ("name", "__doc__", "__module__")}
+        made = parameters(type(body.__name__, (kind,), table))
         for name, value in own.items():
             if not name.startswith("__"):
                 setattr(made, name, value)

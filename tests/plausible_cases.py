@@ -130,7 +130,7 @@ def compared(number: int) -> Comparison:
     bounds = {verdict.field: verdict.bound or 0.0 for verdict in certificate.verdicts}
     errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
     energy, momentum = (bounds[field] / errors for field in ("energy_residual", "momentum_residual"))
-    found = Comparison(
+    comparison = Comparison(
         *about,
         motion.status.value,
         certificate.failures,
@@ -138,7 +138,7 @@ def compared(number: int) -> Comparison:
         momentum=certificate.momentum_residual / momentum,
     )
     if not (tight.run_status.ok and shifted.run_status.ok):
-        return found
+        return comparison
 
     def apart(one: vc.Trajectory, other: vc.Trajectory) -> float:
         return float(np.max((np.abs(one.sections - other.sections) / scales)[:, lasting]))
@@ -147,7 +147,7 @@ def compared(number: int) -> Comparison:
     one, other = (each.integrals([each.end])[:-1, 0] for each in (motion, tight))
     size = max(energy, tolerance * float(np.max(np.abs(other))))
     return dataclasses.replace(
-        found,
+        comparison,
         growth=growth,
         states=apart(motion, tight) / tolerance / growth,
         works=float(np.max(np.abs(one - other))) / size / growth,

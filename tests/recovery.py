@@ -50,7 +50,7 @@ class Recovery:
     @property
     def identifiable(self) -> tuple[RecoveredParameter, ...]:
         """The parameters that at least half of the fits call determined."""
-        return tuple(each for each in self.parameters if 2 * each.determined >= self.repetitions)
+        return tuple(parameter for parameter in self.parameters if 2 * parameter.determined >= self.repetitions)
 
 
 def recovery(
@@ -89,24 +89,24 @@ def recovery(
             inside.setdefault(name, []).append(row)
         if progress is not None:
             progress((i + 1) / repetitions)
-    found = []
+    parameters = []
     for name, rows in inside.items():
         holds, determined, errors, stated, widths = (np.array(column, float) for column in zip(*rows, strict=True))
         true = float(getattr(law, name))
         bias = float(np.mean(errors) / max(np.mean(stated), 1e-300))
         width = float(np.median(widths)) / (abs(true) or 1.0)
-        found.append(RecoveredParameter(name, true, int(holds.sum()), int(determined.sum()), bias, width))
-    return Recovery(law, repetitions, failed, tuple(found))
+        parameters.append(RecoveredParameter(name, true, int(holds.sum()), int(determined.sum()), bias, width))
+    return Recovery(law, repetitions, failed, tuple(parameters))
 
 
 def conventions(law: Law) -> Mapping[str, float]:
     """What a fit of a law is told: whole exponents and parameters that are conventions."""
-    found = {}
+    table = {}
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if isinstance(value, float) and (not role(law, info.name).fitted or info.name in law.shape_parameters):
-            found[info.name] = value
-    return found
+            table[info.name] = value
+    return table
 
 
 def telling_motion(law: Law, load: float = 1.0) -> Motion:

@@ -11,11 +11,11 @@ from vibrocap.physics.system import System
 @functools.cache
 def _class(kind: type[Machine]) -> type[Machine]:
     def parts(self, q):
-        found = []
-        for each in kind.parts(self, q):
-            found += each if isinstance(each, (list, tuple)) else [each]
-        rubbing = [each for each in found if isinstance(each, Contact)]
-        return [*(each for each in found if not isinstance(each, Contact)), *reversed(rubbing)]
+        results = []
+        for part in kind.parts(self, q):
+            results += part if isinstance(part, (list, tuple)) else [part]
+        rubbing = [part for part in results if isinstance(part, Contact)]
+        return [*(part for part in results if not isinstance(part, Contact)), *reversed(rubbing)]
 
     own = {
         "parts": parts,
@@ -46,7 +46,7 @@ def counterpart(name: str, system: System) -> str:
     """What a measure, or a quantity of a motion, is called once its contacts are numbered the other way."""
     if any(state in name for state in system.machine.states if not name.startswith(OF_CONTACT)):
         return name  # of a coordinate
-    tail = next((each for each in ("_work", "_range") if name.endswith(each)), "")
+    tail = next((key for key in ("_work", "_range") if name.endswith(key)), "")
     stem, number = name_and_number(name.removesuffix(tail))
     internal = [f"_{state}" for law in system.laws for state in law.internal]
     if number == 1 and stem + tail not in OF_CONTACT and not any(each in f"_{stem}" for each in internal):

@@ -87,26 +87,26 @@ class Row:
 
     def guards(self, t: float, y: np.ndarray, modes: tuple) -> list[float]:
         """Positive while the modes last: velocities to their sides, and what a contact at rest may hold more."""
-        friction, found = self.everything(t, y, modes)[2], []
+        friction, sizes = self.everything(t, y, modes)[2], []
         for (law, _), load, v, mode, held in zip(
             self.laws, self.loads, self.velocities(t, y), modes, friction, strict=True
         ):
-            found.append(mode * v if mode else law * load - abs(held))
-        return found
+            sizes.append(mode * v if mode else law * load - abs(held))
+        return sizes
 
     def after(self, t: float, y: np.ndarray, modes: tuple, which: int) -> tuple:
         """The modes behind an event of one contact."""
-        found, (law, _) = list(modes), self.laws[which]
+        items, (law, _) = list(modes), self.laws[which]
         if callable(law):
-            found[which] = -modes[which]
+            items[which] = -modes[which]
         elif modes[which] == 0:
-            found[which] = int(np.sign(self.everything(t, y, modes)[2][which]))
+            items[which] = int(np.sign(self.everything(t, y, modes)[2][which]))
         else:
-            found[which] = 0
-            held = self.everything(t, y, tuple(found))[2][which]
+            items[which] = 0
+            held = self.everything(t, y, tuple(items))[2][which]
             if abs(held) > law * self.loads[which]:
-                found[which] = int(np.sign(held))
-        return tuple(found)
+                items[which] = int(np.sign(held))
+        return tuple(items)
 
     def motion(self, start: Sequence[float], modes: tuple, end: float) -> tuple[np.ndarray, list]:
         """(state at the end, [(time, contact)] of all events), from these modes."""
@@ -247,15 +247,15 @@ def system_of(name: str) -> tuple[vc.System, dict[str, float]]:
     """(system, start) of a motion."""
     kind, *laws = name.split()
     count = len(laws)
-    given = {f"mass_{i}": mass for i, mass in enumerate(MASSES[1:count], 2)}
-    given |= {f"normal_load_{i}": load for i, load in enumerate(LOADS[1:count], 2)}
+    table = {f"mass_{i}": mass for i, mass in enumerate(MASSES[1:count], 2)}
+    table |= {f"normal_load_{i}": load for i, load in enumerate(LOADS[1:count], 2)}
     friction = [LAWS[law][0] for law in laws]
     if kind == "worm":
         drive = vc.Harmonic(amplitude=STROKE, frequency=FREQUENCY)
-        return vc.System(vc.worm(count)(**given), friction, drive), {"centre_velocity": 0.05}
+        return vc.System(vc.worm(count)(**table), friction, drive), {"centre_velocity": 0.05}
     drive = vc.Biharmonic(amplitude=1.5, frequency=FREQUENCY, second_amplitude=0.7, second_phase=0.5)
     names = ["velocity", "velocity_2", "velocity_3"][:count]
-    system = vc.System(vc.crawler(count)(**given), friction, drive)
+    system = vc.System(vc.crawler(count)(**table), friction, drive)
     return system, dict(zip(names, SPEEDS, strict=False))
 
 
@@ -268,18 +268,18 @@ def reference(name: str, periods: float) -> tuple[dict[str, float], list]:
     if kind == "worm":
         row = Worm(MASSES[:count], LOADS[:count], own, _imposed)
         y, events = row.motion([0.05, *inner], (1,) * count, end)
-        found = {"centre_velocity": y[0] - row.shares[-1] * _imposed(end)[0]}
+        settings = {"centre_velocity": y[0] - row.shares[-1] * _imposed(end)[0]}
     else:
         row = Crawler(np.array(MASSES[:count]), LOADS[:count], own, 1.0, 0.1, _push)
         y, events = row.motion([*[0.0] * (count - 1), *SPEEDS[:count], *inner], tuple(np.sign(SPEEDS[:count])), end)
         names = ["displacement", "displacement_2"][: count - 1] + ["velocity", "velocity_2", "velocity_3"][:count]
-        found = dict(zip(names, y, strict=False))
+        settings = dict(zip(names, y, strict=False))
     place = row.bodies_states
     for number, law in enumerate(laws, 1):
         for state in LAWS[law][0].internal:
-            found[state if number == 1 else f"{state}_{number}"] = y[place]
+            settings[state if number == 1 else f"{state}_{number}"] = y[place]
             place += 1
-    return {state: float(value) for state, value in found.items()}, [(float(t), int(number)) for t, number in events]
+    return {state: float(value) for state, value in settings.items()}, [(float(t), int(number)) for t, number in events]
 
 
 def _imposed(t: float) -> tuple[float, float]:
@@ -295,8 +295,8 @@ def _push(t: float) -> float:
 
 def stored() -> dict[str, Any]:
     """What has been computed, by name."""
-    found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
-    return found
+    content: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
+    return content
 
 
 if __name__ == "__main__":

@@ -37,8 +37,8 @@ def test_a_square_command_beyond_both_limits_saturates_when_the_logarithm_says()
     half = 0.5 * motion.system.drive.period
     expected = [LAG * math.log(command / (command - limit))]
     expected += [k * half + LAG * math.log((command + limit) / (command - limit)) for k in range(1, 6)]
-    found = [event.time for event in motion.events if event.kind == "saturated"]
-    assert found == pytest.approx(expected, abs=ROUNDING)
+    times = [event.time for event in motion.events if event.kind == "saturated"]
+    assert times == pytest.approx(expected, abs=ROUNDING)
     left = [event.time for event in motion.events if event.kind == "unsaturated"]
     assert left == pytest.approx([k * half for k in range(1, len(left) + 1)], abs=ROUNDING)
     assert np.max(np.abs(motion["drive"])) == limit
@@ -143,16 +143,16 @@ def test_motions_of_machines_behind_an_actuator_are_certified(machine, law):
 @pytest.mark.slow
 def test_branches_basins_and_crossings_go_along_the_lag():
     system = capsule(TWO_TONES, **LIMITS)
-    found = vc.branch(system, over="actuator.limit", between=(0.75, 0.85), initial=START)
-    assert (found.parameter.min(), found.parameter.max()) == (0.75, 0.85)
-    at = int(np.argmin(abs(found.parameter - 0.8)))
-    one = vc.orbit(system.with_parameters({"actuator.limit": float(found.parameter[at])}), initial=START)
-    assert found.mean_velocity[at] == pytest.approx(one.mean_velocity, abs=1e-9)
-    middle = 0.5 * (found.mean_velocity.min() + found.mean_velocity.max())
-    found = vc.crossing(
+    branch = vc.branch(system, over="actuator.limit", between=(0.75, 0.85), initial=START)
+    assert (branch.parameter.min(), branch.parameter.max()) == (0.75, 0.85)
+    at = int(np.argmin(abs(branch.parameter - 0.8)))
+    one = vc.orbit(system.with_parameters({"actuator.limit": float(branch.parameter[at])}), initial=START)
+    assert branch.mean_velocity[at] == pytest.approx(one.mean_velocity, abs=1e-9)
+    middle = 0.5 * (branch.mean_velocity.min() + branch.mean_velocity.max())
+    branch = vc.crossing(
         system, "mean_velocity", over="actuator.limit", between=(0.75, 0.85), value=middle, points=3, initial=START
     )
-    assert len(found.found) == 1
+    assert len(branch.found) == 1
     vc.basins(system, {"angle": (-1.0, 1.0), "actuator_output": (-0.8, 0.8)}, 5)
     with pytest.raises(ValueError, match=r"should lie between the stops, -0\.8 to 0\.8"):
         vc.basins(system, {"angle": (-1.0, 1.0), "actuator_output": (-0.9, 0.8)}, 5)

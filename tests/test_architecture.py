@@ -58,8 +58,8 @@ def test_every_python_that_is_supported_is_named_and_looked_for():
 
 
 def test_make_venv_makes_the_environment_alone():
-    made = subprocess.run(["make", "--dry-run", "venv"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert "pytest" not in made
+    stdout = subprocess.run(["make", "--dry-run", "venv"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert "pytest" not in stdout
     assert "venv: $(READY)" in (ROOT / "Makefile").read_text()
 
 
@@ -102,7 +102,7 @@ def test_what_the_checks_install_is_checked_by_hash():
 
 def declared(requirements) -> set[str]:
     """The packages that requirements name, but for this one."""
-    return {re.match(r"[A-Za-z0-9._-]+", each).group().lower() for each in requirements} - {"vibrocap"}
+    return {re.match(r"[A-Za-z0-9._-]+", requirement).group().lower() for requirement in requirements} - {"vibrocap"}
 
 
 def locked(text: str) -> dict[str, str]:
@@ -113,10 +113,10 @@ def locked(text: str) -> dict[str, str]:
 def test_the_users_lock_has_what_a_user_needs_and_nothing_of_developers():
     """The build backend stands in it too, so that the package installs from the lock alone."""
     extras, names = PROJECT["optional-dependencies"], locked(LOCK).keys()
-    users = declared([*PROJECT["dependencies"], *(each for name in USERS for each in extras[name])])
+    users = declared([*PROJECT["dependencies"], *(extra for name in USERS for extra in extras[name])])
     backend = {"hatchling", "editables"}
     assert users | backend <= names
-    others = declared(each for name in extras.keys() - USERS for each in extras[name])
+    others = declared(extra for name in extras.keys() - USERS for extra in extras[name])
     assert names & (others - users) == backend
     assert extras.keys() - {"peers"} == {*USERS}.union(*LOCKED_APART.values())
 

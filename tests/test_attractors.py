@@ -72,7 +72,7 @@ def test_settled_runs_near_orbits_that_are_known_are_theirs_without_shooting(mon
     monkeypatch.setattr(attractor_matching, "closed", None)
     map_ = types.SimpleNamespace(section=lambda states: states)
     points = np.array([[0.0], [1.0]]), np.array([[1.5 * attractor_matching.NEAR]])
-    known = [attractor_matching.OrbitPoints(None, each) for each in points]  # type: ignore[arg-type]
+    known = [attractor_matching.OrbitPoints(None, point) for point in points]  # type: ignore[arg-type]
     ends = np.array([[0.0], [1.0], [1.4], [0.7], [2.6], [0.9999]]) * attractor_matching.NEAR
     found, which = distinct_orbits(map_, ends, np.ones(6, dtype=int), 0, known)  # type: ignore[arg-type]
     assert found == known
@@ -126,9 +126,9 @@ def test_bad_input_to_a_diagram_is_refused(arguments, complaint):
     system = capsule(vc.Exponential())
     if arguments.pop("system", None):
         system = system.with_parameters({"machine.normal_load": "weight"})
-    given = {"over": "drive.amplitude", "between": (1.0, 3.0), **arguments}
+    settings = {"over": "drive.amplitude", "between": (1.0, 3.0), **arguments}
     with pytest.raises(ValueError, match=complaint):
-        bifurcation_diagram(system, **given)
+        bifurcation_diagram(system, **settings)
 
 
 # --- attractors ------------------------------------------------------------------------------------------------------
@@ -139,24 +139,24 @@ def test_bad_input_to_a_diagram_is_refused(arguments, complaint):
 def test_exactly_the_two_travelling_twins_attract(law):
     system = capsule(LAWS[law])
     shares = []
-    found = attractors(system, 500, progress=shares.append)
+    steady = attractors(system, 500, progress=shares.append)
     assert shares
     assert max(shares) == 1.0
-    assert all(low == -high and high >= 2.0 for name, (low, high) in found.ranges.items() if name != "bristle")
-    assert "position" not in found.ranges
-    assert len(found.attractors) == 2
-    one, other = found.attractors
+    assert all(low == -high and high >= 2.0 for name, (low, high) in steady.ranges.items() if name != "bristle")
+    assert "position" not in steady.ranges
+    assert len(steady.attractors) == 2
+    one, other = steady.attractors
     assert one.share + other.share == 1.0
     assert (one.twin, other.twin) == (1, 0)
     assert one.motion.drift + other.motion.drift == pytest.approx(0.0, abs=1e-10)
     assert abs(one.motion.drift) == pytest.approx(DRIFTS[law], abs=1e-12)
-    assert one.starts == np.sum(found.label == 0)
+    assert one.starts == np.sum(steady.label == 0)
     assert 0.4 < one.share < 0.6  # twins: the ranges are symmetric
     for k in range(0, 500, 97):  # each start on its own
-        start = dict(zip(system.state_names, found.starts[k], strict=True))
+        start = dict(zip(system.state_names, steady.starts[k], strict=True))
         _, path = period_marks(system, periods=150, initial=start)
         drift = path[-1][2] - path[-2][2]
-        assert drift == pytest.approx(found.attractors[found.label[k]].motion.drift, abs=1e-6)
+        assert drift == pytest.approx(steady.attractors[steady.label[k]].motion.drift, abs=1e-6)
 
 
 def test_runs_caught_by_unstable_orbits_are_noticed():
@@ -176,28 +176,28 @@ def test_runs_caught_by_unstable_orbits_are_noticed():
 
 @pytest.mark.slow
 def test_chaos_is_one_attractor_that_is_its_own_mirror_image():
-    found = attractors(CHAOTIC, 200)
-    assert [each.motion.kind for each in found.attractors] == ["chaotic"]
-    assert found.attractors[0].twin == 0
-    assert found.attractors[0].share + found.share(NOT_SETTLED) == 1.0
-    assert found.attractors[0].share > 0.97
+    steady = attractors(CHAOTIC, 200)
+    assert [attractor.motion.kind for attractor in steady.attractors] == ["chaotic"]
+    assert steady.attractors[0].twin == 0
+    assert steady.attractors[0].share + steady.share(NOT_SETTLED) == 1.0
+    assert steady.attractors[0].share > 0.97
 
 
 @pytest.mark.slow
 def test_rests_of_a_block_are_a_continuum_that_is_not_told_apart():
     """A spring that pulls less than the contact holds: every start comes to rest somewhere else."""
     system = vc.System(vc.Oscillator(damping=0.5), vc.Exponential(), vc.Harmonic(amplitude=0.05))
-    found = attractors(system, 300)
-    assert found.share(NOT_TOLD) == 1.0
-    assert found.attractors == ()
+    steady = attractors(system, 300)
+    assert steady.share(NOT_TOLD) == 1.0
+    assert steady.attractors == ()
 
 
 @pytest.mark.slow
 def test_failed_runs_are_counted_as_failed(monkeypatch):
     monkeypatch.setattr(settling_runs, "MOST_EVENTS", 1)
-    found = attractors(capsule(vc.Exponential()), 20, {"angle": (-1.0, 1.0)})
-    assert found.share(FAILED) == 1.0
-    assert found.attractors == ()
+    steady = attractors(capsule(vc.Exponential()), 20, {"angle": (-1.0, 1.0)})
+    assert steady.share(FAILED) == 1.0
+    assert steady.attractors == ()
 
 
 # --- diagrams --------------------------------------------------------------------------------------------------------
@@ -208,21 +208,21 @@ def test_failed_runs_are_counted_as_failed(monkeypatch):
 def test_diagram_agrees_with_orbits_wherever_it_settled(law):
     """To the threshold of settling, 1e-6 of natural sizes, times what the drift magnifies it by (some 10)."""
     system = capsule(LAWS[law])
-    found = bifurcation_diagram(system, "drive.amplitude", (1.1, 2.9), 19)
-    assert np.mean(found.response_period > 0) > 0.9
+    diagram = bifurcation_diagram(system, "drive.amplitude", (1.1, 2.9), 19)
+    assert np.mean(diagram.response_period > 0) > 0.9
     compared = 0
-    for d, _ in enumerate(found.directions):
+    for d, _ in enumerate(diagram.directions):
         for k in range(0, 19, 3):
             start = k % 2  # the second is recorded by its mirror image
-            n = found.response_period[d, start, k]
+            n = diagram.response_period[d, start, k]
             if n < 1:
                 continue
-            state = dict(zip(found.state_names, found.states[d, start, k, 0], strict=True))
-            at = system.with_parameters({"drive.amplitude": float(found.values[k])})
+            state = dict(zip(diagram.state_names, diagram.states[d, start, k, 0], strict=True))
+            at = system.with_parameters({"drive.amplitude": float(diagram.values[k])})
             orbit = vc.shoot(at, state, int(n))
             assert orbit.status is vc.OrbitStatus.CONVERGED
             assert orbit.stable
-            assert found.drift[d, start, k] == pytest.approx(orbit.drift / n, abs=2e-5)
+            assert diagram.drift[d, start, k] == pytest.approx(orbit.drift / n, abs=2e-5)
             assert list(orbit.state.values()) == pytest.approx(list(state.values()), abs=2e-5)
             compared += 1
     assert compared > 8
@@ -232,10 +232,10 @@ def test_diagram_agrees_with_orbits_wherever_it_settled(law):
 def test_a_sweep_leaves_what_becomes_unstable():
     """A pendulum upright on its spring, on a capsule that sticks, buckles below rho = 1: sin(theta) = rho theta."""
     system = capsule(vc.Exponential(), **{"drive.amplitude": 0.0})
-    found = bifurcation_diagram(system, "machine.stiffness", (0.5, 1.5), 11, starts=2, settle_periods=1000)
-    down = found.states[1, :, 0, 0, 0]
+    diagram = bifurcation_diagram(system, "machine.stiffness", (0.5, 1.5), 11, starts=2, settle_periods=1000)
+    down = diagram.states[1, :, 0, 0, 0]
     buckled = 1.8954942670339812  # root of sin(x) = x/2
     assert math.sin(buckled) == pytest.approx(0.5 * buckled, abs=1e-15)
     assert np.abs(down) == pytest.approx([buckled, buckled], abs=1e-5)
     assert down[0] == pytest.approx(-down[1], abs=1e-5)
-    assert found.states[1, 0, -1, 0, 0] == pytest.approx(0.0, abs=1e-5)
+    assert diagram.states[1, 0, -1, 0, 0] == pytest.approx(0.0, abs=1e-5)

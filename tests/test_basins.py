@@ -111,38 +111,38 @@ def test_mirrored_start_half_a_period_later_goes_the_other_way(law):
 
 @pytest.mark.slow
 def test_phase_as_an_axis_has_the_same_symmetry():
-    found = basins(capsule(), {"phase": (0.0, 1.0), "angle": (-3.0, 3.0)}, (40, 41))
-    assert np.array_equal(np.roll(found.direction, 20, axis=0), -found.direction[:, ::-1])
-    column = basins(capsule(), {"angle": (-3.0, 3.0), "velocity": (-1e-9, 1e-9)}, (41, 1), phase=found.x[7])
-    assert np.array_equal(column.direction[:, 0], found.direction[7])
+    cells = basins(capsule(), {"phase": (0.0, 1.0), "angle": (-3.0, 3.0)}, (40, 41))
+    assert np.array_equal(np.roll(cells.direction, 20, axis=0), -cells.direction[:, ::-1])
+    column = basins(capsule(), {"angle": (-3.0, 3.0), "velocity": (-1e-9, 1e-9)}, (41, 1), phase=cells.x[7])
+    assert np.array_equal(column.direction[:, 0], cells.direction[7])
 
 
 @pytest.mark.slow
 def test_axes_without_ranges_span_what_motions_visit():
-    found = basins(capsule(), ("phase", "angle"), (4, 6))
-    assert found.x == pytest.approx([0.125, 0.375, 0.625, 0.875])
-    assert found.y == pytest.approx(-found.y[::-1])  # mirror images of motions are motions
-    assert found.y[-1] > 1.5  # two natural sizes at least, less half a cell
-    assert set(np.unique(found.direction)) == {-1, 1}
+    cells = basins(capsule(), ("phase", "angle"), (4, 6))
+    assert cells.x == pytest.approx([0.125, 0.375, 0.625, 0.875])
+    assert cells.y == pytest.approx(-cells.y[::-1])  # mirror images of motions are motions
+    assert cells.y[-1] > 1.5  # two natural sizes at least, less half a cell
+    assert set(np.unique(cells.direction)) == {-1, 1}
 
 
 @pytest.mark.slow
 def test_directions_are_those_of_single_runs():
-    found = basins(capsule(), PLANE, 12)
+    cells = basins(capsule(), PLANE, 12)
     for i, j in ((0, 0), (3, 8), (6, 6), (9, 2), (11, 11)):
-        start = {"angle": found.x[i], "angle_rate": found.y[j]}
+        start = {"angle": cells.x[i], "angle_rate": cells.y[j]}
         _, path = period_marks(capsule(), periods=100, initial=start)
-        assert path[-1][2] - path[-2][2] == pytest.approx(found.drift[i, j], abs=1e-6)
-        assert found.direction[i, j] == np.sign(found.drift[i, j])
-    assert found.x[0] == pytest.approx(-2.75)  # the middle of the first cell
+        assert path[-1][2] - path[-2][2] == pytest.approx(cells.drift[i, j], abs=1e-6)
+        assert cells.direction[i, j] == np.sign(cells.drift[i, j])
+    assert cells.x[0] == pytest.approx(-2.75)  # the middle of the first cell
 
 
 @pytest.mark.slow
 def test_symmetric_motions_do_not_travel():
     system = capsule(**{"machine.stiffness": 4.0, "machine.damping": 1.2})
-    found = basins(system, PLANE, 10)
-    assert np.all(found.direction == 0)
-    assert [each.motion.symmetric for each in found.attractors] == [True]
+    cells = basins(system, PLANE, 10)
+    assert np.all(cells.direction == 0)
+    assert [attractor.motion.symmetric for attractor in cells.attractors] == [True]
 
 
 # --- datasets and pictures -------------------------------------------------------------------------------------------
@@ -150,14 +150,14 @@ def test_symmetric_motions_do_not_travel():
 
 def test_dataset_says_what_it_holds():
     given = drawn()
-    found = vc.to_xarray(given)
-    assert found["direction"].dims == ("initial.angle", "initial.angle_rate")
-    assert np.array_equal(found["label"].values, given.label)
-    assert list(found["attractor_drift"].values) == [0.16, -0.16, 0.05]
-    assert found.attrs["phase"] == 0.25
-    assert "pendulum-capsule" in found.attrs["case"]
+    dataset = vc.to_xarray(given)
+    assert dataset["direction"].dims == ("initial.angle", "initial.angle_rate")
+    assert np.array_equal(dataset["label"].values, given.label)
+    assert list(dataset["attractor_drift"].values) == [0.16, -0.16, 0.05]
+    assert dataset.attrs["phase"] == 0.25
+    assert "pendulum-capsule" in dataset.attrs["case"]
     flags = dict(
-        zip(found["direction"].attrs["flag_meanings"].split(), found["direction"].attrs["flag_values"], strict=True)
+        zip(dataset["direction"].attrs["flag_meanings"].split(), dataset["direction"].attrs["flag_values"], strict=True)
     )
     assert (flags["failed"], flags["not_settled"], flags["forward"]) == (FAILED, NOT_SETTLED, 1)
 
@@ -165,7 +165,7 @@ def test_dataset_says_what_it_holds():
 def test_dataset_of_a_diagram_says_what_it_holds():
     values, shape = np.array([1.0, 1.5, 2.0]), (1, 2, 3)
     states = np.arange(2.0 * 3 * 16 * 4).reshape(*shape, 16, 4)
-    given = vc.BifurcationDiagram(
+    diagram = vc.BifurcationDiagram(
         system=capsule(),
         over="drive.amplitude",
         values=values,
@@ -175,21 +175,21 @@ def test_dataset_of_a_diagram_says_what_it_holds():
         drift=np.ones(shape),
         state_names=("angle", "angle_rate", "position", "velocity"),
     )
-    found = vc.to_xarray(given)
-    assert found["velocity"].dims == ("direction", "start", "drive.amplitude", "mark")
-    assert np.array_equal(found["velocity"].values, states[..., 3])
-    assert found["response_period"].sel({"drive.amplitude": 1.5}).values.tolist() == [[0, -1]]
-    assert found["drive.amplitude"].attrs["symbol"] == "h"
+    dataset = vc.to_xarray(diagram)
+    assert dataset["velocity"].dims == ("direction", "start", "drive.amplitude", "mark")
+    assert np.array_equal(dataset["velocity"].values, states[..., 3])
+    assert dataset["response_period"].sel({"drive.amplitude": 1.5}).values.tolist() == [[0, -1]]
+    assert dataset["drive.amplitude"].attrs["symbol"] == "h"
 
 
 def test_drift_and_direction_of_every_kind_of_start():
     chaotic = MotionClass("chaotic", "", 0.01, 0.005, True, {})
     sure = MotionClass("chaotic", "", -0.1, 0.005, False, {})
-    found = tuple(Attractor(each, 1, 0.2, 0.0, None) for each in (chaotic, sure))
+    items = tuple(Attractor(each, 1, 0.2, 0.0, None) for each in (chaotic, sure))
     label = np.array([0, 1, NOT_SETTLED, FAILED, NOT_TOLD, NOT_TOLD])
     measured = np.array([math.nan, math.nan, 0.3, 0.3, 0.3, 1e-9])
     runs = settling_runs.SettlingRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured, np.ones(6, bool))
-    drift = basins_module._drifts(found, label, runs)
+    drift = basins_module._drifts(items, label, runs)
     assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
-    directions = basins_module._directions(capsule(), found, label, drift)
+    directions = basins_module._directions(capsule(), items, label, drift)
     assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error

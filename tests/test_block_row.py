@@ -44,12 +44,12 @@ def test_drag_acts_on_every_block_at_its_velocity_over_the_ground(belt):
     drive, law = vc.Harmonic(amplitude=0.3, frequency=0.9), vc.Coulomb(0.2, 0.3)
     dragged = vc.System(vc.TwoBlockRow(belt_speed=belt), law, drive, environment=vc.Environment(linear_drag=0.3))
     damped = vc.System(vc.TwoBlockRow(belt_speed=belt, damping=0.3, damping_2=0.3), law, drive)
-    start, found = {"position_2": 0.7}, []
+    start, motions = {"position_2": 0.7}, []
     for system in (dragged, damped):
-        found.append(vc.simulate(system, initial=start, periods=5, tolerance=1e-12))
-        assert found[-1].certificate.ok
-        assert {"stick_2", "slip_back_2"} <= set(found[-1].event_kinds)
-    assert list(found[0].state.values()) == pytest.approx(list(found[1].state.values()), abs=1e-9)
+        motions.append(vc.simulate(system, initial=start, periods=5, tolerance=1e-12))
+        assert motions[-1].certificate.ok
+        assert {"stick_2", "slip_back_2"} <= set(motions[-1].event_kinds)
+    assert list(motions[0].state.values()) == pytest.approx(list(motions[1].state.values()), abs=1e-9)
 
 
 @pytest.mark.parametrize("velocity", [0.0, 0.4])

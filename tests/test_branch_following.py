@@ -44,10 +44,10 @@ def test_a_stick_of_a_further_contact_that_ends_nearby_makes_no_special_points()
         [vc.Coulomb(0.3, 0.45), vc.Coulomb(0.15, 0.3)],
         vc.Biharmonic(1.5, 0.8645, 0.7, 0.5),
     )
-    found = vc.branch(system, "drive.frequency", (0.864, 0.866))
-    assert found.special_points == ()
-    assert found.parameter[-1] == pytest.approx(0.8652191, abs=1e-7)
-    assert np.ptp(np.abs(found.multipliers[:, 0])) < 5e-3
+    branch = vc.branch(system, "drive.frequency", (0.864, 0.866))
+    assert branch.special_points == ()
+    assert branch.parameter[-1] == pytest.approx(0.8652191, abs=1e-7)
+    assert np.ptp(np.abs(branch.multipliers[:, 0])) < 5e-3
 
 
 def test_fold_and_flip_of_henons_map():
@@ -157,10 +157,10 @@ def test_branch_that_leaves_at_an_angle_is_found():
 
 def test_a_bracket_ends_where_no_number_lies_between():
     asked = []
-    found = segment.root(lambda at: asked.append(at) or (1.0 if at > 8.0031 else -1.0), 8.0, 8.02, 1e-17)
-    assert 0.0 <= found.right - found.left <= 2.0 * np.spacing(8.0)
+    root = segment.root(lambda at: asked.append(at) or (1.0 if at > 8.0031 else -1.0), 8.0, 8.02, 1e-17)
+    assert 0.0 <= root.right - root.left <= 2.0 * np.spacing(8.0)
     assert len(asked) < 60  # bisections of 0.02 to the spacing, and one more
-    assert found.jumps
+    assert root.jumps
 
 
 def test_newtons_method_stops_at_the_rounding_of_its_residual():
@@ -281,8 +281,8 @@ def test_closing_map_of_a_capsule_is_its_half_period_map():
 
 
 def capsule(**parts):
-    given = {"machine": vc.PendulumCapsule(), "friction": vc.Exponential(), "drive": vc.Harmonic(), **parts}
-    return vc.System(**given)
+    settings = {"machine": vc.PendulumCapsule(), "friction": vc.Exponential(), "drive": vc.Harmonic(), **parts}
+    return vc.System(**settings)
 
 
 @pytest.mark.parametrize(
@@ -313,16 +313,16 @@ def test_bad_input_is_refused_before_any_work(system, arguments, complaint):
 def test_an_orbit_of_another_system_is_refused():
     zeros = np.zeros(3)
     system = capsule()
-    found = vc.Orbit(
+    orbit = vc.Orbit(
         system=system, state={}, period=1.0, response_period=1, drift=0.0, multipliers=zeros, residual=0.0,
         symmetric=True, derivative=np.eye(4), status=vc.OrbitStatus.CONVERGED, iterations=0, tolerance=1e-12,
     )  # fmt: skip
     other = dataclasses.replace(system, machine=vc.PendulumCapsule(mass_ratio=3.0))
     with pytest.raises(ValueError, match="another parameter differs"):
-        vc.branch(other, "drive.amplitude", (1.0, 3.0), orbit=found)
+        vc.branch(other, "drive.amplitude", (1.0, 3.0), orbit=orbit)
     with pytest.raises(ValueError, match="not both"):
-        vc.branch(system, "drive.amplitude", (1.0, 3.0), orbit=found, initial={"angle": 1.0})
-    away = dataclasses.replace(found, system=system.with_parameters({"drive.amplitude": 5.0}))
+        vc.branch(system, "drive.amplitude", (1.0, 3.0), orbit=orbit, initial={"angle": 1.0})
+    away = dataclasses.replace(orbit, system=system.with_parameters({"drive.amplitude": 5.0}))
     with pytest.raises(ValueError, match=r"orbit should have its drive.amplitude within 1 to 3, got 5"):
         vc.branch(system, "drive.amplitude", (1.0, 3.0), orbit=away)
 
@@ -336,6 +336,6 @@ def test_a_branch_ends_by_name_where_any_contact_stops_sticking(turned):
     machine, laws = (renumbered(machine), laws[::-1]) if turned else (machine, laws)
     system = vc.System(machine, laws, vc.Biharmonic(1.5, 0.8651952, 0.7, 0.5))
     start = {"displacement": 1.3363628, "velocity_2": 0.9220258, "velocity": -1.1215358}
-    found = vc.branch(system, "drive.frequency", (0.865, 0.866), initial=start)
-    assert found.ends[1] is BranchEnd.ORBIT_CEASES
-    assert found.parameter[-1] == pytest.approx(0.865219107, abs=1e-8)
+    branch = vc.branch(system, "drive.frequency", (0.865, 0.866), initial=start)
+    assert branch.ends[1] is BranchEnd.ORBIT_CEASES
+    assert branch.parameter[-1] == pytest.approx(0.865219107, abs=1e-8)

@@ -19,12 +19,12 @@ OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
 
 
 def special(kind, parameter, drift, arclength, after, counts, **more):
-    given = {
+    settings = {
         "modes_before": "FB", "modes_after": "FB", "change": None, "passed": None, "text": "", "found": None, **more,
     }  # fmt: skip
     return SpecialPoint(
         kind=kind, parameter=parameter, error=1e-9, state={}, drift=drift, multipliers=np.ones(3),
-        arclength=arclength, after_point=after, unstable_before=counts[0], unstable_after=counts[1], **given,
+        arclength=arclength, after_point=after, unstable_before=counts[0], unstable_after=counts[1], **settings,
     )  # fmt: skip
 
 
@@ -62,11 +62,11 @@ def diagram():
 
 
 def test_lines_are_cut_where_stability_changes():
-    found = branch_plots.stretches(symmetric_branch(), "drift")
-    assert [stable for _, _, stable in found] == [True, False, True]
-    assert [x.tolist() for x, _, _ in found] == [[1.0, 1.4], [1.4, 1.5, 2.0, 2.6], [2.6, 3.0]]
-    found = branch_plots.stretches(travelling_branch(), "drift")
-    assert [(x.tolist(), stable) for x, _, stable in found] == [([1.4, 2.0, 2.68, 2.7], True), ([2.7, 2.6], False)]
+    stretches = branch_plots.stretches(symmetric_branch(), "drift")
+    assert [stable for _, _, stable in stretches] == [True, False, True]
+    assert [x.tolist() for x, _, _ in stretches] == [[1.0, 1.4], [1.4, 1.5, 2.0, 2.6], [2.6, 3.0]]
+    stretches = branch_plots.stretches(travelling_branch(), "drift")
+    assert [(x.tolist(), stable) for x, _, stable in stretches] == [([1.4, 2.0, 2.68, 2.7], True), ([2.7, 2.6], False)]
 
 
 def test_stable_is_solid_and_twins_are_drawn():
@@ -121,28 +121,28 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
 
 
 def test_branch_in_words_and_as_a_table():
-    found = symmetric_branch()
-    (first, second) = found.table()
+    curve = symmetric_branch()
+    (first, second) = curve.table()
     assert (first["kind"], first["parameter"], first["stability"]) == ("pitchfork", 1.4, "lost")
     assert second["remarks"] == (
         "crossing; two stick phases appear; FB -> FSBS; multipliers jump as over a pitchfork; stability gained"
     )
-    assert found.special_points[1].discontinuous
-    assert not found.special_points[0].discontinuous
-    assert found.parts == ((0, 0, True), (1, 2, False), (3, 3, True))
-    assert found.kind(SpecialKind.PITCHFORK) == (found.special_points[0],)
-    assert "symmetric orbits of 1 drive period(s) over drive.amplitude, 4 points" in str(found)
+    assert curve.special_points[1].discontinuous
+    assert not curve.special_points[0].discontinuous
+    assert curve.parts == ((0, 0, True), (1, 2, False), (3, 3, True))
+    assert curve.kind(SpecialKind.PITCHFORK) == (curve.special_points[0],)
+    assert "symmetric orbits of 1 drive period(s) over drive.amplitude, 4 points" in str(curve)
     assert "[1] Branch of travelling orbits" in str(diagram())
 
 
 def test_dataset_says_what_it_holds():
     pytest.importorskip("xarray")
-    found = symmetric_branch()
-    data = found.to_xarray()
+    curve = symmetric_branch()
+    data = curve.to_xarray()
     assert data["drift"].dims == ("point",)
-    assert np.array_equal(data[OVER].values, found.parameter)
-    assert np.array_equal(data["velocity"].values, found.states[:, 3])
-    assert np.array_equal(data["multiplier_real"].values, found.multipliers.real)
+    assert np.array_equal(data[OVER].values, curve.parameter)
+    assert np.array_equal(data["velocity"].values, curve.states[:, 3])
+    assert np.array_equal(data["multiplier_real"].values, curve.multipliers.real)
     assert data["special_kind"].values.tolist() == ["pitchfork", "change of mode sequence"]
     assert data["special_stability"].values.tolist() == ["lost", "gained"]
     assert data.attrs["ends"] == "parameter bound"

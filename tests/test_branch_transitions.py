@@ -111,11 +111,11 @@ def test_what_cannot_be_run_beyond_is_named(tmp_path, capsys):
     light = vc.System(
         vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(), vc.Biharmonic(amplitude=1.8, second_amplitude=0.4)
     )
-    found = vc.branches(light, "drive.amplitude", (1.8, 2.0))
-    (transition,) = found.transitions
+    branches = vc.branches(light, "drive.amplitude", (1.8, 2.0))
+    (transition,) = branches.transitions
     assert transition.reached is None
     assert transition.leads_to == "a run that ends by lift off"
-    legend = [text.get_text() for text in branch_figure(found).legends[0].get_texts()]
+    legend = [text.get_text() for text in branch_figure(branches).legends[0].get_texts()]
     assert ENDS in legend
     vc.save_case(light, tmp_path / "light.toml")
     assert main(["branch", str(tmp_path / "light.toml"), "--over", "drive.amplitude=1.8:2"]) == OK
@@ -129,7 +129,7 @@ def test_the_picture_shows_what_follows(folded):
     assert LEADS in [text.get_text() for text in figure.legends[0].get_texts()]
     (transition,) = folded.transitions
     for ax in (figure.axes[0], draw_branch(computed(folded))):
-        arrows = [each for each in ax.texts if getattr(each, "arrow_patch", None) is not None and not each.get_text()]
+        arrows = [text for text in ax.texts if getattr(text, "arrow_patch", None) is not None and not text.get_text()]
         assert len(arrows) == 2
         for arrow in arrows:
             assert arrow.xy == (pytest.approx(transition.parameter), pytest.approx(0.0, abs=1e-9))

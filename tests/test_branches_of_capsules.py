@@ -36,9 +36,9 @@ def diagram(request):
 
 
 def symmetric_orbit(law, amplitude, state):
-    found = vc.shoot(system_with(law, **{OVER: amplitude}), state, half=True)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    return found
+    orbit = vc.shoot(system_with(law, **{OVER: amplitude}), state, half=True)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    return orbit
 
 
 def bisected(law, low, high):
@@ -47,8 +47,8 @@ def bisected(law, low, high):
     stable = symmetric_orbit(law, low, state).stable
     while high - low > 1e-11:
         middle = 0.5 * (low + high)
-        found = symmetric_orbit(law, middle, state)
-        low, high, state = (middle, high, found.state) if found.stable == stable else (low, middle, state)
+        orbit = symmetric_orbit(law, middle, state)
+        low, high, state = (middle, high, orbit.state) if orbit.stable == stable else (low, middle, state)
     return 0.5 * (low + high)
 
 
@@ -59,7 +59,7 @@ def test_travel_begins_and_ends_where_symmetric_orbits_change_their_stability(di
     assert begin.stability == "lost"
     assert abs(begin.parameter - BEGINS[law]) < 1e-9
     assert abs(begin.parameter - bisected(law, begin.parameter - 0.01, begin.parameter + 0.01)) < LOCATED
-    end = next(each for each in symmetric.special_points if each.stability == "gained")
+    end = next(point for point in symmetric.special_points if point.stability == "gained")
     assert abs(end.parameter - ENDS[law]) < 1e-8
     assert abs(end.parameter - bisected(law, end.parameter - 3e-5, end.parameter + 3e-5)) < LOCATED
     if law == "exponential":  # the contact grazes rest: multipliers jump, and nothing smooth happens
@@ -84,63 +84,63 @@ def test_brute_force_agrees_with_every_stable_part(diagram):
     rows = [(value, *start, rng.uniform(-0.5, 0.5)) for value in values for start in starts]
     columns = np.array(rows).T
     over = dict(zip((OVER, "initial.angle", "initial.angle_rate", "initial.velocity"), columns, strict=True))
-    found = vc.ensemble(
+    results = vc.ensemble(
         diagram.system, over, measures=["drift"], periods=5000, settle=1e-8, tolerance=1e-11
     )  # fmt: skip
-    assert found["settled"].all()
-    drifts = found["drift"].reshape(len(values), -1)
-    for value, seen in zip(values, drifts, strict=True):
+    assert results["settled"].all()
+    drifts = results["drift"].reshape(len(values), -1)
+    for value, drift in zip(values, drifts, strict=True):
         known = [orbit for branch in diagram.branches for orbit in branch.orbits_at(value) if orbit.stable]
         assert len(known) == 1
         expected = known[0].drift
-        assert np.allclose(np.abs(seen), abs(expected), rtol=0.0, atol=1e-6)
+        assert np.allclose(np.abs(drift), abs(expected), rtol=0.0, atol=1e-6)
         if expected != 0.0:
-            assert {True, False} == set((seen > 0.0).tolist())  # both twins are reached
+            assert {True, False} == set((drift > 0.0).tolist())  # both twins are reached
 
 
 def test_points_are_orbits_with_their_own_multipliers_and_words(diagram):
     for branch in diagram.branches:
         assert np.all(np.diff(branch.arclength) > 0.0)
         for i in range(1, len(branch) - 1, 23):
-            found = branch.orbit(i)
-            assert found.residual < 1e-11
+            orbit = branch.orbit(i)
+            assert orbit.residual < 1e-11
             error = 2e-11 / np.min(np.abs(branch.multipliers[i] - 1.0))  # what closes to 1e-12 is so near to an orbit
-            moved = np.array(list(found.state.values())) - branch.states[i]
+            moved = np.array(list(orbit.state.values())) - branch.states[i]
             assert np.max(np.abs(moved)) < error
-            assert abs(found.drift - branch.drift[i]) < error
-            assert np.allclose(found.multipliers, branch.multipliers[i], atol=1e-6)
-            assert same_cycle(found.mode_sequence, str(branch.mode_sequence[i]))
+            assert abs(orbit.drift - branch.drift[i]) < error
+            assert np.allclose(orbit.multipliers, branch.multipliers[i], atol=1e-6)
+            assert same_cycle(orbit.mode_sequence, str(branch.mode_sequence[i]))
 
 
 def test_section_goes_from_sticking_to_sliding():
     """At small amplitudes the capsule never moves; then it slips, and slips at the section too."""
-    found = vc.branch(system_with("exponential", **{OVER: 0.3}), OVER, (0.1, 1.2), initial=START)
-    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    stuck = found.mode_sequence == "S"
-    velocity = found.states[:, 3]
+    branch = vc.branch(system_with("exponential", **{OVER: 0.3}), OVER, (0.1, 1.2), initial=START)
+    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    stuck = branch.mode_sequence == "S"
+    velocity = branch.states[:, 3]
     assert np.all(velocity[stuck] == 0.0)
     assert velocity[-1] > 0.05
-    assert [each.change for each in found.special_points] == [ModeChange.SPLITTING, ModeChange.CROSSING]
+    assert [point.change for point in branch.special_points] == [ModeChange.SPLITTING, ModeChange.CROSSING]
     # a capsule that never moves first slips where |cos(theta) P - sin(theta) theta'^2| reaches N eta_s
-    first = found.special_points[0].parameter
+    first = branch.special_points[0].parameter
     for away, word in ((-1e-8, "S"), (1e-8, "SBSF")):
         system = system_with("exponential", **{OVER: first + away})
-        assert same_cycle(vc.shoot(system, found.special_points[0].state, half=True).mode_sequence, word)
+        assert same_cycle(vc.shoot(system, branch.special_points[0].state, half=True).mode_sequence, word)
 
 
 def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():
     wild = system_with("exponential", **{"machine.stiffness": 0.6, "machine.damping": 0.3, OVER: 1.2})
-    found = vc.branch(wild, OVER, (1.1, 1.3), initial=START, settle_periods=30)
-    assert len(found) == 0
-    assert found.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
-    assert "Give an `orbit`" in str(found)
+    branch = vc.branch(wild, OVER, (1.1, 1.3), initial=START, settle_periods=30)
+    assert len(branch) == 0
+    assert branch.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
+    assert "Give an `orbit`" in str(branch)
 
 
 def test_a_system_out_of_the_range_starts_at_its_nearer_end():
-    found = vc.branch(system_with("exponential"), OVER, (2.3, 2.5), initial=START)
-    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    assert found.parameter[found.start] == 2.3
-    assert found.symmetric
+    branch = vc.branch(system_with("exponential"), OVER, (2.3, 2.5), initial=START)
+    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert branch.parameter[branch.start] == 2.3
+    assert branch.symmetric
 
 
 def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
@@ -185,7 +185,7 @@ def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
 def test_a_branch_under_a_dynamic_load_ends_where_it_lifts_off():
     machine = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=2.5)
     system = vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=1.9))
-    found = vc.branch(system, "drive.amplitude", (1.8, 2.5), towards="up", settle_periods=300)
-    assert found.ends[1] is vc.BranchEnd.LIFT_OFF
-    assert found.parameter[-1] == pytest.approx(1.98138, abs=1e-4)
-    assert 0.0 < found.orbit(len(found) - 1).motion().certificate.least_reaction < 1e-4
+    branch = vc.branch(system, "drive.amplitude", (1.8, 2.5), towards="up", settle_periods=300)
+    assert branch.ends[1] is vc.BranchEnd.LIFT_OFF
+    assert branch.parameter[-1] == pytest.approx(1.98138, abs=1e-4)
+    assert 0.0 < branch.orbit(len(branch) - 1).motion().certificate.least_reaction < 1e-4

@@ -43,19 +43,19 @@ def closed_form(static=STATIC, stiffness=STIFFNESS, speed=SPEED):
     ],
 )
 def test_period_is_that_of_the_closed_form_all_along(over, between, name):
-    found = vc.branch(belt(), over, between, settle_periods=200)
-    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    assert found.parameter[[0, -1]] == pytest.approx(between, abs=1e-12)
-    assert np.all(np.diff(found.parameter) > -1e-12)  # where the section is set anew there are two points
-    expected = sum(closed_form(**{name: found.parameter}))
+    branch = vc.branch(belt(), over, between, settle_periods=200)
+    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert branch.parameter[[0, -1]] == pytest.approx(between, abs=1e-12)
+    assert np.all(np.diff(branch.parameter) > -1e-12)  # where the section is set anew there are two points
+    expected = sum(closed_form(**{name: branch.parameter}))
     # A point is closed to 3e-11 of natural sizes, 0.024 for the place; the belt carries it with its speed.
-    speed = found.parameter if name == "speed" else SPEED
-    assert np.max(np.abs(found.period - expected) * speed) < 1e-12
-    assert np.all(found.multipliers == 0.0)  # sticking forgets all but the way along the cycle
-    assert np.all(found.stable)
-    assert found.response_period == 0
-    assert np.all(np.isnan(found.drift))
-    assert "Branch of cycles over" in str(found)
+    speed = branch.parameter if name == "speed" else SPEED
+    assert np.max(np.abs(branch.period - expected) * speed) < 1e-12
+    assert np.all(branch.multipliers == 0.0)  # sticking forgets all but the way along the cycle
+    assert np.all(branch.stable)
+    assert branch.response_period == 0
+    assert np.all(np.isnan(branch.drift))
+    assert "Branch of cycles over" in str(branch)
 
 
 @pytest.fixture(scope="module")
@@ -102,12 +102,12 @@ def grazing_damping():
 
 
 def test_the_branch_ends_where_the_block_slips_for_good():
-    found = vc.branch(belt(), "machine.damping", (0.0, 2.0), settle_periods=200)
-    assert found.ends[0] is BranchEnd.PARAMETER_BOUND
-    assert found.ends[1].early
-    assert found.parameter[-1] == pytest.approx(grazing_damping(), abs=1e-6)
-    assert "Try another" in str(found)
-    assert found.kind(vc.SpecialKind.FOLD) == ()  # the multiplier stays zero: the cycle ceases, it does not turn back
+    branch = vc.branch(belt(), "machine.damping", (0.0, 2.0), settle_periods=200)
+    assert branch.ends[0] is BranchEnd.PARAMETER_BOUND
+    assert branch.ends[1].early
+    assert branch.parameter[-1] == pytest.approx(grazing_damping(), abs=1e-6)
+    assert "Try another" in str(branch)
+    assert branch.kind(vc.SpecialKind.FOLD) == ()  # the multiplier stays zero: the cycle ceases, it does not turn back
 
 
 @pytest.mark.slow
@@ -118,11 +118,11 @@ def test_leines_block_over_the_speed_of_its_belt():
         vc.HyperbolicStribeck(coulomb_coefficient=0.0, static_coefficient=1.0, stribeck_velocity=1.0 / 3.0),
         vc.Constant(),
     )
-    found = vc.branch(system, "machine.belt_speed", (0.05, 0.5), settle_periods=200)
-    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    assert np.all(found.multipliers == 0.0)
-    for i in (0, len(found) // 2, len(found) - 1):
-        v = found.parameter[i]
+    branch = vc.branch(system, "machine.belt_speed", (0.05, 0.5), settle_periods=200)
+    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert np.all(branch.multipliers == 0.0)
+    for i in (0, len(branch) // 2, len(branch) - 1):
+        v = branch.parameter[i]
 
         def rates(_t, y, v=v):
             return y[1], -y[0] + 1.0 / (1.0 + 3.0 * (v - y[1]))
@@ -134,28 +134,28 @@ def test_leines_block_over_the_speed_of_its_belt():
         start = (1.0, v - 1e-14)
         slip = solve_ivp(rates, (0.0, 30.0), start, events=caught, method="DOP853", rtol=1e-13, atol=1e-14)
         period = slip.t_events[0][0] + (1.0 - slip.y_events[0][0][0]) / v
-        assert found.period[i] == pytest.approx(period, abs=1e-8)
+        assert branch.period[i] == pytest.approx(period, abs=1e-8)
 
 
 @pytest.mark.slow
 def test_cycle_without_sticking():
     """LuGre on a belt: no set-valued contact, five states' worth of tangents; the period is that of a long run."""
     system = vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), vc.LuGre(), vc.Constant())
-    found = vc.branch(system, "machine.belt_speed", (0.08, 0.12), settle_periods=400)
-    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    for i in (0, len(found) - 1):
-        at = system.with_parameters({"machine.belt_speed": float(found.parameter[i])})
-        seen = vc.orbit(at, settle_periods=400)
-        assert seen.status is vc.OrbitStatus.CONVERGED
-        assert found.period[i] == pytest.approx(seen.period, abs=1e-9)
-        assert np.abs(found.multipliers[i]) == pytest.approx(np.abs(seen.multipliers), abs=1e-6)
+    branch = vc.branch(system, "machine.belt_speed", (0.08, 0.12), settle_periods=400)
+    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    for i in (0, len(branch) - 1):
+        at = system.with_parameters({"machine.belt_speed": float(branch.parameter[i])})
+        orbit = vc.orbit(at, settle_periods=400)
+        assert orbit.status is vc.OrbitStatus.CONVERGED
+        assert branch.period[i] == pytest.approx(orbit.period, abs=1e-9)
+        assert np.abs(branch.multipliers[i]) == pytest.approx(np.abs(orbit.multipliers), abs=1e-6)
 
 
 def test_a_block_that_comes_to_rest_has_no_branch():
     still = vc.System(vc.Oscillator(damping=5.0, belt_speed=1.0), vc.Coulomb(1.0, 1.0), vc.Constant())
-    found = vc.branch(still, "machine.belt_speed", (0.5, 2.0), settle_periods=50)
-    assert len(found) == 0
-    assert found.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
+    branch = vc.branch(still, "machine.belt_speed", (0.5, 2.0), settle_periods=50)
+    assert len(branch) == 0
+    assert branch.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
 
 
 def test_command_follows_cycles(tmp_path, capsys):
@@ -190,8 +190,8 @@ def test_a_branch_of_doubled_cycles_ends_at_the_flip_of_the_short_one(section):
     blocks = vc.System(row, laws, vc.Constant(duration=10.0))
     start = {"position": 1.0, "position_2": 1.0}
     cycle = vc.orbit(blocks, initial=start, settle_periods=120, section=section)
-    found = vc.branch(blocks, "machine.belt_speed", (0.25, 0.4), orbit=cycle, towards="up")
-    assert found.ends[1] is BranchEnd.FLIP
-    assert found.special_points[-1].kind is vc.SpecialKind.FLIP
-    assert found.special_points[-1].parameter == pytest.approx(0.2571722021, abs=1e-9)
-    assert found.period[-1] == pytest.approx(2.0 * 4.5772738414, abs=1e-7)
+    branch = vc.branch(blocks, "machine.belt_speed", (0.25, 0.4), orbit=cycle, towards="up")
+    assert branch.ends[1] is BranchEnd.FLIP
+    assert branch.special_points[-1].kind is vc.SpecialKind.FLIP
+    assert branch.special_points[-1].parameter == pytest.approx(0.2571722021, abs=1e-9)
+    assert branch.period[-1] == pytest.approx(2.0 * 4.5772738414, abs=1e-7)

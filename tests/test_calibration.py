@@ -35,9 +35,9 @@ def bench() -> vc.System:
 @pytest.fixture(scope="module")
 def speeds(bench) -> np.ndarray:
     runs = {"drive.frequency": FREQUENCIES}
-    found = vc.ensemble(bench.with_parameters(TRUTH), runs, periods=400, settle=1e-9, tolerance=1e-10)
-    assert not np.any(found["status"])
-    return found["mean_velocity"]
+    results = vc.ensemble(bench.with_parameters(TRUTH), runs, periods=400, settle=1e-9, tolerance=1e-10)
+    assert not np.any(results["status"])
+    return results["mean_velocity"]
 
 
 @pytest.fixture(scope="module")
@@ -51,87 +51,93 @@ def table(speeds) -> dict:
 def test_exact_table_gives_the_parameters_back(bench, speeds):
     """Without noise: to what runs that settle within 1e-7 leave."""
     exact = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds}
-    found = vc.calibrate(bench, exact, WITHIN, starts=16)
+    calibration = vc.calibrate(bench, exact, WITHIN, starts=16)
     for path, value in TRUTH.items():
-        assert found[path].value == pytest.approx(value, rel=1e-4)
-    assert found.case().system.parameter("machine.damping") == found["machine.damping"].value
-    assert found.doubt is None
+        assert calibration[path].value == pytest.approx(value, rel=1e-4)
+    assert calibration.case().system.parameter("machine.damping") == calibration["machine.damping"].value
+    assert calibration.doubt is None
 
 
 @pytest.mark.slow
 def test_intervals_are_those_of_the_slopes(bench, table):
     """Least squares: covariance (J^T J)^-1 with slopes by runs of our own, Student's quantile for 10 spare values."""
-    found = vc.calibrate(bench, table, WITHIN, starts=16)
-    centre, columns = {each.path: each.value for each in found.parameters}, []
+    calibration = vc.calibrate(bench, table, WITHIN, starts=16)
+    centre, columns = {parameter.path: parameter.value for parameter in calibration.parameters}, []
     for path, value in centre.items():
         ends = []
         for factor in (0.999, 1.001):
-            given = bench.with_parameters(centre | {path: factor * value})
-            runs = vc.ensemble(given, {"drive.frequency": FREQUENCIES}, periods=400, settle=1e-9, tolerance=1e-10)
+            parameters = bench.with_parameters(centre | {path: factor * value})
+            runs = vc.ensemble(parameters, {"drive.frequency": FREQUENCIES}, periods=400, settle=1e-9, tolerance=1e-10)
             ends.append(runs["mean_velocity"])
         columns.append((ends[1] - ends[0]) / (0.002 * value) / ERROR)
     slopes = np.stack(columns, axis=1)
-    covariance = np.linalg.inv(slopes.T @ slopes) * max(found.misfit, 1.0)
+    covariance = np.linalg.inv(slopes.T @ slopes) * max(calibration.misfit, 1.0)
     deviation = np.sqrt(np.diag(covariance))
-    for each, expected in zip(found.parameters, deviation, strict=True):
+    for each, expected in zip(calibration.parameters, deviation, strict=True):
         assert each.standard_error == pytest.approx(expected, rel=0.01)
         assert each.high - each.low == pytest.approx(2.0 * 2.2281388520 * expected, rel=0.01)  # t, 10, 97.5 %
         assert TRUTH[each.path] in each
         assert each.verdict is Verdict.DETERMINED
-    assert found.correlation[0, 1] == pytest.approx(covariance[0, 1] / np.prod(deviation), abs=0.02)
-    assert found.facts["correlation"].startswith(f"{found.correlation[0, 1]:.3g} of")
-    rms = ERROR * np.sqrt(np.mean(found.residuals["mean_velocity"] ** 2))
-    assert found.rms["mean_velocity"] == pytest.approx(rms, rel=1e-9)
+    assert calibration.correlation[0, 1] == pytest.approx(covariance[0, 1] / np.prod(deviation), abs=0.02)
+    assert calibration.facts["correlation"].startswith(f"{calibration.correlation[0, 1]:.3g} of")
+    rms = ERROR * np.sqrt(np.mean(calibration.residuals["mean_velocity"] ** 2))
+    assert calibration.rms["mean_velocity"] == pytest.approx(rms, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_what_the_table_does_not_tell(bench, table):
     """A spring whose bounds are so near each other that the speeds hardly differ: any value between them agrees."""
-    found = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=16)
-    spring = found["machine.stiffness"]
+    calibration = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=16)
+    spring = calibration["machine.stiffness"]
     assert spring.verdict is Verdict.UNDETERMINED
     assert (spring.low, spring.high) == (2.0, 2.0 + 1e-6)
-    assert found["machine.damping"].verdict is Verdict.DETERMINED
+    assert calibration["machine.damping"].verdict is Verdict.DETERMINED
 
 
 @pytest.mark.slow
 def test_rows_that_are_held_out_judge_the_fit(bench, table):
-    found = vc.calibrate(bench, table, WITHIN, held_out=[0, 5, 11], starts=16)
+    calibration = vc.calibrate(bench, table, WITHIN, held_out=[0, 5, 11], starts=16)
     kept = {name: np.delete(column, [0, 5, 11]) for name, column in table.items()}
     alone = vc.calibrate(bench, kept, WITHIN, starts=16)
-    assert [each.value for each in found.parameters] == [each.value for each in alone.parameters]
-    assert found.held_out_misfit == pytest.approx(np.mean(found.residuals["mean_velocity"][[0, 5, 11]] ** 2), rel=1e-9)
-    assert 0.0 < found.held_out_misfit < 6.0  # chi^2 of 3 over 3: 6 with a probability of 4e-4
+    assert [parameter.value for parameter in calibration.parameters] == [
+        parameter.value for parameter in alone.parameters
+    ]
+    assert calibration.held_out_misfit == pytest.approx(
+        np.mean(calibration.residuals["mean_velocity"][[0, 5, 11]] ** 2), rel=1e-9
+    )
+    assert 0.0 < calibration.held_out_misfit < 6.0  # chi^2 of 3 over 3: 6 with a probability of 4e-4
 
 
 @pytest.mark.slow
 def test_wrong_column_is_named(bench, table):
     """Speeds read in another unit: no damping and friction within the bounds explain them, the factor does."""
     wrong = table | {name: 1.7 * table[name] for name in ("mean_velocity", "mean_velocity_error")}
-    found = vc.calibrate(bench, wrong, WITHIN, starts=16)
-    assert found.doubt is not None
-    assert (found.doubt.column, found.doubt.kind) == ("mean_velocity", "factor")
-    assert found.doubt.size == pytest.approx(1.0 / 1.7, rel=0.1)
+    calibration = vc.calibrate(bench, wrong, WITHIN, starts=16)
+    assert calibration.doubt is not None
+    assert (calibration.doubt.column, calibration.doubt.kind) == ("mean_velocity", "factor")
+    assert calibration.doubt.size == pytest.approx(1.0 / 1.7, rel=0.1)
 
 
 @pytest.mark.slow
 def test_column_with_the_wrong_sign_is_named(bench, table):
     """An axis that points the other way: no positive factor explains it, and no parameter is determined."""
-    found = vc.calibrate(bench, table | {"mean_velocity": -table["mean_velocity"]}, WITHIN, starts=16)
-    assert found.doubt is not None
-    assert (found.doubt.column, found.doubt.kind) == ("mean_velocity", "factor")
-    assert found.doubt.size == pytest.approx(-1.0, rel=0.05)
-    assert found.doubt.gain > 0.9
-    assert not any(each.verdict is Verdict.DETERMINED for each in found.parameters)
+    calibration = vc.calibrate(bench, table | {"mean_velocity": -table["mean_velocity"]}, WITHIN, starts=16)
+    assert calibration.doubt is not None
+    assert (calibration.doubt.column, calibration.doubt.kind) == ("mean_velocity", "factor")
+    assert calibration.doubt.size == pytest.approx(-1.0, rel=0.05)
+    assert calibration.doubt.gain > 0.9
+    assert not any(parameter.verdict is Verdict.DETERMINED for parameter in calibration.parameters)
 
 
 @pytest.mark.slow
 def test_verdicts_know_the_misfit(bench, table):
     """The same table with errors ten times too small: a misfit of a hundred is no noise."""
-    found = vc.calibrate(bench, table | {"mean_velocity_error": np.full(12, 0.1 * ERROR)}, WITHIN, starts=16)
-    assert found.misfit > 30.0
-    assert [each.verdict for each in found.parameters] == [Verdict.DOUBTED] * 2
-    assert all(TRUTH[each.path] in each for each in found.parameters)  # the intervals have widened by its root
+    calibration = vc.calibrate(bench, table | {"mean_velocity_error": np.full(12, 0.1 * ERROR)}, WITHIN, starts=16)
+    assert calibration.misfit > 30.0
+    assert [parameter.verdict for parameter in calibration.parameters] == [Verdict.DOUBTED] * 2
+    assert all(
+        TRUTH[parameter.path] in parameter for parameter in calibration.parameters
+    )  # the intervals have widened by its root
 
 
 def test_the_command_names_rows_that_have_not_settled_and_the_cure(tmp_path, capsys):
@@ -155,18 +161,20 @@ def test_parameters_that_share_a_factor(bench):
     over = {"drive.frequency": FREQUENCIES}
     exact = vc.ensemble(bench.with_parameters(truth), over, periods=400, settle=1e-9, tolerance=1e-10)["mean_velocity"]
     table = over | {"mean_velocity": exact}
-    found = vc.calibrate(bench, table, {tied: "factor:0.5:2", "machine.damping": (0.5, 3.0)}, starts=16)
-    assert found[tied].value == pytest.approx(1.3, rel=1e-3)
+    calibration = vc.calibrate(bench, table, {tied: "factor:0.5:2", "machine.damping": (0.5, 3.0)}, starts=16)
+    assert calibration[tied].value == pytest.approx(1.3, rel=1e-3)
     for path, value in truth.items():
-        assert found.system.parameter(path) == pytest.approx(value, rel=1e-3)
+        assert calibration.system.parameter(path) == pytest.approx(value, rel=1e-3)
 
 
 @pytest.mark.slow
 def test_intervals_end_where_a_part_refuses(bench, speeds):
     """Speeds with errors of a tenth say little of the static level; below the Coulomb level there is no such law."""
     table = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds, "mean_velocity_error": np.full(12, 0.1)}
-    found = vc.calibrate(bench.with_parameters(TRUTH), table, {"friction.static_coefficient": (0.01, 0.6)}, starts=16)
-    static = found["friction.static_coefficient"]
+    calibration = vc.calibrate(
+        bench.with_parameters(TRUTH), table, {"friction.static_coefficient": (0.01, 0.6)}, starts=16
+    )
+    static = calibration["friction.static_coefficient"]
     assert static.low == pytest.approx(TRUTH["friction.coulomb_coefficient"], rel=1e-6)
     assert static.verdict in (Verdict.BOUNDED_ABOVE, Verdict.UNDETERMINED)
 
@@ -176,14 +184,14 @@ def test_intervals_end_where_a_part_refuses(bench, speeds):
 def test_synthetic_laboratories(seed):
     """The others are a benchmark of 100 (`benchmarks/laboratories.py`)."""
     table, truth, wrong = laboratory(seed)
-    found = vc.calibrate(known_system(), table, UNKNOWN)
+    calibration = vc.calibrate(known_system(), table, UNKNOWN)
     if wrong is None:
-        assert found.doubt is None
-        held = [truth[each.path] in each for each in found.parameters]
+        assert calibration.doubt is None
+        held = [truth[parameter.path] in parameter for parameter in calibration.parameters]
         assert sum(held) >= 4  # of five at 95 %: fewer with a probability of 2 %
     else:
-        assert found.doubt is not None
-        assert found.doubt.column == wrong
+        assert calibration.doubt is not None
+        assert calibration.doubt.column == wrong
 
 
 @pytest.mark.parametrize(
@@ -216,14 +224,14 @@ def test_tables_as_laboratories_write_them(tmp_path, text):
     """Periods in ms, other units in the heading or below it, semicolons, decimal commas; repeats tell the error."""
     (tmp_path / "table.csv").write_text(text, encoding="utf-8")
     complaints = Complaints()
-    found = read_table(tmp_path / "table.csv", vc.read_case("examples/bench-in-si.toml").system, complaints)
-    assert found is not None, complaints
-    assert found.conditions["drive.frequency_Hz"] == pytest.approx([1.0, 1.25, 1.25], rel=1e-15)
-    assert found.conditions["drive.amplitude_N_m"] == pytest.approx([0.7] * 3, rel=1e-15)
-    assert found.targets["mean_velocity"] == pytest.approx([-0.10631, -0.1155, -0.1145], rel=1e-15)
-    assert found.errors["mean_velocity"] == pytest.approx([1e-3 / np.sqrt(2.0)] * 3, rel=1e-9)
-    assert found.scatter(np.arange(3)) == (pytest.approx(1.0, rel=1e-9), 1)
-    assert found.alike.tolist() == [0, 1, 1]
+    numbers = read_table(tmp_path / "table.csv", vc.read_case("examples/bench-in-si.toml").system, complaints)
+    assert numbers is not None, complaints
+    assert numbers.conditions["drive.frequency_Hz"] == pytest.approx([1.0, 1.25, 1.25], rel=1e-15)
+    assert numbers.conditions["drive.amplitude_N_m"] == pytest.approx([0.7] * 3, rel=1e-15)
+    assert numbers.targets["mean_velocity"] == pytest.approx([-0.10631, -0.1155, -0.1145], rel=1e-15)
+    assert numbers.errors["mean_velocity"] == pytest.approx([1e-3 / np.sqrt(2.0)] * 3, rel=1e-9)
+    assert numbers.scatter(np.arange(3)) == (pytest.approx(1.0, rel=1e-9), 1)
+    assert numbers.alike.tolist() == [0, 1, 1]
 
 
 @pytest.mark.parametrize(
@@ -277,9 +285,9 @@ def test_command_writes_a_case_in_si(tmp_path, capsys):
     record = json.loads(capsys.readouterr().out)
     assert record["rows_not_trusted"] == {}
     assert 0.0 < record["rms"]["mean_velocity"]["value"] < 0.01
-    found = {each["path"]: each for each in record["parameters"]}
+    numbers = {each["path"]: each for each in record["parameters"]}
     for path, truth in (("friction.coulomb_coefficient", 0.0575), ("machine.damping_N_m_s_per_rad", 0.095)):
-        low, value, high = (found[path][end] for end in ("low", "value", "high"))
+        low, value, high = (numbers[path][end] for end in ("low", "value", "high"))
         if isinstance(low, dict):
             assert {each["unit"] for each in (low, value, high)} == {"N m s/rad"}
             low, value, high = (each["value"] for each in (low, value, high))
@@ -297,13 +305,13 @@ def test_command_writes_a_case_in_si(tmp_path, capsys):
 @pytest.mark.slow
 def test_calibration_at_the_public_function_is_in_si_once():
     """What the public function answers of a case in SI is what the room computes, to the last bit, and explains it."""
-    given = vc.read_case("examples/bench-in-si.toml")
+    case = vc.read_case("examples/bench-in-si.toml")
     over = {"friction.coulomb_coefficient": "0.02:0.2", "machine.damping_N_m_s_per_rad": "0.02:0.3"}
     asked = {"starts": 64, "seed": 1}
-    public = vc.calibrate(given, "examples/bench-in-si-speeds.csv", over, **asked)
-    room = calibrate(given, "examples/bench-in-si-speeds.csv", over, **asked)
-    assert [(each.path, each.value, each.low, each.high) for each in public.parameters] == [
-        (each.path, each.value, each.low, each.high) for each in room.parameters
+    public = vc.calibrate(case, "examples/bench-in-si-speeds.csv", over, **asked)
+    room = calibrate(case, "examples/bench-in-si-speeds.csv", over, **asked)
+    assert [(parameter.path, parameter.value, parameter.low, parameter.high) for parameter in public.parameters] == [
+        (parameter.path, parameter.value, parameter.low, parameter.high) for parameter in room.parameters
     ]
     for name in public.measured.measures:
         assert np.array_equal(public.predicted[name], room.predicted[name])

@@ -39,9 +39,9 @@ def test_break_away_by_another_integrator(pulls):
     def rates(t, y):
         return own_rates(y, 10.0 * t)
 
-    found = solve_ivp(rates, (0.0, 0.14), (0.0, 0.0), "Radau", rtol=1e-10, atol=1e-14, dense_output=True)
+    solution = solve_ivp(rates, (0.0, 0.14), (0.0, 0.0), "Radau", rtol=1e-10, atol=1e-14, dense_output=True)
     t = np.linspace(0.12, 0.14, 20_001)
-    v, z = found.sol(t)
+    v, z = solution.sol(t)
     friction = 10.0 * t - np.array([own_rates(y, 10.0 * s)[0] for s, y in zip(t, zip(v, z, strict=True), strict=True)])
     assert pulls.force[1] == pytest.approx(friction.max(), rel=1e-8)
     assert pulls.applied[1] == pytest.approx(10.0 * t[friction.argmax()], rel=2e-5)  # of the grid, at a flat maximum
@@ -62,21 +62,21 @@ def test_break_away_falls_with_the_rate():
 def test_presliding_loop_at_constant_g(reach):
     """|xi|max = g tanh(A/g), loop area 4 Fc [A - g tanh(A/g)]."""
     cycles = math.ceil(30.0 / (4.0 * reach)) + 1  # the first loading is forgotten as exp(-4 A/g) per cycle
-    found = presliding_loop(LEVEL, reach * G, cycles=cycles)
-    assert found.deflection == pytest.approx(G * math.tanh(reach), rel=1e-9)
-    assert found.peak_force == pytest.approx(0.3 * math.tanh(reach), rel=1e-9)
-    assert found.area == pytest.approx(4.0 * 0.3 * (reach * G - G * math.tanh(reach)), rel=1e-9)
-    assert found.closure <= 1e-9
-    way = found.displacement[found.velocity >= 0.0][:500]  # the first loading, but for its end
-    assert found.force[:500] == pytest.approx(0.3 * (1.0 - np.exp(-way / G)), abs=1e-9)
+    loop = presliding_loop(LEVEL, reach * G, cycles=cycles)
+    assert loop.deflection == pytest.approx(G * math.tanh(reach), rel=1e-9)
+    assert loop.peak_force == pytest.approx(0.3 * math.tanh(reach), rel=1e-9)
+    assert loop.area == pytest.approx(4.0 * 0.3 * (reach * G - G * math.tanh(reach)), rel=1e-9)
+    assert loop.closure <= 1e-9
+    displacement = loop.displacement[loop.velocity >= 0.0][:500]  # the first loading, but for its end
+    assert loop.force[:500] == pytest.approx(0.3 * (1.0 - np.exp(-displacement / G)), abs=1e-9)
 
 
 def test_presliding_of_the_authors():
     """Slow enough that g stays Fs/sigma0: the same closed forms to 1e-6, and a contact that knows its own sizes."""
     g = 1.5e-5
-    found = presliding_loop(OWN, 2.0 * g, cycles=8, speed=1e-11)
-    assert found.deflection == pytest.approx(g * math.tanh(2.0), rel=1e-6)
-    assert found.area == pytest.approx(4.0 * 1.5 * (2.0 * g - g * math.tanh(2.0)), rel=1e-6)
+    loop = presliding_loop(OWN, 2.0 * g, cycles=8, speed=1e-11)
+    assert loop.deflection == pytest.approx(g * math.tanh(2.0), rel=1e-6)
+    assert loop.area == pytest.approx(4.0 * 1.5 * (2.0 * g - g * math.tanh(2.0)), rel=1e-6)
     sizes = contact_sizes(OWN)
     assert sizes.force == pytest.approx(1.5, rel=1e-6)
     assert sizes.displacement == pytest.approx(2.0 * g * math.log(2.0), rel=0.05)  # of a grid of 1201 times
@@ -104,10 +104,10 @@ def test_no_creep_about_zero():
 
 def test_frictional_lag_of_the_authors():
     """The loop widens with the frequency, about the steady curve, friction larger while accelerating."""
-    found = frictional_lag(OWN)
-    assert np.all(np.diff(found.width) > 0.0)
-    assert found.width[0] > 0.0
-    assert np.all(found.area > 0.0)
+    lag = frictional_lag(OWN)
+    assert np.all(np.diff(lag.width) > 0.0)
+    assert lag.width[0] > 0.0
+    assert np.all(lag.area > 0.0)
     slow = frictional_lag(OWN, frequencies=[1e-4, 2e-4])
     steady = np.array([OWN.steady_force(float(v), 1.0) for v in slow.velocity])
     assert slow.force[0] == pytest.approx(steady, abs=1e-5)
@@ -116,20 +116,20 @@ def test_frictional_lag_of_the_authors():
 
 def test_frictional_lag_by_another_integrator():
     omega, mean, amplitude = 25.0, 1.3e-3, 1.2e-3
-    found = frictional_lag(OWN, mean, amplitude, [omega])
+    lag = frictional_lag(OWN, mean, amplitude, [omega])
 
     def rate(t, z):
         v = mean - amplitude * math.cos(omega * t)
         return [own_rates((v, z[0]), 0.0)[1]]
 
     period = 2.0 * math.pi / omega
-    t = np.linspace(0.0, period, len(found.velocity))
+    t = np.linspace(0.0, period, len(lag.velocity))
     run = solve_ivp(rate, (0.0, 3.0 * period), [0.0], "Radau", rtol=1e-10, atol=1e-15, t_eval=2.0 * period + t)
     v = mean - amplitude * np.cos(omega * t)
     friction = [-own_rates((a, b), 0.0)[0] for a, b in zip(v, run.y[0], strict=True)]
-    assert found.force[0] == pytest.approx(np.array(friction), abs=1e-5)  # velocity linear between 2048 samples
+    assert lag.force[0] == pytest.approx(np.array(friction), abs=1e-5)  # velocity linear between 2048 samples
     half = len(v) // 2
-    assert found.width[0] == pytest.approx(np.max(np.array(friction[: half + 1]) - friction[: half - 1 : -1]), abs=2e-5)
+    assert lag.width[0] == pytest.approx(np.max(np.array(friction[: half + 1]) - friction[: half - 1 : -1]), abs=2e-5)
 
 
 def test_the_papers_damping_turns_the_loop_round():

@@ -68,7 +68,7 @@ def test_set_and_sweeps_make_the_same_system_of_another_kind(text, path):
         try:
             by_set = case_from_text(text, changes={path: name}).system
         except CaseError as error:
-            fields = {each.partition(":")[0] for each in error.complaints}
+            fields = {complaint.partition(":")[0] for complaint in error.complaints}
             assert {each.partition(":")[0] for each in refusal(case.system, {path: name})} == fields, name
         else:
             assert refusal(case.system, {path: name}) == ()
@@ -78,8 +78,8 @@ def test_set_and_sweeps_make_the_same_system_of_another_kind(text, path):
 def test_what_both_laws_have_carries_over_in_si_and_what_is_missing_is_asked_for():
     system = case_from_text(SI).system
     assert refusal(system, {"friction.law": "exponential"})[0].startswith("friction.decay_rate_s_per_m: is missing")
-    given = {"friction.law": "exponential", "friction.decay_rate_s_per_m": 50.0}
-    for found in (varied(system, given), case_from_text(SI, changes=given).system):
+    settings = {"friction.law": "exponential", "friction.decay_rate_s_per_m": 50.0}
+    for found in (varied(system, settings), case_from_text(SI, changes=settings).system):
         assert found.friction == vc.Exponential(0.2, 0.25, 50.0)
     found = case_from_text(SI, changes={"drive.waveform": "biharmonic"}).system
     assert (found.drive.amplitude, found.drive.second_amplitude) == (0.3, 0.0)
@@ -106,7 +106,7 @@ def test_a_sweep_over_kinds_in_si_has_the_case_s_numbers(tmp_path, monkeypatch, 
     assert "--over friction.decay_rate_s_per_m: is missing; 'exponential' needs it" in capsys.readouterr().err
     assert main(["sweep", "c.toml", "--over", "machine.kind=oscillator,two-mass-capsule", "--out", "s"]) == 2
     Path("cases.csv").write_text("friction.law,friction.decay_rate_s_per_m\ncoulomb,\nexponential,50\n")
-    found = vc.sweep(
+    study = vc.sweep(
         case_from_text(SI).system,
         cases=[{"friction.law": "coulomb"}, {"friction.law": "exponential", "friction.decay_rate_s_per_m": 50.0}],
         periods=3,
@@ -114,7 +114,7 @@ def test_a_sweep_over_kinds_in_si_has_the_case_s_numbers(tmp_path, monkeypatch, 
         tolerance=1e-8,
         settle=0,
     )
-    assert found["friction.law"].values.tolist() == ["coulomb", "exponential"]
+    assert study["friction.law"].values.tolist() == ["coulomb", "exponential"]
 
 
 def test_without_units_the_numbers_of_the_case_carry_over_too():
@@ -130,10 +130,10 @@ def test_without_units_the_numbers_of_the_case_carry_over_too():
 def test_a_further_contact_that_is_spoken_of_has_the_law_of_the_first_as_yet():
     text = '[machine]\nkind = "two-body-crawler"\n[friction]\nlaw = "stribeck"\ncoulomb_coefficient = 0.2\n' \
            '[drive]\nwaveform = "harmonic"\n'  # fmt: skip
-    found = case_from_text(text, changes={"friction_2.law": "coulomb", "friction_2.static_coefficient": 0.3}).system
-    assert found.further == (vc.Coulomb(0.2, 0.3),)
-    found = case_from_text(text, changes={"friction_2.coulomb_coefficient": 0.1}).system
-    assert found.further == (vc.Stribeck(0.1),)
+    system = case_from_text(text, changes={"friction_2.law": "coulomb", "friction_2.static_coefficient": 0.3}).system
+    assert system.further == (vc.Coulomb(0.2, 0.3),)
+    system = case_from_text(text, changes={"friction_2.coulomb_coefficient": 0.1}).system
+    assert system.further == (vc.Stribeck(0.1),)
 
 
 def test_against_another_law_in_si():
@@ -150,7 +150,7 @@ def test_forms_of_a_page_have_the_numbers_of_its_case():
         SI.replace('"coulomb"', '"stribeck"\nstribeck_velocity_m_per_s = 0.05\nstribeck_exponent = 1.5')
     )
     found = contents(Preset("own", "own", "", case), law_names=["lugre"], drive_names=["harmonic"])
-    lugre = next(each.friction for each in found.forms if each.friction.name == "lugre")
+    lugre = next(form.friction for form in found.forms if form.friction.name == "lugre")
     assert (lugre.coulomb_coefficient, lugre.stribeck_exponent) == (0.2, 1.5)
 
 
@@ -209,16 +209,16 @@ def test_a_kind_that_is_left_out_or_no_text_is_complained_of_whatever_is_changed
     lines = []
     for name, values in data.items():
         lines.append(f"[{name}]")
-        for each, value in values.items():
-            if name != section or each != key:
-                lines.append(f"{each} = {value!r}".replace("'", '"'))
+        for word, value in values.items():
+            if name != section or word != key:
+                lines.append(f"{word} = {value!r}".replace("'", '"'))
             elif said is not None:
-                lines.append(f"{each} = {said}")
+                lines.append(f"{word} = {said}")
     text = "\n".join(lines)
     for changes in ({"run.periods": 3}, {"machine.mass_ratio": 2.0}, {"initial.angle": 0.1}, {"drive.waveform": 3}):
         with pytest.raises(CaseError) as caught:
             case_from_text(text, changes=changes)
-        assert any(each.startswith(f"{section}.{key}: ") for each in caught.value.complaints)
+        assert any(complaint.startswith(f"{section}.{key}: ") for complaint in caught.value.complaints)
 
 
 @pytest.mark.slow
@@ -227,6 +227,6 @@ def test_words_vary_where_the_symmetry_of_a_machine_depends_on_its_numbers():
     for machine in (vc.RigidStopCapsule(), vc.VibroImpactCapsule()):
         system = vc.System(machine, vc.Coulomb(), vc.Harmonic())
         over = {"machine.actuation": ["internal", "external"], "machine.gap": [0.1, 0.2]}
-        found = vc.sweep(system, over, periods=2, measures=["response_period"], tolerance=1e-8, settle=0)
-        assert found["machine.actuation"].values.tolist() == ["internal", "external"]
-        assert found.sizes == {"machine.actuation": 2, "machine.gap": 2}
+        study = vc.sweep(system, over, periods=2, measures=["response_period"], tolerance=1e-8, settle=0)
+        assert study["machine.actuation"].values.tolist() == ["internal", "external"]
+        assert study.sizes == {"machine.actuation": 2, "machine.gap": 2}

@@ -317,15 +317,15 @@ def test_a_study_of_a_case_begins_where_the_case_does():
     over = {"drive.amplitude": [1.8, 1.9]}
     run = {"initial": START, "periods": 4, "tolerance": 1e-8}
     assert list(vc.ensemble(case, over)["mean_velocity"]) == list(vc.ensemble(system, over, **run)["mean_velocity"])
-    found, wanted = vc.sweep(case, over), vc.sweep(system, over, **run)
-    assert found.identical(wanted)
-    assert found.attrs["periods"] == 4
+    study, wanted = vc.sweep(case, over), vc.sweep(system, over, **run)
+    assert study.identical(wanted)
+    assert study.attrs["periods"] == 4
 
 
 def test_every_public_function_of_a_system_takes_a_case():
     """It is given the system, the case's start where it takes one, and the run where it takes all of that."""
     system, case = cased()
-    seen = {}
+    table = {}
     for name in vc.__all__:
         function = getattr(vc, name)
         if not isinstance(function, types.FunctionType):
@@ -333,9 +333,9 @@ def test_every_public_function_of_a_system_takes_a_case():
         for parameter, hint in call_hints(function).items():
             kinds = typing.get_args(hint) or (hint,)
             if parameter != "return" and vc.System in kinds:
-                seen[name] = parameter, kinds
-    assert len(seen) >= 25
-    for name, (parameter, kinds) in seen.items():
+                table[name] = parameter, kinds
+    assert len(table) >= 25
+    for name, (parameter, kinds) in table.items():
         signature = inspect.signature(getattr(vc, name))
         if vc.Case in kinds:
             continue
@@ -345,9 +345,10 @@ def test_every_public_function_of_a_system_takes_a_case():
             given.update(signature.bind_partial(*args, **kwargs).arguments)
 
         others = {
-            each.name: None
-            for each in signature.parameters.values()
-            if each.default is each.empty and each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)
+            parameter.name: None
+            for parameter in signature.parameters.values()
+            if parameter.default is parameter.empty
+            and parameter.kind not in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL)
         }
         plain.__wrapped__ = inspect.unwrap(getattr(vc, name))
         opened_in_si(plain)(**(others | {parameter: case}))

@@ -144,14 +144,14 @@ def test_large_numbers_and_a_slow_belt_are_right():
 
 
 def test_what_follows_from_the_parts_is_not_written_again():
-    said = "Changed: rates, momentum: should be left out, it follows from `parts`"
-    with pytest.raises(TypeError, match=said):
+    text = "Changed: rates, momentum: should be left out, it follows from `parts`"
+    with pytest.raises(TypeError, match=text):
         of(OSCILLATOR, rates=lambda self, t, y, drive, frictions: (y[1], drive), momentum=len)
 
 
 def test_a_part_that_is_none_of_the_contracts_is_refused():
-    said = "should be a class that extends Law, Machine, Drive or Controller, got <class 'int'>"
-    with pytest.raises(TypeError, match=said):
+    text = "should be a class that extends Law, Machine, Drive or Controller, got <class 'int'>"
+    with pytest.raises(TypeError, match=text):
         vc.check_part(3)
 
 
@@ -190,9 +190,9 @@ def test_an_instance_is_checked_with_its_own_numbers():
     assert "kind" not in vc.check_part(Rising(), motion=False).wrong
     assert vc.check_part(Rising(), motion=False).ok
     assert any(each.startswith("holding_limit") for each in vc.check_part(Rising(extra=0.1), motion=False).wrong)
-    found = vc.check_part(Rising, motion=False)  # of the class, numbers are drawn as well
-    assert any("(with " in each and "extra 0." in each for each in found.wrong)
-    assert found.notes[0].startswith("extra, scale: declares neither a role nor a unit")
+    verdict = vc.check_part(Rising, motion=False)  # of the class, numbers are drawn as well
+    assert any("(with " in each and "extra 0." in each for each in verdict.wrong)
+    assert verdict.notes[0].startswith("extra, scale: declares neither a role nor a unit")
 
 
 def test_a_good_part_moves():
@@ -207,7 +207,7 @@ def test_a_machine_that_ends_at_once_does_not_move():
     """One that lifts off within a period, however little it is driven, so that nothing can be said of its motion."""
     light = vc.ModeCouplingBlock(normal_load=0.01)
     report = vc.check_part(light)
-    assert [each.ok for each in report.clauses[-2:]] == [True, False]
+    assert [clause.ok for clause in report.clauses[-2:]] == [True, False]
     assert "ended early: The ground would have to pull" in report.wrong[0]
     motion = motion_of(system_of(light), light, 0.1)
     assert 0.0 < motion.end < motion.period
@@ -218,7 +218,7 @@ def test_a_motion_of_a_machine_with_ends_begins_between_them_and_slides():
     """Driven in full the linkage comes to its stop at once, and driven little it rests: it is checked in between."""
     part = vc.LinkageCrawler()
     motions = {share: motion_of(system_of(part), part, share) for share in (1.0, 0.5, 0.3)}
-    assert [each.status.ok for each in motions.values()] == [False, False, True]
+    assert [motion.status.ok for motion in motions.values()] == [False, False, True]
     assert motions[1.0].end < motions[1.0].period < motions[0.5].end
     assert motions[0.5].piece_sides.any()
     assert not motions[0.3].piece_sides.any()

@@ -37,7 +37,7 @@ REQUIRED = {
 
 
 def keys_of(source):
-    return [each.key for each in references(source)]
+    return [reference.key for reference in references(source)]
 
 
 # --- sources ---------------------------------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def test_a_source_is_keys_or_words_and_a_mistyped_key_is_named():
     assert by_key is bibliography()["canudas1995"]
     assert in_words.text == "a report of our laboratory, 2026"
     assert in_words.bibtex == "@misc{own,\n  note = {a report of our laboratory, 2026},\n}"
-    assert [each.key for each in references("one; two", name="own")] == ["own", "own-2"]
+    assert [reference.key for reference in references("one; two", name="own")] == ["own", "own-2"]
     assert references("") == ()
     with pytest.raises(ValueError, match="'canudas1996' is no key of the bibliography; did you mean 'canudas1995'"):
         references("canudas1996")
@@ -152,16 +152,16 @@ def test_the_page_of_references_has_every_entry_with_its_doi():
 
 
 def test_a_system_is_cited_by_its_parts_and_by_the_methods_that_simulate_it():
-    found = vc.cite(LUGRE)
-    assert found.facts["machine pendulum-capsule"] == found.facts["drive harmonic"] == "liu2019"
-    assert found.facts["friction law lugre"] == "canudas1995, olsson1996"
-    keys = [each.key for each in found.references]
+    cite = vc.cite(LUGRE)
+    assert cite.facts["machine pendulum-capsule"] == cite.facts["drive harmonic"] == "liu2019"
+    assert cite.facts["friction law lugre"] == "canudas1995, olsson1996"
+    keys = [reference.key for reference in cite.references]
     assert len(set(keys)) == len(keys)
     assert keys[0] == SOFTWARE
     assert "steinebach2023" in keys
     assert "filippov1988" not in keys  # its contact has a force for every velocity
     sticks = vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic())
-    sticking = {each.key for each in vc.cite(sticks).references}
+    sticking = {reference.key for reference in vc.cite(sticks).references}
     assert "filippov1988" in sticking
     assert not sticking & {"steinebach2023", "ketcheson2012", "murty1974"}
 
@@ -169,16 +169,16 @@ def test_a_system_is_cited_by_its_parts_and_by_the_methods_that_simulate_it():
 def test_laws_of_further_contacts_and_impacts_have_their_methods():
     both = vc.cite(vc.System(vc.TwoBodyCrawler(), [vc.Coulomb(), vc.Dahl()], vc.Harmonic()))
     assert {"friction law coulomb", "friction law dahl"} <= set(both.facts)
-    assert {"murty1974", "filippov1988", "steinebach2023"} <= {each.key for each in both.references}
+    assert {"murty1974", "filippov1988", "steinebach2023"} <= {reference.key for reference in both.references}
     struck = vc.cite(vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic()), analyses=["branch"])
-    assert {"brogliato2016", "nordmark1991"} <= {each.key for each in struck.references}
+    assert {"brogliato2016", "nordmark1991"} <= {reference.key for reference in struck.references}
     assert "nordmark1991" not in vc.cite(LUGRE, analyses=["branch"]).bibtex
 
 
 @pytest.mark.parametrize("analysis", ANALYSES)
 def test_an_analysis_adds_its_methods(analysis):
     system = vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic())
-    more = [each.name for each in METHODS if analysis in each.analyses]
+    more = [method.name for method in METHODS if analysis in method.analyses]
     assert SIMULATION not in ANALYSES
     assert more
     assert set(more) <= set(vc.cite(system, analyses=[analysis]).facts)
@@ -189,7 +189,7 @@ def test_an_analysis_adds_its_methods(analysis):
 def test_a_case_and_a_motion_are_cited_as_their_system_and_nothing_as_vibrocap():
     case = vc.Case(LUGRE, periods=1)
     assert vc.cite(case) == vc.cite(LUGRE) == vc.cite(case.simulate())
-    assert [each.key for each in vc.cite().references] == [SOFTWARE, "liu2019"]
+    assert [reference.key for reference in vc.cite().references] == [SOFTWARE, "liu2019"]
     assert f"version {vc.__version__} " in str(vc.cite())
 
 
@@ -201,10 +201,10 @@ def test_an_orbit_is_cited_as_its_system_and_a_fit_by_its_law_and_the_methods_of
     time = np.linspace(0.0, 4.0, 400)
     velocity = 0.3 * np.sin(2.0 * np.pi * time)
     record = vc.Record("shaken", time, vc.driven_force(vc.Dahl(), time, velocity).force, velocity=velocity)
-    found = vc.cite(vc.fit(record, "dahl", starts=1, intervals="covariance")).facts
-    assert found["friction law dahl"] == "dahl1968, dahl1976"
-    assert {each.name for each in METHODS if "fit" in each.analyses} <= set(found)
-    assert "Taylor series of high order and their step" not in found
+    facts = vc.cite(vc.fit(record, "dahl", starts=1, intervals="covariance")).facts
+    assert facts["friction law dahl"] == "dahl1968, dahl1976"
+    assert {method.name for method in METHODS if "fit" in method.analyses} <= set(facts)
+    assert "Taylor series of high order and their step" not in facts
 
 
 @pytest.mark.parametrize(
@@ -227,8 +227,8 @@ def test_a_part_without_a_source_is_said_to_have_none():
         name = "nameless"
         source = ""
 
-    said = str(vc.cite(vc.System(vc.Oscillator(), Nameless(), vc.Harmonic())))
-    assert re.search(r"friction law nameless +no source: name it in `source` of the class", said)
+    text = str(vc.cite(vc.System(vc.Oscillator(), Nameless(), vc.Harmonic())))
+    assert re.search(r"friction law nameless +no source: name it in `source` of the class", text)
 
 
 def test_the_command_prints_text_or_bibtex(capsys, tmp_path):

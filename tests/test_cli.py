@@ -57,8 +57,8 @@ def test_help_shows_every_command_in_its_group_on_one_screen(arguments, capsys):
     assert len(lines) <= 32
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines if line.split(" ")[0] in GROUPS] == list(GROUPS)
-    for name, each in COMMANDS.items():
-        summary = each.words.partition("\n")[0]
+    for name, command in COMMANDS.items():
+        summary = command.words.partition("\n")[0]
         assert sum(line[8:].startswith(f"{name} ") and line.endswith(summary) for line in lines) == 1
 
 

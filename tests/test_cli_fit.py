@@ -89,16 +89,16 @@ def test_fit_prints_parameters_intervals_and_errors(folder, capsys):
 
 def test_numbers_of_the_fit_are_those_of_the_law(folder, capsys):
     assert command("wide.csv", *STEADY, "--json") == OK
-    found = json.loads(capsys.readouterr().out)
-    assert set(found) >= {"law_name", "status", "parameters", "records", "identifiability", "options"}
-    for parameter in found["parameters"]:
+    content = json.loads(capsys.readouterr().out)
+    assert set(content) >= {"law_name", "status", "parameters", "records", "identifiability", "options"}
+    for parameter in content["parameters"]:
         true = {"coulomb_coefficient": COULOMB, "static_coefficient": STATIC, "decay_rate": RATE}[parameter["name"]]
         # 4.5 standard errors: 1 in 1e5 for each parameter, and the noise is the same in each run
         value, error, low, high = (bare(parameter[name]) for name in ("value", "standard_error", "low", "high"))
         assert abs(value - true) < 4.5 * error
         assert low < value < high
     # the noise is NOISE of the clean deviation; a fit of three parameters takes about 3/400 of its square
-    assert found["relative_rmse"] == pytest.approx(NOISE, rel=0.03)
+    assert content["relative_rmse"] == pytest.approx(NOISE, rel=0.03)
 
 
 @pytest.mark.slow
@@ -130,7 +130,7 @@ def test_files_of_a_fit(folder, capsys):
     error = np.array([float(row["error_N"]) for row in rows if row["record"] == "narrow"])
     fitted, actual = (np.array([float(row[column]) for row in rows]) for column in ("fitted_N", "measured_N"))
     assert np.array([float(row["error_N"]) for row in rows]) == pytest.approx(fitted - actual, abs=1e-8)
-    held_out = next(each for each in data["records"] if each["name"] == "narrow")
+    held_out = next(row for row in data["records"] if row["name"] == "narrow")
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse"]["value"], rel=1e-6)  # nine digits are written
 
 
@@ -199,9 +199,9 @@ def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
     np.savetxt("step.csv", np.stack([time, displacement, force], axis=1), delimiter=",", header=header, comments="")
     arguments = ("step.csv", "--law", "rate-and-state-ageing", "--intervals", "covariance", "--starts", 1)
     assert command(*arguments, "--spring", "5000", "--json") == OK
-    found = {each["name"]: each for each in json.loads(capsys.readouterr().out)["parameters"]}
+    table = {load["name"]: load for load in json.loads(capsys.readouterr().out)["parameters"]}
     for name in ("direct_effect", "evolution_effect", "critical_distance"):
-        low, high = (each["value"] if isinstance(each := found[name][end], dict) else each for end in ("low", "high"))
+        low, high = (each["value"] if isinstance(each := table[name][end], dict) else each for end in ("low", "high"))
         assert low < getattr(law, name) < high
     assert command(*arguments, "--spring", "searched", "--out", "fit") == OK
     assert "machine_stiffness" in capsys.readouterr().out
@@ -220,14 +220,14 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.plotting.look.finishing import save
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
-        found = match("exponential", Stribeck(), starts=2, **over)
-        axes = match_figure(found).get_axes()
+        closest = match("exponential", Stribeck(), starts=2, **over)
+        axes = match_figure(closest).get_axes()
         assert len(axes) == (4 if "motion" in over else 2)
         remaining = axes[-1].get_lines()[0].get_ydata()
-        assert np.abs(remaining).max() == pytest.approx(found.largest)
-        assert found.largest > 0
-    assert save(match_figure(found), tmp_path / "match.png").stat().st_size > 10_000
-    assert isinstance(found.law, Exponential)
+        assert np.abs(remaining).max() == pytest.approx(closest.largest)
+        assert closest.largest > 0
+    assert save(match_figure(closest), tmp_path / "match.png").stat().st_size > 10_000
+    assert isinstance(closest.law, Exponential)
 
 
 @pytest.mark.slow
@@ -237,16 +237,16 @@ def test_a_law_in_the_units_of_a_case_has_the_same_force(folder):
     assert command(*arguments, "--out", "si") == OK
     assert command(*arguments, "--out", "case", "--pendulum", "mass=0.5,length=0.3") == OK
     plain = '[machine]\nkind = "pendulum-capsule"\n[drive]\nwaveform = "harmonic"\n'
-    found = {
+    table = {
         name: case_from_text(machine + (folder / name / "friction.toml").read_text()).system.friction
         for name, machine in {"si": BENCH, "case": plain}.items()
     }
     assert (folder / "case/friction.toml").read_text().startswith("# Dimensionless, for a pendulum of 0.5 kg and 0.3 m")
     assert "SI" in (folder / "si/friction.toml").read_text().splitlines()[0]
     speed, weight, root = 0.04, 0.5 * 9.80665, (9.80665 * 0.3) ** 0.5
-    expected = found["si"].steady_force(speed / root, 2.0 / weight)  # the bench is of the same pendulum
-    assert found["case"].steady_force(speed / root, 2.0 / weight) == pytest.approx(expected, rel=1e-12)
-    assert found["case"].decay_rate == pytest.approx(found["si"].decay_rate, rel=1e-12)
+    expected = table["si"].steady_force(speed / root, 2.0 / weight)  # the bench is of the same pendulum
+    assert table["case"].steady_force(speed / root, 2.0 / weight) == pytest.approx(expected, rel=1e-12)
+    assert table["case"].decay_rate == pytest.approx(table["si"].decay_rate, rel=1e-12)
 
 
 def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
@@ -266,15 +266,15 @@ def test_picture_shows_records_and_parameters(folder):
     from vibrocap.records.reading.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
-    found = steady_fits.steady_fit(records, "exponential", held_out="narrow")
-    drawn = fit_figure(found).get_axes()
+    fitted = steady_fits.steady_fit(records, "exponential", held_out="narrow")
+    drawn = fit_figure(fitted).get_axes()
     assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["wide", "narrow", "Parameters"]
     assert "held out" in drawn[1].get_title(loc="left")
     labels = [line.get_label() for line in drawn[1].get_lines()]
     assert "measured" in labels
     assert "predicted (held out)" in labels
-    rows = np.array(residual_figure(found).get_axes()).reshape(2, 3)
-    for (over_time, *_), result in zip(rows, found.records, strict=True):
+    rows = np.array(residual_figure(fitted).get_axes()).reshape(2, 3)
+    for (over_time, *_), result in zip(rows, fitted.records, strict=True):
         line = over_time.get_lines()[0]
         assert np.max(np.abs(line.get_ydata())) == pytest.approx(
             1e3 * np.max(np.abs(result.predicted - result.measured))  # errors below 1 N are drawn in mN
@@ -311,23 +311,23 @@ def test_columns_and_units_are_named(folder, capsys):
 
 def test_fixed_parameters_are_held(folder, capsys):
     assert command("wide.csv", *STEADY, "--fixed", f"decay_rate={RATE}", "--json") == OK
-    found = json.loads(capsys.readouterr().out)
-    assert values(found)["decay_rate"] == RATE
-    assert {p["name"]: p["verdict"] for p in found["parameters"]}["decay_rate"] == "held"
+    content = json.loads(capsys.readouterr().out)
+    assert values(content)["decay_rate"] == RATE
+    assert {p["name"]: p["verdict"] for p in content["parameters"]}["decay_rate"] == "held"
 
 
 def test_loss_and_seed_and_starts_are_passed_on(folder, capsys):
     asked = ("--loss", "soft_l1", "--seed", "3", "--starts", "2", "--intervals", "covariance", "--terms", "offset")
     assert command("wide.csv", *STEADY, *asked, "--json") == OK
-    found = json.loads(capsys.readouterr().out)
-    assert {k: found["options"][k] for k in ("loss", "seed", "starts", "intervals", "terms")} == {
+    content = json.loads(capsys.readouterr().out)
+    assert {k: content["options"][k] for k in ("loss", "seed", "starts", "intervals", "terms")} == {
         "loss": "soft_l1",
         "seed": 3,
         "starts": 2,
         "intervals": "covariance",
         "terms": ["offset"],
     }
-    assert [p["name"] for p in found["nuisances"]] == ["offset"]
+    assert [p["name"] for p in content["nuisances"]] == ["offset"]
 
 
 # --- what is refused, and warned of ----------------------------------------------------------------------------------
@@ -383,8 +383,8 @@ def test_wrong_settings_are_refused(folder, capsys, arguments, words):
 
 def test_bounds_of_a_parameter_hold_it(folder, capsys):
     assert command("wide.csv", *STEADY, "--over", "coulomb_coefficient=0.01:0.02", "--json") == 0
-    found = json.loads(capsys.readouterr().out)
-    (level,) = [each for each in found["parameters"] if each["name"] == "coulomb_coefficient"]
+    content = json.loads(capsys.readouterr().out)
+    (level,) = [each for each in content["parameters"] if each["name"] == "coulomb_coefficient"]
     assert 0.01 <= level["value"]["value"] <= 0.02
 
 
@@ -441,11 +441,11 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
 def test_what_is_known_beforehand_and_differs_between_records(folder, capsys):
     law = ("wide.csv", "narrow.csv", "--law", "exponential", "--starts", "1", "--intervals", "covariance", "--json")
     assert command(*law, "--terms", "offset", "--by-record", "offset", "--prior", "offset=0.001+-0.0001") == OK
-    found = {each["name"]: each for each in json.loads(capsys.readouterr().out)["nuisances"]}
+    table = {load["name"]: load for load in json.loads(capsys.readouterr().out)["nuisances"]}
     # the data alone tell it to some thousandths
-    assert bare(found["offset"]["value"]) == pytest.approx(0.001, abs=2e-4)
-    assert found["offset"]["verdict"] == "as known beforehand: the data say less"
-    assert abs(bare(found["offset[narrow]"]["value"])) < 0.02
+    assert bare(table["offset"]["value"]) == pytest.approx(0.001, abs=2e-4)
+    assert table["offset"]["verdict"] == "as known beforehand: the data say less"
+    assert abs(bare(table["offset[narrow]"]["value"])) < 0.02
     assert command(*law, "--terms", "search") == OK
     assert json.loads(capsys.readouterr().out)["terms"]["terms"] == []
 

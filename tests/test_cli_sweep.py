@@ -53,8 +53,8 @@ def test_sweep_stores_what_python_returns(case, capsys):
         setup.system, over, initial=setup.initial, measures=["mean_velocity", "mode_sequence"],
         periods=20, window=4, settle=1e-5, tolerance=1e-10,
     )  # fmt: skip
-    found = open_study("map")
-    xr.testing.assert_identical(found.load(), expected)
+    study = open_study("map")
+    xr.testing.assert_identical(study.load(), expected)
     text = capsys.readouterr().out
     assert "12 runs (machine.mass_ratio 3, drive.amplitude 4)" in text
     assert "finished   12" in text
@@ -72,10 +72,10 @@ def test_adaptive_map_goes_to_a_file(case, capsys):
     assert command("sweep", case, *over, "--adaptive", "--export", "map.nc") == OK
     with xr.open_dataset("map.nc", engine="h5netcdf") as found:
         assert found.sizes == {"machine.mass_ratio": 24, "drive.amplitude": 24}
-        made = int(found["computed"].sum())
-        assert 0 < made < 576
+        number = int(found["computed"].sum())
+        assert 0 < number < 576
         assert found.attrs["periods"] == 12
-    assert f"made       {made:,} ({made / 576:.1%})" in capsys.readouterr().out
+    assert f"made       {number:,} ({number / 576:.1%})" in capsys.readouterr().out
 
 
 # --- settings --------------------------------------------------------------------------------------------------------
@@ -95,8 +95,8 @@ def test_adaptive_map_goes_to_a_file(case, capsys):
 )
 def test_case_gives_the_settings_unless_options_do(options, expected, case, cheap):
     assert command("sweep", case, "--over", TORQUE, "--out", "map", *options) == OK
-    found = open_study("map").attrs
-    assert {name: found.get(name) for name in expected} == expected
+    attrs = open_study("map").attrs
+    assert {name: attrs.get(name) for name in expected} == expected
 
 
 @pytest.mark.parametrize("measure", ["least_reaction", "mean_velocity", "cost_of_transport", "peak_actuator_force"])
@@ -133,13 +133,13 @@ def test_what_one_kind_of_machine_has_is_nothing_of_another(tmp_path, monkeypatc
 
 def test_failed_runs_are_results_and_counted(case, cheap, capsys):
     assert command("sweep", case, "--over", "machine.mass_ratio=1:3:100", "--out", "map") == OK
-    found = open_study("map")
-    failed = int((found["status"] != 0).sum())
+    study = open_study("map")
+    failed = int((study["status"] != 0).sum())
     assert failed > 0
     text = capsys.readouterr().out
     assert f"finished   {100 - failed}" in text
     assert f"failed     {failed}: too many events" in text
-    settled = int((found["settled"] & (found["status"] == 0)).sum())
+    settled = int((study["settled"] & (study["status"] == 0)).sum())
     unsettled = 100 - failed - settled
     assert f"settled    {settled / (100 - failed):.1%} of these; {unsettled} did not, and may with more" in text
 
@@ -168,9 +168,9 @@ def test_design_and_cases(case, cheap):
     assert open_study("design").sizes == {"run": 16}
     Path("cases.csv").write_text("# my cases\nmachine.mass_ratio, friction.law\n1,lugre\n\n,exponential\n")
     assert command("sweep", case, "--cases", "cases.csv", "--out", "cases", "--measure", "drift") == OK
-    found = open_study("cases")
-    np.testing.assert_array_equal(found["machine.mass_ratio"], [1.0, 2.5])
-    assert found["friction.law"].values.tolist() == ["lugre", "exponential"]
+    study = open_study("cases")
+    np.testing.assert_array_equal(study["machine.mass_ratio"], [1.0, 2.5])
+    assert study["friction.law"].values.tolist() == ["lugre", "exponential"]
 
 
 def test_pairs_of_an_option():
@@ -179,7 +179,7 @@ def test_pairs_of_an_option():
     expected = {"machine.mass_ratio": "1:2:3", "friction.law": "exponential,lugre"}
     assert pairs("over", texts, complaints, "PATH=VALUES") == expected
     pairs("over", ["a=1", "a=2", "b", "c=", "=1"], complaints, "PATH=VALUES")
-    assert [str(each) for each in complaints] == [
+    assert [str(complaint) for complaint in complaints] == [
         "--over a: is given twice",
         *(f"--over {text}: should be PATH=VALUES" for text in ("b", "c=", "=1")),
     ]
@@ -339,11 +339,11 @@ def test_interrupted_sweep_says_how_it_goes_on(case):
     out, err = run.communicate(timeout=60)
     assert run.returncode == INTERRUPTED
     assert out == ""
-    found = re.fullmatch(
+    match_ = re.fullmatch(
         r"Stopped: (\d+) of (\d+) tiles are stored in map\. With --resume the same command continues\.\n", err
     )
-    assert found
-    assert 0 < int(found[1]) < int(found[2])
+    assert match_
+    assert 0 < int(match_[1]) < int(match_[2])
 
 
 # --- measures, plot, help --------------------------------------------------------------------------------------------

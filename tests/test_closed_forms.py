@@ -117,11 +117,11 @@ def test_small_vibration(law, stiffness, frequency):
     system = vc.System(machine, law, vc.Harmonic(amplitude=amplitude, frequency=frequency))
     motion = vc.simulate(system, periods=20, tolerance=1e-13)
     t = motion.period * (19.0 + np.arange(64) / 64.0)
-    found = 2.0 * np.mean(motion.at(t, "angle") * np.exp(-1j * frequency * t))
+    value = 2.0 * np.mean(motion.at(t, "angle") * np.exp(-1j * frequency * t))
     response = amplitude / complex(stiffness - 1.0 - frequency**2, damping * frequency)
-    assert abs(found - response) <= 1e-7 * abs(response)
+    assert abs(value - response) <= 1e-7 * abs(response)
     closed = amplitude / math.sqrt((stiffness - 1 - frequency**2) ** 2 + (damping * frequency) ** 2)
-    assert abs(found) == pytest.approx(closed, rel=1e-7)
+    assert abs(value) == pytest.approx(closed, rel=1e-7)
 
 
 @pytest.mark.parametrize("stiffness", [0.3, 0.6, 0.9])

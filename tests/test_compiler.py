@@ -160,7 +160,7 @@ def test_every_operator_gives_the_bits_of_plain_python(name):
         else:
             entry(np.zeros(8), numbers, trace, len(floats))
             results.append(trace[: len(floats)].copy())
-    plain, *made = (bits(found) for found in results)
+    plain, *made = (bits(result) for result in results)
     for found in made:
         assert np.array_equal(plain, found)
 
@@ -202,12 +202,12 @@ def advance(floats, ints, trace, rounds):
 def test_sums_of_products_are_fused():
     text = "def advance(floats, ints, trace, rounds):\n    trace[0] = floats[0] * floats[0] - floats[1]\n"
     x = 1.0 + 2.0**-30
-    floats, found = np.array([x, x * x]), []
+    floats, results = np.array([x, x * x]), []
     for entry in (compiled(text, "advance"), exactly(text, "advance")):
         trace = np.zeros(1)
         entry(floats, np.zeros(1, dtype=np.int64), trace, 0)
-        found.append(trace[0])
-    assert found == [2.0**-60, 0.0] or "+fma" not in host().features
+        results.append(trace[0])
+    assert results == [2.0**-60, 0.0] or "+fma" not in host().features
 
 
 # --- lanes -----------------------------------------------------------------------------------------------------------
@@ -262,11 +262,11 @@ def test_lanes_give_the_bits_of_numpy(seed):
     floats = draw.normal(0.0, 3.0, 2 * width)
     floats[draw.integers(0, 2 * width, 3)] = [0.0, -0.0, 1.0]
     ints = draw.integers(-2, 5, 3 * width)
-    found = []
+    values = []
     for entry in (plain_kernel(text)["advance"], exactly(text, "advance")):
         trace, own = np.zeros(11 * width), ints.copy()
-        found.append((entry(floats.copy(), own, trace, 4), own, trace))
-    (plain, plain_ints, plain_trace), (exact, exact_ints, exact_trace) = found
+        values.append((entry(floats.copy(), own, trace, 4), own, trace))
+    (plain, plain_ints, plain_trace), (exact, exact_ints, exact_trace) = values
     assert plain == exact
     assert np.array_equal(plain_ints, exact_ints)
     assert np.array_equal(bits(plain_trace), bits(exact_trace))
@@ -303,13 +303,13 @@ def test_one_text_gives_one_lane_the_bits_of_all():
     width = host().lanes
     text, block = ONE_OR_ALL.replace("{width}", str(width)), np.random.default_rng(3).normal(0.0, 3.0, 6 * width)
     block[:3], block[width : width + 3] = [0.0, -0.0, math.nan], [-0.0, 0.0, 1.0]
-    found = []
+    results = []
     for entry in (plain_kernel(text)["advance"], exactly(text, "advance")):
         floats = np.tile(block, 2)
         entry(floats, np.zeros(1, np.int64), np.zeros(1), 1)
         assert np.array_equal(bits(floats[: 6 * width]), bits(floats[6 * width :]))
-        found.append(floats)
-    assert np.array_equal(*map(bits, found))
+        results.append(floats)
+    assert np.array_equal(*map(bits, results))
 
 
 @pytest.mark.parametrize(
@@ -389,7 +389,7 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
     recorded, parameters = equations(system), parameter_values(system)
     start = [math.pi / 3, *[0.0] * (len(system.state_names) - 1)]
     module, made = (motion, "kernel") if lanes == 0 else (ensemble, "ensemble_kernel")
-    found = []
+    values = []
     for short in (True, False):
         getattr(module, made).cache_clear()
         monkeypatch.setattr(
@@ -403,15 +403,15 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
             run = recorded_run(
                 recorded, parameters, start, system.drive.period, Budget(20, 1e-9, 1000, 10**6), order=12
             )
-            found.append((run.pieces, run.events, run.final))
+            values.append((run.pieces, run.events, run.final))
         else:
             rows = np.tile(parameters, (9, 1)) * np.linspace(0.9, 1.1, 9)[:, None]
             budget = Budget(20, 1e-8, 1000, 10**6, window=4, asked=63)
             run = ensemble_run(recorded, rows, np.tile(start, (9, 1)), budget, threads=1, order=10)
-            found.append((run.numbers,))
+            values.append((run.numbers,))
     getattr(module, made).cache_clear()
-    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(*found, strict=True))
-    assert np.isfinite(found[0][0]).any()
+    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(*values, strict=True))
+    assert np.isfinite(values[0][0]).any()
 
 
 @pytest.mark.slow
@@ -556,11 +556,11 @@ def test_files_are_named_where_a_text_says_what_came_from_where():
 def test_only_the_entry_of_a_kernel_is_seen_from_outside():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     heads = [line for line in ir(kernel_of(system).text, "advance").splitlines() if line.startswith("define")]
-    seen = [head for head in heads if not head.startswith("define internal ")]
+    values = [head for head in heads if not head.startswith("define internal ")]
     assert len(heads) > 30
-    assert len(seen) == 1
-    assert "@kernel_entry(" in seen[0]
-    assert seen[0].count("noalias") == 3
+    assert len(values) == 1
+    assert "@kernel_entry(" in values[0]
+    assert values[0].count("noalias") == 3
 
 
 def test_a_function_is_made_once_for_each_combination_of_kinds():
@@ -602,9 +602,9 @@ def test_threads_compile_and_run_at_once():
         return advance, trace
 
     with concurrent.futures.ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(work, [1, 2, 3, 4, 4, 3, 2, 1]))
-    assert [trace.tolist() for _, trace in found] == [[float(k)] * 3 for k in (1, 2, 3, 4, 4, 3, 2, 1)]
-    assert all(found[i][0] is found[7 - i][0] for i in range(4))
+        items = list(pool.map(work, [1, 2, 3, 4, 4, 3, 2, 1]))
+    assert [trace.tolist() for _, trace in items] == [[float(k)] * 3 for k in (1, 2, 3, 4, 4, 3, 2, 1)]
+    assert all(items[i][0] is items[7 - i][0] for i in range(4))
 
 
 def test_the_language_is_written_down():

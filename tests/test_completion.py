@@ -100,14 +100,14 @@ def test_paths_are_those_of_the_case_on_the_line(words, capsys):
 def test_paths_of_a_case_in_si_have_units(capsys):
     said = offered(capsys, "sweep", IN_SI, "--over", "")
     assert said["drive.frequency_Hz="] == "drive frequency"  # in SI it is no ratio
-    found = set(said)
+    members = set(said)
     assert {
         "drive.frequency_Hz=",
         "machine.capsule_mass_kg=",
         "friction.static_coefficient=",
         "drive.waveform=",
-    } <= found
-    assert not {"drive.frequency=", "machine.mass_ratio="} & found
+    } <= members
+    assert not {"drive.frequency=", "machine.mass_ratio="} & members
     states = set(offered(capsys, "simulate", IN_SI, "--initial", ""))
     assert states == {"angle_rad=", "angle_deg=", "angle_rate_rad_per_s=", "position_m=", "velocity_m_per_s="}
 
@@ -150,8 +150,8 @@ def completed(shell: str, line: str) -> list[str]:
         ask = f"COMP_WORDS=({words}); COMP_CWORD={len(first)}; _vibrocap_open; printf '%s\\n' ${{COMPREPLY[@]}}"
         return _output("bash", "-c", f"source ./script; {ask}")
     if shell == "fish":
-        found = _output("fish", "--no-config", "-c", f"source script; complete -C {shlex.quote(line)}")
-        return [each.partition("\t")[0] for each in found]
+        output = _output("fish", "--no-config", "-c", f"source script; complete -C {shlex.quote(line)}")
+        return [each.partition("\t")[0] for each in output]
     return [_typed_in_zsh(line).rstrip(" \b").rpartition(" ")[2]]
 
 

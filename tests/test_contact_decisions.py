@@ -69,11 +69,11 @@ class Row:
     @property
     def mirrored(self):
         """Seen from the other side."""
-        found = {name: getattr(self, name)[::-1] for name in ("masses", "loads", "springs")}
-        found["laws"] = tuple(turned(law) for law in self.laws[::-1])
-        found["velocities"] = tuple(-v for v in self.velocities[::-1])
-        found["reach"] = tuple(-ahead for ahead in self.reach[::-1])
-        return dataclasses.replace(self, **found)
+        table = {name: getattr(self, name)[::-1] for name in ("masses", "loads", "springs")}
+        table["laws"] = tuple(turned(law) for law in self.laws[::-1])
+        table["velocities"] = tuple(-v for v in self.velocities[::-1])
+        table["reach"] = tuple(-ahead for ahead in self.reach[::-1])
+        return dataclasses.replace(self, **table)
 
 
 def turned(law):
@@ -92,12 +92,12 @@ def drawn(kind, laws, seed, drives=("harmonic", "trapezoid")):
     def law(i):
         name = laws[i % len(laws)]
         static = float(levels[i] + (draw.uniform(0.02, 0.2) if seed % 4 else 0.0))
-        given = {"coulomb_coefficient": float(levels[i]), "static_coefficient": static}
+        settings = {"coulomb_coefficient": float(levels[i]), "static_coefficient": static}
         if name == "uneven":
-            return vc.anisotropic(vc.Coulomb)(**given, forward_ratio=0.8, back_ratio=float(draw.uniform(0.9, 1.6)))
+            return vc.anisotropic(vc.Coulomb)(**settings, forward_ratio=0.8, back_ratio=float(draw.uniform(0.9, 1.6)))
         if name == "lugre":
-            return vc.LuGre(**given, bristle_stiffness=40.0, bristle_damping=1.0)
-        return vc.Stribeck(**given) if name == "stribeck" else vc.Coulomb(**given)
+            return vc.LuGre(**settings, bristle_stiffness=40.0, bristle_damping=1.0)
+        return vc.Stribeck(**settings) if name == "stribeck" else vc.Coulomb(**settings)
 
     drive = TRAPEZOID
     if drives[seed % len(drives)] == "harmonic":
@@ -119,7 +119,7 @@ def drawn(kind, laws, seed, drives=("harmonic", "trapezoid")):
 
 def turns(run, numbers=None, mirrored=False):
     """{(contact, what it does): its instants}, but where something cancels within an instant."""
-    found: dict = {}
+    table: dict = {}
     for event in run.events:
         word, _, number = event.kind.rpartition("_")
         contact, word = (int(number), word) if number.isdigit() else (1, event.kind)
@@ -127,8 +127,8 @@ def turns(run, numbers=None, mirrored=False):
             continue
         if mirrored:
             word = {"slip_forward": "slip_back", "slip_back": "slip_forward"}.get(word, word)
-        found.setdefault((contact if numbers is None else numbers[contact - 1], word), []).append(event.time)
-    return found
+        table.setdefault((contact if numbers is None else numbers[contact - 1], word), []).append(event.time)
+    return table
 
 
 def assert_same_turns(ours, theirs, within):
@@ -143,7 +143,7 @@ def growth(row, run):
     name = "centre_velocity" if row.kind == "worm" else "velocity"
     start = row.start | {name: row.start[name] + 1e-7}
     shifted = vc.simulate(row.system, initial=start, periods=2.1, tolerance=TOLERANCE)
-    return max(1.0, *(abs(shifted.state[each] - run.state[each]) / 1e-7 for each in row.system.machine.states))
+    return max(1.0, *(abs(shifted.state[state] - run.state[state]) / 1e-7 for state in row.system.machine.states))
 
 
 @pytest.mark.slow
@@ -258,17 +258,17 @@ def kernel_decision(problem, asked, came, sides):
     names = kernel.names
 
     def rows(floats, _t, _point, _lane, out):
-        given = [*problem.free, *problem.response.ravel(), *problem.loads]
+        values = [*problem.free, *problem.response.ravel(), *problem.loads]
         for each in zip(problem.sliding, problem.least, problem.most, problem.down, problem.up, strict=True):
-            given += [each[0], 0.0, 0.0, *each[1:]]
-        given += [*problem.raised.ravel()]
-        floats[out : out + len(given)] = given
+            values += [each[0], 0.0, 0.0, *each[1:]]
+        values += [*problem.raised.ravel()]
+        floats[out : out + len(values)] = values
 
     likes = [next(j for j in range(n) if np.array_equal(problem.response[j], problem.response[i])) for i in range(n)]
-    told = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any()), "ROW_LIKE": tuple(likes)}
-    told |= {"GROUP": (0,) * n} if problem.raised.any() else {"GROUP": groups(problem.response)}
-    told |= {"SHARED": len(set(likes)) < n, "STICKS": (1,) * n}
-    with mock.patch.dict(names, told):
+    settings = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any()), "ROW_LIKE": tuple(likes)}
+    settings |= {"GROUP": (0,) * n} if problem.raised.any() else {"GROUP": groups(problem.response)}
+    settings |= {"SHARED": len(set(likes)) < n, "STICKS": (1,) * n}
+    with mock.patch.dict(names, settings):
         kernel.fill("STATUS", 0)
         kernel.fill("SIDE", [0.0 if i in asked else float(sides[i]) for i in range(n)])
         kernel.fill("CAME_FROM", [float(sides[i]) if i in came else 0.0 for i in range(n)])
@@ -282,7 +282,7 @@ def kernel_decision(problem, asked, came, sides):
 
 def assert_decided_as_by_enumeration(seeds):
     """Of each of two to six contacts; returns how many rest in how many of them."""
-    seen = collections.Counter()
+    counter = collections.Counter()
     for seed in seeds:
         problem, asked, came, sides = random_problem(np.random.default_rng(seed))
         asked = [i for i in asked if problem.most[i] > problem.least[i]]
@@ -291,8 +291,8 @@ def assert_decided_as_by_enumeration(seeds):
         theirs = decided(problem, asked, came & {*asked}, sides)
         expected = tuple(theirs.get(i, side) for i, side in sides.items())
         assert kernel_decision(problem, asked, came & {*asked}, sides) == expected, seed
-        seen[sum(side == 0 for side in expected)] += 1
-    return seen
+        counter[sum(side == 0 for side in expected)] += 1
+    return counter
 
 
 PASSED = (881, 1001)  # seeds in which it matters who slid until now

@@ -89,8 +89,8 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
         for j, force in enumerate((0.0, 0.02)):
             one = dataclasses.replace(system, friction=[own, law], environment=vc.Environment(force=force))
             motion = vc.simulate(one, periods=6, tolerance=1e-8)
-            found = float(study["mean_velocity"][i, j])
-            assert found == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
+            value = float(study["mean_velocity"][i, j])
+            assert value == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
     assert abs(float(study["mean_velocity"][0, 1] - study["mean_velocity"][0, 0])) > 1e-3
     assert np.isnan(study["largest_bristle_2"].values).tolist() == [[True, True], [False, False]]
     with pytest.raises(vc.CaseError, match=r"friction_3\.law: there is no such quantity here"):

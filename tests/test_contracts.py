@@ -133,9 +133,9 @@ def test_documented(part):
 
 def test_a_part_is_a_value():
     """Equal and of the same class after pickling: classes that wrappers or a number of bodies make, too."""
-    made = [vc.block_row(5)(belt_speed=0.3), vc.worm(5)(mass_4=2.0), vc.crawler(5)(mass_4=2.0)]
-    made += [vc.scheduled(type(drive))(periods_3=2.0) for drive in (vc.Harmonic(), vc.Square(), vc.Phases())]
-    for part in (*LAWS, *MACHINES, *DRIVES, *made):
+    values = [vc.block_row(5)(belt_speed=0.3), vc.worm(5)(mass_4=2.0), vc.crawler(5)(mass_4=2.0)]
+    values += [vc.scheduled(type(drive))(periods_3=2.0) for drive in (vc.Harmonic(), vc.Square(), vc.Phases())]
+    for part in (*LAWS, *MACHINES, *DRIVES, *values):
         again = pickle.loads(pickle.dumps(part))
         assert (again, type(again), hash(again)) == (part, type(part), hash(part)), part.name
 
@@ -145,8 +145,8 @@ def test_a_part_is_a_value():
 
 def complaints(part, *clauses):
     """What the clauses say against a part, by their names."""
-    said = {clause.__name__: clause(part) for clause in clauses}
-    return {name: words for name, words in said.items() if words is not None}
+    table = {clause.__name__: clause(part) for clause in clauses}
+    return {name: words for name, words in table.items() if words is not None}
 
 
 @each_machine
@@ -156,8 +156,8 @@ def test_machine_keeps_its_contract(machine):
 
 def loads_of(machine, *at):
     """The load on each contact that the motion makes, under the frictions that stand last."""
-    found = (each.reaction for each in machine.contacts(*at[:3]))
-    return [n + sum(s * r for s, r in zip(more, at[3], strict=True)) for n, *more in found]
+    reactions = (contact.reaction for contact in machine.contacts(*at[:3]))
+    return [n + sum(s * r for s, r in zip(more, at[3], strict=True)) for n, *more in reactions]
 
 
 @pytest.mark.parametrize("machine", TERMS, ids=lambda machine: machine.name)
@@ -178,7 +178,7 @@ def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
         at = t, y, drive, frictions = machine_draw(machine, draw)
         rates, contacts = machine.rates(*at), machine.contacts(t, y, drive)
         grows = {name: sum(terms(t, y, rates)) for name, terms in stored.items()}
-        lost = sum(r * each.velocity for r, each in zip(frictions, contacts, strict=True))
+        lost = sum(r * contact.velocity for r, contact in zip(frictions, contacts, strict=True))
         weighs = machine.gravity[1] * machine.line_momentum(t, y)
         flows = {"energy": sum(machine.powers(*at)) - lost - weighs}
         flows["momentum"] = machine.outer_force(t, y, drive) + machine.wall_force(*at) - sum(frictions)
@@ -209,15 +209,15 @@ def account_of(parts, normal, drive):
     """(energy, momentum, power without friction) of the bodies and links of a mechanism."""
     places, velocities = {"": 0.0}, {"": 0.0}
     energy = momentum = power = 0.0
-    for each in parts.bodies:
-        turns, sine, cosine = each.joint == "hinge", math.sin(each.place), math.cos(each.place)
-        velocity = velocities[each.carrier] + (-cosine * each.rate if turns else each.rate)
-        places[each.name], velocities[each.name] = each.place, velocity
-        rise = -sine * each.rate if turns else 0.0
-        energy += 0.5 * each.mass * (velocity * velocity + rise * rise) + 0.5 * each.stiffness * each.place**2
-        energy += each.mass * normal * cosine if turns else 0.0
-        momentum += each.mass * velocity
-        power += (each.actuation * drive - each.damping * each.rate) * each.rate
+    for body in parts.bodies:
+        turns, sine, cosine = body.joint == "hinge", math.sin(body.place), math.cos(body.place)
+        velocity = velocities[body.carrier] + (-cosine * body.rate if turns else body.rate)
+        places[body.name], velocities[body.name] = body.place, velocity
+        rise = -sine * body.rate if turns else 0.0
+        energy += 0.5 * body.mass * (velocity * velocity + rise * rise) + 0.5 * body.stiffness * body.place**2
+        energy += body.mass * normal * cosine if turns else 0.0
+        momentum += body.mass * velocity
+        power += (body.actuation * drive - body.damping * body.rate) * body.rate
     for link in parts.links:
         opening, rate = (found[link.ahead] - found[link.behind] for found in (places, velocities))
         energy += 0.5 * link.stiffness * opening * opening
@@ -241,16 +241,16 @@ def test_a_mechanism_has_the_energy_the_momentum_and_the_powers_of_the_machine(m
 @pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
 def test_a_machine_says_whether_it_is_its_own_mirror_image(machine):
     """The conditions on its numbers hold where rates, loads and guards of the mirrored state are the mirror image."""
-    found = []
+    values = []
     for draw in draws(SAMPLES // 2):
         t, y, drive, frictions = machine_draw(machine.driven_by(ImposedSample()), draw)
         y = tuple(0.1 * x if name not in machine.switched else x for name, x in zip(machine.states, y, strict=True))
         for sign in (1.0, -1.0):
             made, later = machine.driven_by(ImposedSample(sign)), 0.0 if machine.imposes_motion else 0.2 * sign
-            at = t + later, tuple(sign * x for x in y), sign * drive, tuple(sign * each for each in frictions)
+            at = t + later, tuple(sign * x for x in y), sign * drive, tuple(sign * friction for friction in frictions)
             loads = loads_of(made, *at) if machine.follows_load else []
-            found.append([*(sign * rate for rate in made.rates(*at)), *loads, *sorted(made.switches(*at))])
-    pairs = [pair for i in range(0, len(found), 2) for pair in zip(*found[i : i + 2], strict=True)]
+            values.append([*(sign * rate for rate in made.rates(*at)), *loads, *sorted(made.switches(*at))])
+    pairs = [pair for i in range(0, len(values), 2) for pair in zip(*values[i : i + 2], strict=True)]
     same = all(abs(a - b) <= 1e3 * EPSILON * (1.0 + abs(a)) for a, b in pairs)
     assert machine.symmetric == same
 
@@ -439,14 +439,14 @@ RECORDS = [*CLASSES, law_of("anisotropic-lugre"), vc.PendulumScales, vc.InnerMas
 @pytest.mark.parametrize("part", RECORDS, ids=lambda part: part.__name__)
 def test_names_and_values_that_a_part_does_not_take_are_refused_in_our_words(part):
     """Of every part: the field, what would be right, and nothing of the library that looks at them."""
-    given = {info.name: info.default for info in parameter_table(part)}
-    given = {name: 1.0 if value is PydanticUndefined else value for name, value in given.items()}
-    name = next(name for name, value in given.items() if isinstance(value, float))
+    table = {info.name: info.default for info in parameter_table(part)}
+    table = {name: 1.0 if value is PydanticUndefined else value for name, value in table.items()}
+    name = next(name for name, value in table.items() if isinstance(value, float))
     with pytest.raises(ParameterError) as caught:
-        part(**{**{key: value for key, value in given.items() if key != name}, f"{name}s": 1.0})
+        part(**{**{key: value for key, value in table.items() if key != name}, f"{name}s": 1.0})
     assert f"{name}s: there is no such parameter; did you mean '{name}'?" in caught.value.complaints
     with pytest.raises(ParameterError) as caught:
-        part(**{**given, name: "much"})
+        part(**{**table, name: "much"})
     assert str(caught.value) == f"{part.__name__}: {name}: should be a number, got 'much'"
     assert caught.value.__context__ is None
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)

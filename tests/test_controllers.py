@@ -26,8 +26,8 @@ START = {"position": -1.0}
 def servo(law=STICKS, drive=None, machine=None, actuator=None, **controller):
     """A block without a spring, e'' = -6 e' - 3 e - 4 int e - friction, as in the issue."""
     block = machine or vc.Oscillator(stiffness=0.0)
-    given = vc.PositionPID(**(GAINS | controller))
-    return vc.System(block, law, drive or vc.Constant(), actuator=actuator, controller=given)
+    position = vc.PositionPID(**(GAINS | controller))
+    return vc.System(block, law, drive or vc.Constant(), actuator=actuator, controller=position)
 
 
 def events(system, kind, **given):
@@ -41,19 +41,19 @@ def events(system, kind, **given):
 
 def test_first_stops_of_a_hunting_block_are_those_of_the_literature():
     stops, leaves = events(servo(), "stick", periods=10), events(servo(), "slip_back", periods=10)
-    assert [each.time for each in stops] == pytest.approx([3.489535263078, 8.319920055770], abs=1e-12)
-    assert [each.state["position"] for each in stops] == pytest.approx([0.496563422604, -0.229890927444], abs=1e-12)
+    assert [stop.time for stop in stops] == pytest.approx([3.489535263078, 8.319920055770], abs=1e-12)
+    assert [stop.state["position"] for stop in stops] == pytest.approx([0.496563422604, -0.229890927444], abs=1e-12)
     assert leaves[0].time == pytest.approx(4.569340265650, abs=1e-12)
 
 
 @pytest.mark.slow
 def test_orbit_finds_the_hunting_cycle_with_both_of_its_sticks():
-    found = vc.orbit(servo(), initial=START)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.stable
-    assert found.period == pytest.approx(23.369272293088, abs=1e-11)
-    assert abs(found.state["position"]) == pytest.approx(0.067240146921, abs=1e-11)
-    motion = found.motion()
+    orbit = vc.orbit(servo(), initial=START)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.stable
+    assert orbit.period == pytest.approx(23.369272293088, abs=1e-11)
+    assert abs(orbit.state["position"]) == pytest.approx(0.067240146921, abs=1e-11)
+    motion = orbit.motion()
     slips = np.flatnonzero(np.isin(motion.event_kinds, ("slip_forward", "slip_back")))
     times = np.append(motion.event_times, np.inf)
     after = [times[i + 1] - times[i] for i in slips if np.isfinite(times[i + 1])]
@@ -62,7 +62,7 @@ def test_orbit_finds_the_hunting_cycle_with_both_of_its_sticks():
 
 def test_with_one_level_of_friction_hunting_dies_out():
     """Peaks at rest shrink from stop to stop, and their sign changes."""
-    places = [each.state["position"] for each in events(servo(vc.Coulomb(1.0, 1.0)), "stick", periods=400)]
+    places = [event.state["position"] for event in events(servo(vc.Coulomb(1.0, 1.0)), "stick", periods=400)]
     assert len(places) >= 6
     assert np.all(np.diff(np.sign(places)) != 0)
     assert np.all(np.abs(places[1:]) < np.abs(places[:-1]))
@@ -79,11 +79,11 @@ def test_with_one_level_of_friction_hunting_dies_out():
 def test_a_limited_command_leaves_its_limit_and_stops_at_the_published_instants(anti_windup, leaves, stops, places):
     system = servo(limit=2.2, anti_windup=anti_windup)
     motion = vc.simulate(system, initial=START, periods=10, tolerance=1e-13)
-    found = [event for event in motion.events if event.kind == "stick"][: len(stops)]
+    values = [event for event in motion.events if event.kind == "stick"][: len(stops)]
     (left, *_) = (event.time for event in motion.events if event.kind == "command_unsaturated")
     assert left == pytest.approx(leaves, abs=LOCATED)
-    assert [each.time for each in found] == pytest.approx(stops, abs=LOCATED)
-    assert [each.state["position"] for each in found] == pytest.approx(places, abs=LOCATED)
+    assert [value.time for value in values] == pytest.approx(stops, abs=LOCATED)
+    assert [value.state["position"] for value in values] == pytest.approx(places, abs=LOCATED)
     assert np.max(np.abs(motion["drive"])) <= 2.2
     assert np.any(motion[SATURATED] == 1.0)
 
@@ -125,8 +125,8 @@ def test_an_angle_follows_its_reference_as_another_solver_says():
         return [y[1], turning, 2.0 * (reference - y[0])]
 
     exact = scipy.integrate.solve_ivp(rates, (0.0, motion.end), [0.0] * 3, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    found = [motion.state[name] for name in ("angle", "angle_rate", "integral_command")]
-    assert found == pytest.approx(exact, abs=1e-9)
+    states = [motion.state[name] for name in ("angle", "angle_rate", "integral_command")]
+    assert states == pytest.approx(exact, abs=1e-9)
 
 
 def test_a_velocity_is_reached_and_held_against_friction():
@@ -258,9 +258,9 @@ def test_gains_are_swept_and_the_digest_knows_them(tmp_path, capsys):
     path = vc.save_case(servo(), tmp_path / "servo.toml", initial=START, periods=20)
     over = {"controller.integral_gain": [2.0, 4.0]}
     data = vc.sweep(servo(), over, measures=["controller_work"], initial=START, periods=10, settle=0, tolerance=1e-8)
-    for gain, found in zip((2.0, 4.0), data["controller_work"].values, strict=True):
+    for gain, value in zip((2.0, 4.0), data["controller_work"].values, strict=True):
         alone = vc.simulate(servo(integral_gain=gain), initial=START, periods=10)
-        assert found == pytest.approx(vc.energy_balance(alone, periods=10).controller / 10.0, rel=1e-8)
+        assert value == pytest.approx(vc.energy_balance(alone, periods=10).controller / 10.0, rel=1e-8)
     assert main(["simulate", str(path), "--set", "controller.limit=2.2", "--json"]) == 0
     assert '"command_unsaturated": 1' in capsys.readouterr().out
     assert main(["sweep", str(path), "--over", "controller.gain=1:2:2", "--out", str(tmp_path / "x")]) == 2

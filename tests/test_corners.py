@@ -51,12 +51,12 @@ SOFT = vc.LuGre(
 def test_square_wave_against_an_event_solver(law):
     """State and event times to 1e-9, with the contact sticking, slipping and turning."""
     system = system_of(law)
-    found = vc.simulate(system, periods=2, initial=START, tolerance=1e-11)
+    motion = vc.simulate(system, periods=2, initial=START, tolerance=1e-11)
     expected = independent_motion(system, START, 2)
-    assert found.status.ok
-    assert found.state == pytest.approx(expected.state, abs=1e-9)
-    assert [event.kind for event in found.events] == [kind for _, kind in expected.events]
-    assert [event.time for event in found.events] == pytest.approx([time for time, _ in expected.events], abs=1e-9)
+    assert motion.status.ok
+    assert motion.state == pytest.approx(expected.state, abs=1e-9)
+    assert [event.kind for event in motion.events] == [kind for _, kind in expected.events]
+    assert [event.time for event in motion.events] == pytest.approx([time for time, _ in expected.events], abs=1e-9)
     assert len(expected.events) >= 5
 
 
@@ -115,8 +115,8 @@ def test_an_event_at_the_very_instant_of_a_corner(kind):
         durations = {"duration_1": 3.0, "duration_2": corner - 3.0, "duration_3": 12.0 - corner}
         return system_of(drive=vc.Phases(**levels, **durations))
 
-    found = vc.simulate(system(9.0), periods=0.7, initial=START)
-    instant = next(event.time for event in found.events if event.kind == kind and event.time > 3.1)
+    run = vc.simulate(system(9.0), periods=0.7, initial=START)
+    instant = next(event.time for event in run.events if event.kind == kind and event.time > 3.1)
     ends = []
     for beside in (0, 1, -1, 2, -2, 5, -5, 40, -40, 10**4, -(10**4)):
         motion = vc.simulate(system(instant + beside * math.ulp(instant)), periods=0.9, initial=START)

@@ -59,7 +59,7 @@ def systems():
 
 @pytest.fixture(scope="module")
 def motions(systems):
-    return [vc.simulate(each, periods=30, tolerance=1e-11) for each in systems]
+    return [vc.simulate(variant, periods=30, tolerance=1e-11) for variant in systems]
 
 
 def differences(a, b, path=""):
@@ -73,22 +73,26 @@ def differences(a, b, path=""):
         size = max(np.max(np.abs(a[np.isfinite(a)]), initial=0.0), 1e-7)
         return [] if np.allclose(a, b, rtol=LIKE, atol=LIKE * size, equal_nan=True) else [(path, a, b)]
     if isinstance(a, Mapping):
-        return [each for key in a.keys() & b.keys() for each in differences(a[key], b[key], f"{path}[{key!r}]")]
+        return [
+            difference for key in a.keys() & b.keys() for difference in differences(a[key], b[key], f"{path}[{key!r}]")
+        ]
     if isinstance(a, (tuple, list)):
         pairs = enumerate(zip(a, b, strict=True)) if len(a) == len(b) else ()
-        return [each for i, (x, y) in pairs for each in differences(x, y, f"{path}[{i}]")]
+        return [difference for i, (x, y) in pairs for difference in differences(x, y, f"{path}[{i}]")]
     if not dataclasses.is_dataclass(a):
         return []
     members = {field.name for field in dataclasses.fields(a)} | {
         name for name in dir(type(a)) if isinstance(getattr(type(a), name), property)
     }
-    names = sorted(each for each in members - OF_THE_RUN - STEPPED if not each.startswith(("_", "piece_")))
-    own = [each for each in names if each not in ("dimensionless", "mean_power", "per_period", "peak")]
-    return [found for name in own for found in differences(getattr(a, name), getattr(b, name), f"{path}.{name}")]
+    names = sorted(member for member in members - OF_THE_RUN - STEPPED if not member.startswith(("_", "piece_")))
+    own = [key for key in names if key not in ("dimensionless", "mean_power", "per_period", "peak")]
+    return [
+        difference for name in own for difference in differences(getattr(a, name), getattr(b, name), f"{path}.{name}")
+    ]
 
 
 def columns(dataset):
-    return {str(name): each.values for name, each in dataset.variables.items() if each.dtype.kind in "fc"}
+    return {str(name): variable.values for name, variable in dataset.variables.items() if variable.dtype.kind in "fc"}
 
 
 OF_MOTIONS = {
@@ -161,6 +165,6 @@ def test_what_a_system_does_is_counted_in_no_units(systems, name):
 
 
 def test_the_comparison_sees_a_number_that_is_not_scaled(motions):
-    plain = [each.dimensionless for each in motions]
+    plain = [run.dimensionless for run in motions]
     assert {path for path, *_ in differences(*plain)} >= {".end", ".period"}
     assert [path for path, *_ in differences(*map(vc.mean_velocity, plain))]

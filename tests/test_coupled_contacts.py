@@ -45,19 +45,19 @@ def test_at_every_event_one_set_of_modes_can_go_on_and_it_is_the_one_that_is_tak
             continue
         after = time + 1e-4
         state = {name: float(motion.at(np.array([after]), name)[0]) for name in motion.state_names}
-        found = vc.contact_modes(system, state, after, still=1e-11)
-        assert [each.sides for each in found] == [sides_after(motion, after)]
+        modes = vc.contact_modes(system, state, after, still=1e-11)
+        assert [mode.sides for mode in modes] == [sides_after(motion, after)]
 
 
 @pytest.mark.parametrize("law", [COULOMB, vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=1.4)], ids=["even", "uneven"])
 def test_contacts_that_come_to_rest_at_one_instant_take_the_only_set_of_modes(law):
     """Worms at random whose distances turn round while their centre stands, whatever the sides before: all meet."""
-    draw, seen = np.random.default_rng(8), set()
+    draw, members = np.random.default_rng(8), set()
     for _ in range(25):
         bodies = int(draw.integers(2, 5))
-        given = {name: float(draw.uniform(0.3, 2.0)) for name in vc.worm(bodies).__dataclass_fields__}
+        table = {name: float(draw.uniform(0.3, 2.0)) for name in vc.worm(bodies).__dataclass_fields__}
         drive = vc.Harmonic(amplitude=float(draw.uniform(0.02, 0.5)) * float(draw.choice([-1.0, 1.0])))
-        system = vc.System(vc.worm(bodies)(**given), law, drive)
+        system = vc.System(vc.worm(bodies)(**table), law, drive)
         sides = draw.choice([-1.0, 1.0], bodies)
         (found,) = vc.contact_modes(system)
         kernel = kernel_of(system)
@@ -67,8 +67,8 @@ def test_contacts_that_come_to_rest_at_one_instant_take_the_only_set_of_modes(la
         kernel["decide_together"](kernel.floats, kernel.ints, 0)
         taken = kernel.floats[kernel.place("SIDE") :][:bodies]
         assert tuple(taken) == found.sides
-        seen.add(sum(side == 0 for side in found.sides))
-    assert seen == {0, 1}
+        members.add(sum(side == 0 for side in found.sides))
+    assert members == {0, 1}
 
 
 def assert_it_sways(motion, body, apart=0.0):
@@ -80,7 +80,7 @@ def assert_it_sways(motion, body, apart=0.0):
     assert motion.at(times, "position") == pytest.approx(ahead, abs=motion.tolerance)
     turns = [{other.kind for other in motion.events if abs(other.time - e.time) <= apart} for e in motion.events]
     ends = {"reversal", f"reversal_{machine.bodies}"}
-    assert ends in turns or (apart > 0.0 and any(ends <= each for each in turns))
+    assert ends in turns or (apart > 0.0 and any(ends <= turn for turn in turns))
     assert motion.certificate.ok
 
 
@@ -105,8 +105,8 @@ def test_longer_worms_that_are_their_own_mirror_images_sway(law):
 @pytest.mark.slow
 def test_the_first_contact_is_decided_though_it_is_said_to_move_by_rounding():
     """Of a slow symmetric worm the second contact comes to rest first, by rounding."""
-    given = {"mass": 1.386, "mass_2": 1.386, "actuation": -1.0, "normal_load": 1.394, "normal_load_2": 1.394}
-    machine = vc.TwoBodyWorm(**given)
+    settings = {"mass": 1.386, "mass_2": 1.386, "actuation": -1.0, "normal_load": 1.394, "normal_load_2": 1.394}
+    machine = vc.TwoBodyWorm(**settings)
     for friction, frequency in itertools.product((0.0757, 0.2), (0.113, 0.13)):
         law = vc.Stribeck(coulomb_coefficient=friction, static_coefficient=0.227)
         system = vc.System(machine, law, vc.Harmonic(amplitude=0.6813, frequency=frequency))
@@ -227,7 +227,7 @@ def test_the_determinants_that_a_run_watches_are_those_of_all_modes_within_reach
         else:
             levels, rest = (law.force(velocity, (), side, 1.0)[0],) * (3 if law.kind == "set-valued" else 1), []
         rows.append(rest + [np.eye(2)[i] + level * C[i] for level in levels])
-    wanted = [np.linalg.det(chosen) for chosen in itertools.product(*rows)]
+    wanted = [np.linalg.det(choice) for choice in itertools.product(*rows)]
     ambiguous = [float(b) for b, kind in zip(flow.bounds, flow.bound_kinds, strict=True) if BOUNDS[kind] == AMBIGUOUS]
     assert ambiguous == pytest.approx(wanted, rel=1e-13)
     assert np.ptp(wanted) > 0.01 or not any(
@@ -256,7 +256,7 @@ def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
     assert event.kind == "ambiguous_contacts"
     assert event.time == motion.end
     forces = [vc.System(machine, system.friction, vc.Constant(float(f))) for f in np.linspace(-8, 8, 400)]
-    assert max(len(vc.contact_modes(each, motion.state, still=1e-9)) for each in forces) == 3
+    assert max(len(vc.contact_modes(force, motion.state, still=1e-9)) for force in forces) == 3
     # on smoother ground the same motion goes on
     smooth = vc.System(machine, vc.Coulomb(0.3, 0.3), system.drive)
     assert vc.simulate(smooth, periods=2, initial={"displacement": 0.2}, start=2.0).status is not motion.status
@@ -294,24 +294,24 @@ def test_machines_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
 def test_the_multiplier_of_an_orbit_whose_contacts_turn_at_one_instant(drive):
     """Through such a turn no tangent goes; with the harmonic drive it even falls on the section."""
     system = vc.System(vc.TwoBodyWorm(), vc.Coulomb(), drive)
-    found = vc.orbit(system)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.response_period == 1
+    orbit = vc.orbit(system)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.response_period == 1
     ends = []
     for push in (1e-3, -1e-3):
-        start = found.state | {"centre_velocity": found.state["centre_velocity"] + push}
+        start = orbit.state | {"centre_velocity": orbit.state["centre_velocity"] + push}
         ends.append(vc.simulate(system, periods=1, initial=start, tolerance=1e-12)["centre_velocity"][-1])
     slope = (ends[0] - ends[1]) / 2e-3
     assert 0.4 < slope < 0.6
-    assert found.multipliers[0] == pytest.approx(slope, abs=1e-6)  # differences over 1e-3 and over 1e-5
+    assert orbit.multipliers[0] == pytest.approx(slope, abs=1e-6)  # differences over 1e-3 and over 1e-5
 
 
 @pytest.mark.slow
 def test_an_orbit_whose_section_finds_a_further_contact_at_rest():
     """The one coordinate of a worm is then given by its drive: nothing is free, and no multiplier is left over."""
     system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), COULOMB)  # the second body rests for ever
-    found = vc.orbit(system, initial=vc.simulate(system, periods=3).state)
-    rests = vc.simulate(system, periods=1, initial=found.state)
+    orbit = vc.orbit(system, initial=vc.simulate(system, periods=3).state)
+    rests = vc.simulate(system, periods=1, initial=orbit.state)
     assert np.all(rests.piece_sides[:, 1] == 0.0)
-    assert abs(found.drift) < 1e-10
-    assert np.max(np.abs(found.multipliers), initial=0.0) == 0.0
+    assert abs(orbit.drift) < 1e-10
+    assert np.max(np.abs(orbit.multipliers), initial=0.0) == 0.0

@@ -39,14 +39,14 @@ def drift(system, periods=400):
 @pytest.mark.slow
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
-    found = vc.crossing(capsule(law), "drift", RATIO, (0.2, 8.1), initial=START, points=30)
-    (place,) = found.found
+    crossings = vc.crossing(capsule(law), "drift", RATIO, (0.2, 8.1), initial=START, points=30)
+    (place,) = crossings.found
     assert place.kind is CrossingKind.CROSSING
     assert place.at == pytest.approx(SHOT[law], abs=1e-11)
     assert place.error < 1e-9
     assert place.bracket[0] <= place.at <= place.bracket[1]
     assert place.differences[0] * place.differences[1] <= 0.0
-    assert found.equal == found.unsettled == ()
+    assert crossings.equal == crossings.unsettled == ()
     assert abs(place.values[0]) < 1e-12
     beside = [drift(capsule(law, **{RATIO: place.at + step})) for step in (-1e-3, 1e-3)]
     assert (beside[1] - beside[0]) / 2e-3 == pytest.approx(place.slope, rel=1e-2)
@@ -56,44 +56,46 @@ def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_no_control_point_at_the_printed_parameters(law):
     """The paper's O1 and O2: every steady motion is symmetric, so that the drift is nothing throughout."""
-    found = vc.crossing(capsule(law, 4.0), "drift", RATIO, PRINTED_RANGE, initial=START, points=40)
-    assert found.found == ()
-    assert found.equal == (PRINTED_RANGE,)
-    assert found.unsettled == ()
-    assert np.max(np.abs(found.differences)) < 1e-9
+    crossings = vc.crossing(capsule(law, 4.0), "drift", RATIO, PRINTED_RANGE, initial=START, points=40)
+    assert crossings.found == ()
+    assert crossings.equal == (PRINTED_RANGE,)
+    assert crossings.unsettled == ()
+    assert np.max(np.abs(crossings.differences)) < 1e-9
 
 
 @pytest.mark.slow
 def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
     lm, em = capsule("lugre"), capsule("exponential")
-    found = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)
-    assert [place.kind for place in found.found] == [CrossingKind.CROSSING] * 2
-    for place in found.found:
+    crossings = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)
+    assert [place.kind for place in crossings.found] == [CrossingKind.CROSSING] * 2
+    for place in crossings.found:
         drifts = [drift(capsule(law, **{RATIO: place.at})) for law in ("lugre", "exponential")]
         assert drifts[0] == pytest.approx(drifts[1], abs=1e-10)
         assert abs(drifts[0]) > 0.01
         assert place.error < 1e-9
         assert place.values[0] == pytest.approx(drifts[0] / lm.drive.period, abs=1e-11)
-    assert found.places == pytest.approx((0.774946696147, 5.489362346569), abs=1e-9)
+    assert crossings.places == pytest.approx((0.774946696147, 5.489362346569), abs=1e-9)
 
 
 def test_the_error_is_that_of_the_integration():
     """At coarse tolerances the place moves, by less than the error says and not much less."""
     fine = vc.crossing(capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=5, tolerance=1e-13)
     for tolerance in (1e-7, 1e-8, 1e-9):
-        found = vc.crossing(
+        crossings = vc.crossing(
             capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=5, tolerance=tolerance
         )
-        off = abs(found.places[0] - fine.places[0])
-        assert 0.0 < off <= found.found[0].error < 1e4 * tolerance
+        off = abs(crossings.places[0] - fine.places[0])
+        assert 0.0 < off <= crossings.found[0].error < 1e4 * tolerance
 
 
 def test_another_measure_and_a_value():
     """The share of sticking over the drive's amplitude, checked by a run of its own."""
     system = capsule("exponential", 2.0, 1.0)
-    found = vc.crossing(system, "stick_fraction", "drive.amplitude", (1.9, 2.4), value=0.05, initial=START, points=8)
-    assert len(found.places) >= 1
-    for place in found.places:
+    crossings = vc.crossing(
+        system, "stick_fraction", "drive.amplitude", (1.9, 2.4), value=0.05, initial=START, points=8
+    )
+    assert len(crossings.places) >= 1
+    for place in crossings.places:
         motion = vc.simulate(system.with_parameters({"drive.amplitude": place}), periods=60, initial=START)
         assert vc.measured(motion, ["stick_fraction"], window=1)["stick_fraction"] == pytest.approx(0.05, abs=1e-7)
 
@@ -106,12 +108,12 @@ def twin_jump():
 
 
 def test_a_jump_to_the_mirror_twin_is_no_crossing():
-    found = twin_jump()
-    assert found.differences.min() < -0.1 < 0.1 < found.differences.max()
-    assert {place.kind for place in found.found} == {CrossingKind.JUMP}
-    assert found.places == ()
-    assert "mirror twin" in str(found)
-    assert "no crossing" in str(found)
+    jump = twin_jump()
+    assert jump.differences.min() < -0.1 < 0.1 < jump.differences.max()
+    assert {place.kind for place in jump.found} == {CrossingKind.JUMP}
+    assert jump.places == ()
+    assert "mirror twin" in str(jump)
+    assert "no crossing" in str(jump)
 
 
 def test_a_jump_within_a_bracket_is_told_from_a_crossing(monkeypatch):
@@ -122,18 +124,18 @@ def test_a_jump_within_a_bracket_is_told_from_a_crossing(monkeypatch):
         return crossing_bracket.scanned(systems, [{"angle": 0.3}] * len(systems), self, place)
 
     monkeypatch.setattr(crossing_bracket.Difference, "followed", anew)
-    found = twin_jump()
-    assert {place.kind for place in found.found} == {CrossingKind.JUMP}
+    jump = twin_jump()
+    assert {place.kind for place in jump.found} == {CrossingKind.JUMP}
     monkeypatch.setattr(segment, "LEAPS", 2.0)
     assert CrossingKind.CROSSING in {place.kind for place in twin_jump().found}
 
 
 def test_what_does_not_settle_is_said():
-    found = vc.crossing(capsule("exponential"), "drift", RATIO, (0.2, 8.1), initial=START, points=5, periods=8)
-    assert len(found.unsettled) == 5
-    assert found.found == found.equal == ()
-    assert "unsettled 5 of 5 points" in str(found)
-    assert np.all(np.isnan(found.differences))
+    crossings = vc.crossing(capsule("exponential"), "drift", RATIO, (0.2, 8.1), initial=START, points=5, periods=8)
+    assert len(crossings.unsettled) == 5
+    assert crossings.found == crossings.equal == ()
+    assert "unsettled 5 of 5 points" in str(crossings)
+    assert np.all(np.isnan(crossings.differences))
 
 
 def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
@@ -141,13 +143,13 @@ def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
     monkeypatch.setattr(
         crossing_bracket.Difference, "followed", lambda *given: real(*given) if next(calls) < 3 else None
     )
-    found = vc.crossing(capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=3)
-    (place,) = found.found
+    crossings = vc.crossing(capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=3)
+    (place,) = crossings.found
     assert place.kind is CrossingKind.LOST
     assert place.bracket[0] < SHOT["exponential"] < place.bracket[1]
     assert place.error == pytest.approx(place.bracket[1] - place.bracket[0])
-    assert "raise `periods`" in str(found)
-    assert "no crossing" not in str(found)
+    assert "raise `periods`" in str(crossings)
+    assert "no crossing" not in str(crossings)
 
 
 @pytest.mark.slow
@@ -178,12 +180,12 @@ def test_a_crossing_in_a_narrow_bracket_is_located_as_sharply_as_in_a_wide_one()
     for width in (0.02, 3.0):
         bent = Bent(0.3 * width)
         ends = [(at, bent.followed((), at)) for at in (0.0, width)]
-        found = crossing_bracket.located(bent, *ends)  # type: ignore[arg-type]
-        assert (found.kind, found.values) == (CrossingKind.CROSSING, (found.at,))
-        assert found.at == pytest.approx(0.3 * width, rel=1e-12)
-        assert found.bracket[1] - found.bracket[0] <= 1.01 * crossing_bracket.NARROW * width
-        assert found.slope == pytest.approx(3.0 + 2e4 * (1e-3 * width) ** 2, rel=1e-9)
-        assert found.error == pytest.approx(found.bracket[1] - found.bracket[0] + 3e-9 / found.slope, rel=1e-5)
+        located = crossing_bracket.located(bent, *ends)  # type: ignore[arg-type]
+        assert (located.kind, located.values) == (CrossingKind.CROSSING, (located.at,))
+        assert located.at == pytest.approx(0.3 * width, rel=1e-12)
+        assert located.bracket[1] - located.bracket[0] <= 1.01 * crossing_bracket.NARROW * width
+        assert located.slope == pytest.approx(3.0 + 2e4 * (1e-3 * width) ** 2, rel=1e-9)
+        assert located.error == pytest.approx(located.bracket[1] - located.bracket[0] + 3e-9 / located.slope, rel=1e-5)
     for lost in range(1, 4):  # of the last motions, at the place itself and beside it
         again = Bent(0.3 * width)
         ends, again.lost = [(at, again.followed((), at)) for at in (0.0, width)], bent.asked + 1 - lost
@@ -321,6 +323,8 @@ def test_command_refuses_what_makes_no_sense(case, arguments, complaint, capsys)
 def test_another_law_takes_over_what_both_have():
     from vibrocap.cli.commands.crossing import _other
 
-    given = capsule("exponential").with_parameters({"friction.static_coefficient": 0.6})
-    assert _other(given, "friction.law=lugre").friction == vc.LuGre(static_coefficient=0.6)
-    assert _other(given, "friction.decay_rate=20").friction == vc.Exponential(static_coefficient=0.6, decay_rate=20.0)
+    parameters = capsule("exponential").with_parameters({"friction.static_coefficient": 0.6})
+    assert _other(parameters, "friction.law=lugre").friction == vc.LuGre(static_coefficient=0.6)
+    assert _other(parameters, "friction.decay_rate=20").friction == vc.Exponential(
+        static_coefficient=0.6, decay_rate=20.0
+    )

@@ -127,7 +127,7 @@ def test_archives_are_unpacked(server, tmp_path):
             archive.writestr(f"EMPS/{name}", data.getvalue())
     original = dataclasses.replace(DATA_SETS["emps"].originals[0], url=f"{address}/EMPS.zip")
     emps = dataclasses.replace(DATA_SETS["emps"], originals=(original,))
-    assert [each.name for each in fetch(emps, tmp_path / "a").records] == ["EMPS", "EMPS_PULSES"]
+    assert [record.name for record in fetch(emps, tmp_path / "a").records] == ["EMPS", "EMPS_PULSES"]
     with zipfile.ZipFile(folder / "EMPS.zip", "w") as archive:
         archive.writestr("DATA_EMPS.mat", data.getvalue())
     with pytest.raises(FetchError, match=r"EMPS.zip holds no DATA_EMPS_PULSES.mat; delete"):

@@ -65,12 +65,12 @@ def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
 def test_search_begins_with_the_guesses(biharmonic):
     """The best design of fewer evaluations is the first of the next search, so it cannot be worse."""
     guess = {"drive.frequency": 0.90985583, "drive.second_phase": 2.20068755}
-    found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, guesses=[guess], evaluations=32, refinement=0)
-    first = {path: column[0] for path, column in zip(guess, found.population.shares.T, strict=True)}
+    design = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, guesses=[guess], evaluations=32, refinement=0)
+    first = {path: column[0] for path, column in zip(guess, design.population.shares.T, strict=True)}
     for path, share in first.items():
         low, high = FREQUENCY_AND_PHASE[path]
         assert low + (high - low) * share == pytest.approx(guess[path], rel=1e-12)
-    assert found.value == pytest.approx(0.104919431678, abs=1e-8)
+    assert design.value == pytest.approx(0.104919431678, abs=1e-8)
     with pytest.raises(CaseError, match=r"guesses\[0\]: drive.frequency should be from 0.5 to 3, got 4"):
         optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[guess | {"drive.frequency": 4.0}])
     with pytest.raises(CaseError, match=r"guesses\[0\]: should give drive.second_phase"):
@@ -84,11 +84,11 @@ def test_variables_of_ones_own_are_other_words_for_the_same_designs(biharmonic):
     asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0}
     plain = optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[guess], **asked)
     own = {"half": 0.46, "phase": 1.5}
-    found = optimise(biharmonic, OWN, through=doubled, guesses=[own], **asked)
-    assert found.design == pytest.approx(own, rel=1e-12)
-    assert found.value == pytest.approx(plain.value, rel=1e-9)
+    design = optimise(biharmonic, OWN, through=doubled, guesses=[own], **asked)
+    assert design.design == pytest.approx(own, rel=1e-12)
+    assert design.value == pytest.approx(plain.value, rel=1e-9)
     for name, path, rate in (("half", "drive.frequency", 2.0), ("phase", "drive.second_phase", 3.0)):
-        assert found.slopes[name] == pytest.approx([rate * slope for slope in plain.slopes[path]], rel=1e-9)
+        assert design.slopes[name] == pytest.approx([rate * slope for slope in plain.slopes[path]], rel=1e-9)
         assert abs(plain.slopes[path][0]) > 1e-3
 
 
@@ -135,13 +135,13 @@ def test_designs_without_a_twin_of_a_system_that_has_one_keep_their_direction(bi
     assert system.mirrored
     asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0}
     one, other = ((0.3, 0.4), (-0.4, -0.3))
-    found = [optimise(system, {"drive.cosine_2": ends}, **asked) for ends in (one, other)]
-    assert sorted(np.sign(each.value) for each in found) == [-1.0, 1.0]
-    assert abs(found[0].value) > 0.02
-    for each in found:
-        assert each.orbit.mean_velocity == each.value
-        settled = vc.simulate(each.orbit.system, initial=each.orbit.state, periods=3)
-        assert vc.mean_velocity(settled, periods=1).value == pytest.approx(each.value, abs=1e-9)
+    designs = [optimise(system, {"drive.cosine_2": ends}, **asked) for ends in (one, other)]
+    assert sorted(np.sign(design.value) for design in designs) == [-1.0, 1.0]
+    assert abs(designs[0].value) > 0.02
+    for best in designs:
+        assert best.orbit.mean_velocity == best.value
+        settled = vc.simulate(best.orbit.system, initial=best.orbit.state, periods=3)
+        assert vc.mean_velocity(settled, periods=1).value == pytest.approx(best.value, abs=1e-9)
 
 
 @pytest.mark.slow
@@ -160,24 +160,24 @@ def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
 def test_a_machine_that_cannot_travel_has_no_best_design():
     system = vc.System(vc.PendulumCapsule(mass_ratio=4.0, stiffness=4.0), vc.Exponential(), vc.Harmonic(0.6, 1.0))
     over = {"drive.frequency": (0.9, 1.2), "machine.damping": (0.8, 1.2)}
-    found = vc.optimise(system, over, evaluations=60, refinement=0, spread_starts=0)
-    assert found.status is vc.OptimumStatus.NO_TRAVEL
-    assert (found.design, found.value, found.slopes, found.nearest) == (None, None, {}, None)
-    assert "no design travels" in str(found)
+    design = vc.optimise(system, over, evaluations=60, refinement=0, spread_starts=0)
+    assert design.status is vc.OptimumStatus.NO_TRAVEL
+    assert (design.design, design.value, design.slopes, design.nearest) == (None, None, {}, None)
+    assert "no design travels" in str(design)
 
 
 @pytest.mark.slow
 def test_constraint_that_no_design_fulfils(biharmonic):
-    found = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)
-    assert found.status.value == "no allowed design"
-    assert found.value is None
-    assert found.counts["infeasible"] > 0
-    assert found.nearest is not None
-    design, lacking = found.nearest
+    best = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)
+    assert best.status.value == "no allowed design"
+    assert best.value is None
+    assert best.counts["infeasible"] > 0
+    assert best.nearest is not None
+    design, lacking = best.nearest
     assert set(design) == set(FREQUENCY_AND_PHASE)
     assert lacking.endswith(", not least_reaction > 100")
     nearest = float(lacking.split()[1].rstrip(","))
-    assert nearest == pytest.approx(np.nanmax(found.population.found["least_reaction"]), rel=1e-5)
+    assert nearest == pytest.approx(np.nanmax(best.population.found["least_reaction"]), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -220,8 +220,8 @@ def test_the_fast_orbit_of_the_trap_is_refused_by_its_multiplier():
     assert orbit.stable
     for share in np.linspace(0.1, 1.0, 10):  # Newton's method follows it through the flip
         place = stable + share * (np.array(TRAPPED) - stable)
-        given = system.with_parameters(dict(zip(over, map(float, place), strict=True)))
-        orbit = vc.shoot(given, orbit.state)
+        parameters = system.with_parameters(dict(zip(over, map(float, place), strict=True)))
+        orbit = vc.shoot(parameters, orbit.state)
     assert abs(orbit.mean_velocity) == pytest.approx(0.392760054650, abs=1e-7)  # the place has eight digits
     assert orbit.multipliers[0].real == pytest.approx(-1.79381, abs=1e-4)
     asked = {"periods": 300, "settle": 1e-6, "tolerance": 1e-8, "margin": 1e-3, "threads": None}
@@ -268,9 +268,9 @@ def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
     assert main(["new", "--out", str(case)]) == 0
     asked = ["optimise", str(case), "--over", "drive.frequency=0.5:3", "--evaluations", "64", "--out", str(out)]
     assert main(asked) == 0
-    found = json.loads((out / "design.json").read_text(encoding="utf-8"))
+    content = json.loads((out / "design.json").read_text(encoding="utf-8"))
     motion = vc.read_case(out / "best.toml").simulate()
-    assert vc.mean_velocity(motion, periods=1).value == pytest.approx(found["value"], abs=1e-8)
+    assert vc.mean_velocity(motion, periods=1).value == pytest.approx(content["value"], abs=1e-8)
     assert main(asked) == 2
     assert "--out" in capsys.readouterr().err
 
@@ -281,17 +281,17 @@ FRONT = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)
 @pytest.mark.slow
 def test_front_has_no_point_that_another_betters(biharmonic):
     pytest.importorskip("pymoo")
-    found = vc.pareto_front(biharmonic, FRONT, starts=START, evaluations=1500, points=20)
-    assert 3 <= len(found) <= 20
-    velocity, cost = found.values.T
+    front = vc.pareto_front(biharmonic, FRONT, starts=START, evaluations=1500, points=20)
+    assert 3 <= len(front) <= 20
+    velocity, cost = front.values.T
     assert np.all(np.diff(velocity) < 0.0)
     assert np.all(np.diff(cost) < 0.0)
-    assert np.all(found.multipliers <= 0.999)
-    assert len(found.orbits) == len(found.designs) == len(found.to_pandas())
+    assert np.all(front.multipliers <= 0.999)
+    assert len(front.orbits) == len(front.designs) == len(front.to_pandas())
     # No motion that was evaluated betters a closed one by more than the threshold to which runs settle.
-    for speed, energy in found.others():
+    for speed, energy in front.others():
         assert not np.any((speed > velocity * (1 + 1e-3)) & (energy < cost * (1 - 1e-3)))
-    for design, orbit, values in zip(found.designs, found.orbits, found.values, strict=True):
+    for design, orbit, values in zip(front.designs, front.orbits, front.values, strict=True):
         run = biharmonic.with_parameters(design)
         own = vc.orbit(run, initial=orbit.state)
         assert own.mean_velocity == pytest.approx(values[0], abs=1e-10)  # with its sign: there are no twins
@@ -331,13 +331,17 @@ def test_command_writes_the_front(tmp_path, capsys):
     asked = ["optimise", str(case), "--over", "drive.frequency=0.5:3", "--over", "machine.damping=0.3:3"]
     asked += ["--against", "cost_of_transport", "--evaluations", "600", "--out", str(out), "--plot", str(picture)]
     assert main(asked) == 0
-    found = json.loads((out / "front.json").read_text(encoding="utf-8"))
+    content = json.loads((out / "front.json").read_text(encoding="utf-8"))
     rows = (out / "front.csv").read_text(encoding="utf-8").splitlines()
-    assert rows[0].split(",") == [*found["points"][0]["design"], *found["points"][0]["measures"], "largest_multiplier"]
-    assert len(rows) == 1 + len(found["points"])
+    assert rows[0].split(",") == [
+        *content["points"][0]["design"],
+        *content["points"][0]["measures"],
+        "largest_multiplier",
+    ]
+    assert len(rows) == 1 + len(content["points"])
     motion = vc.read_case(out / "cases" / "000.toml").simulate()
     velocity = abs(vc.mean_velocity(motion, periods=1).value)
-    assert velocity == pytest.approx(found["points"][0]["measures"]["mean_velocity"], abs=1e-8)
+    assert velocity == pytest.approx(content["points"][0]["measures"]["mean_velocity"], abs=1e-8)
     assert picture.stat().st_size > 10_000
     assert main(["optimise", str(case), "--over", "drive.frequency=0.5:3", "--plot", str(picture)]) == 2
     assert "--plot" in capsys.readouterr().err
@@ -372,9 +376,9 @@ def test_centre_of_mass_that_never_stops_is_beyond_the_speed_of_strokes_from_res
     first, second = 0.1, 0.001
     steady = vc.orbit(crawler_under(vc.Triangle(0.5, 2.0 * np.pi / (first + second), rise=first / (first + second))))
     jump = SHARE * (1.0 / first + 1.0 / second)
-    way = jump * second - DECELERATION * second**2
+    value = jump * second - DECELERATION * second**2
     _, speed = vc.performance_bounds(steady.system)
-    assert speed.of(steady) == pytest.approx(way / (first + second), rel=1e-9)
+    assert speed.of(steady) == pytest.approx(value / (first + second), rel=1e-9)
     assert speed.of(steady) > 17.0 * speed.value
     assert not speed.holds(steady)
 
@@ -385,7 +389,7 @@ def test_cost_of_sliding_back():
     slow = DECELERATION / SHARE
     steady = vc.orbit(crawler_under(vc.ThreePhase(1.0, 1.3 * slow, 6.0 * slow, 1.3 * slow)))
     motion = steady.motion()
-    back = sum(np.ptp(motion.at([each.start, each.end], "position")) for each in motion.phases if each.side < 0)
+    back = sum(np.ptp(motion.at([phase.start, phase.end], "position")) for phase in motion.phases if phase.side < 0)
     (cost, _), drift = vc.performance_bounds(steady.system), steady.drift
     assert back > 0.01
     assert cost.of(steady) == pytest.approx(cost.value * (1.0 + 2.0 * back / drift), rel=1e-10)
@@ -431,9 +435,9 @@ def test_command_says_how_near_a_case_comes(tmp_path, capsys):
 def three_phases_of(mu, k, stroke):
     """Parameters of the crawler whose body just rests in its slow phases, with w2 = 2 k/mu."""
     slow = k / mu
-    found = {"machine.mass_ratio": 1.0 / mu - 1.0, "drive.stroke": stroke, "drive.second_acceleration": 2.0 * slow}
-    found |= dict.fromkeys(("drive.first_acceleration", "drive.third_acceleration"), slow)
-    return found | dict.fromkeys(("friction.coulomb_coefficient", "friction.static_coefficient"), slow)
+    settings = {"machine.mass_ratio": 1.0 / mu - 1.0, "drive.stroke": stroke, "drive.second_acceleration": 2.0 * slow}
+    settings |= dict.fromkeys(("drive.first_acceleration", "drive.third_acceleration"), slow)
+    return settings | dict.fromkeys(("friction.coulomb_coefficient", "friction.static_coefficient"), slow)
 
 
 def test_sobol_indices_are_those_of_scipy_and_their_intervals_those_of_the_seed():
@@ -456,15 +460,15 @@ def test_sobol_indices_of_a_product_of_powers():
     system = crawler_under(vc.ThreePhase(1.0, slow, 2.0 * slow, slow))
     log_speed = vc.Measure.derived("log_speed", "ln V", lambda v: np.log(np.abs(v)), of=("mean_velocity",))
     spread = {"mu": "lognormal:0.3:0.1", "k": "lognormal:0.2:0.1", "stroke": "lognormal:1:0.1"}
-    found = vc.robustness(system, spread, log_speed, through=three_phases_of, samples=512)
-    assert found.total is not None
-    assert found.first_order is not None
+    robustness = vc.robustness(system, spread, log_speed, through=three_phases_of, samples=512)
+    assert robustness.total is not None
+    assert robustness.first_order is not None
     for name in spread:
-        for index, low, high in (found.first_order[name], found.total[name]):
+        for index, low, high in (robustness.first_order[name], robustness.total[name]):
             assert index == pytest.approx(1.0 / 3.0, abs=0.01)
             assert low < 1.0 / 3.0 < high
-    assert found.deviation == pytest.approx(0.05 * np.sqrt(3.0), rel=0.02)
-    assert found.nominal == pytest.approx(np.log(0.0707106781187), abs=1e-6)
+    assert robustness.deviation == pytest.approx(0.05 * np.sqrt(3.0), rel=0.02)
+    assert robustness.nominal == pytest.approx(np.log(0.0707106781187), abs=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -476,27 +480,27 @@ def optimum() -> vc.Case:
 
 def test_factor_of_friction_is_a_run_at_that_friction(optimum):
     """At friction x 0.8 and x 1.2 the speeds are those of BEYOND's table."""
-    found = vc.robustness(optimum, {BOTH: "factor:0.8:1.2"}, samples=64)
-    assert found.nominal == pytest.approx(0.082456224884, abs=1e-6)
-    factors = found.parameters["friction.coulomb_coefficient"] / optimum.system.friction.coulomb_coefficient
+    spread = vc.robustness(optimum, {BOTH: "factor:0.8:1.2"}, samples=64)
+    assert spread.nominal == pytest.approx(0.082456224884, abs=1e-6)
+    factors = spread.parameters["friction.coulomb_coefficient"] / optimum.system.friction.coulomb_coefficient
     assert np.min(factors) >= 0.8
     assert np.max(factors) <= 1.2
-    ends = [found.values[np.argmin(factors)], found.values[np.argmax(factors)]]
+    ends = [spread.values[np.argmin(factors)], spread.values[np.argmax(factors)]]
     assert ends == pytest.approx([0.0714693, 0.0870099], abs=2e-3)  # 64 samples come within 0.01 of the ends
-    assert found.wrong_way == 0.0
-    assert found.total == {BOTH: (1.0, 1.0, 1.0)}
+    assert spread.wrong_way == 0.0
+    assert spread.total == {BOTH: (1.0, 1.0, 1.0)}
 
 
 @pytest.mark.slow
 def test_runs_that_lift_off_count_as_no_travel(biharmonic):
     """A design on the edge of lifting off: at larger friction it does, in some samples; numbers hold them as 0."""
     lifting = biharmonic.with_parameters({"drive.amplitude": 2.6, "drive.second_amplitude": 1.2})
-    found = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, initial=START[0], samples=64)
-    share = found.failed["lift off"]
+    spread = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, initial=START[0], samples=64)
+    share = spread.failed["lift off"]
     assert 0.0 < share < 1.0
-    assert np.mean(found.values == 0.0) >= share
-    assert found.worst <= 0.0
-    assert found.mean == pytest.approx(np.mean(found.values), abs=0.0)
+    assert np.mean(spread.values == 0.0) >= share
+    assert spread.worst <= 0.0
+    assert spread.mean == pytest.approx(np.mean(spread.values), abs=0.0)
     cost = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, "least_reaction", initial=START[0], samples=64)
     assert np.mean(np.isnan(cost.values)) == share  # of what is no travel nothing is made up
     assert cost.total is None
@@ -504,12 +508,12 @@ def test_runs_that_lift_off_count_as_no_travel(biharmonic):
 
 def test_wrong_way_and_the_worst_tenth(biharmonic):
     """The phase of the second harmonic decides the direction: over all phases half go each way, by symmetry."""
-    found = vc.robustness(biharmonic, {"drive.second_phase": (0.0, 2.0 * np.pi)}, initial=START[0], samples=256)
-    assert found.wrong_way == pytest.approx(0.5, abs=0.05)
-    ordered = np.sort(found.values)
-    assert found.tail_mean == pytest.approx(np.mean(ordered[: int(np.ceil(0.1 * len(ordered)))]))
-    assert found.quantiles[0.5] == pytest.approx(np.median(found.values))
-    assert len(found.to_pandas()) == len(found.values) == 512
+    spread = vc.robustness(biharmonic, {"drive.second_phase": (0.0, 2.0 * np.pi)}, initial=START[0], samples=256)
+    assert spread.wrong_way == pytest.approx(0.5, abs=0.05)
+    ordered = np.sort(spread.values)
+    assert spread.tail_mean == pytest.approx(np.mean(ordered[: int(np.ceil(0.1 * len(ordered)))]))
+    assert spread.quantiles[0.5] == pytest.approx(np.median(spread.values))
+    assert len(spread.to_pandas()) == len(spread.values) == 512
 
 
 @pytest.mark.parametrize(
@@ -536,11 +540,11 @@ def test_command_prints_what_python_has(tmp_path, capsys):
     assert main(["new", "--out", str(case)]) == 0
     capsys.readouterr()
     assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "16", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    content = json.loads(capsys.readouterr().out)
     own = vc.robustness(vc.read_case(case), {"machine.damping": "0.9:1.1"}, samples=16)
-    assert found["mean"] == own.mean
-    assert found["worst"] == own.worst
-    assert found["total"]["machine.damping"]["share"] == own.total["machine.damping"][0]
+    assert content["mean"] == own.mean
+    assert content["worst"] == own.worst
+    assert content["total"]["machine.damping"]["share"] == own.total["machine.damping"][0]
     assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "20"]) == 2
     assert "--samples" in capsys.readouterr().err
 
@@ -562,9 +566,9 @@ def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
     ]
     assert spread[0] < 0.9 * spread[1]
     assert spread[1] >= surest.value - 1e-6
-    given = surest.orbit.system
-    ends = [given.with_parameters({path: x * given.parameter(path) for path in BOTH.split(",")}) for x in (0.8, 1.2)]
-    worst = min(abs(vc.orbit(each, initial=surest.orbit.state).mean_velocity) for each in ends)
+    system = surest.orbit.system
+    ends = [system.with_parameters({path: x * system.parameter(path) for path in BOTH.split(",")}) for x in (0.8, 1.2)]
+    worst = min(abs(vc.orbit(end, initial=surest.orbit.state).mean_velocity) for end in ends)
     assert worst >= surest.value - 1e-9
 
 
@@ -599,12 +603,12 @@ def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
     asked = ["optimise", case, "--over", "drive.frequency_Hz=0.6:2"]
     first = ["--evaluations", "64", "--subject-to", "peak_drive < 1.2", "--out", str(out), "--report"]
     assert main([*asked, *first]) == 0
-    page, found = (out / "report.html").read_text("utf-8"), json.loads((out / "design.json").read_text("utf-8"))
+    page, content = (out / "report.html").read_text("utf-8"), json.loads((out / "design.json").read_text("utf-8"))
     for said in (
-        f"{found['value']['value']:.8g} m/s",
+        f"{content['value']['value']:.8g} m/s",
         "drive.frequency_Hz",
         "peak_drive &lt; 1.2",
-        *found["limits"],
+        *content["limits"],
         "best.toml",
     ):
         assert said in page
@@ -627,15 +631,15 @@ def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
     asked += ["--over", "drive.amplitude_N_m=0.3:0.7", "--evaluations", "160"]
     assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
-    assert page.count("<tr>") >= len(found["points"])
+    page, content = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
+    assert page.count("<tr>") >= len(content["points"])
     over = own["over"] | {"drive.amplitude": (0.3 / torque, 0.7 / torque)}
     plain = vc.pareto_front(system.dimensionless, **own | {"over": over, "evaluations": 160})
-    designs = [[each["drive.frequency"] * hertz, each["drive.amplitude"] * torque] for each in plain.designs]
+    designs = [[design["drive.frequency"] * hertz, design["drive.amplitude"] * torque] for design in plain.designs]
     rows = np.column_stack([designs, plain.values * scales])
     assert len(rows) > 1
-    points = [[*each["design"].values(), *each["measures"].values()] for each in found["points"]]
-    assert [each["unit"] for each in points[0]] == ["Hz", "N m", "m/s", "J/m"]
+    points = [[*each["design"].values(), *each["measures"].values()] for each in content["points"]]
+    assert [point["unit"] for point in points[0]] == ["Hz", "N m", "m/s", "J/m"]
     assert np.array([[each["value"] for each in one] for one in points]) == pytest.approx(rows, rel=1e-6)
     assert np.loadtxt(front / "front.csv", delimiter=",", skiprows=1)[:, :4] == pytest.approx(rows, rel=1e-6)
     for unit, column in (("m/s", rows[:, 2]), ("J/m", rows[:, 3])):
@@ -670,14 +674,14 @@ def test_ascent_does_not_pass_what_is_not_allowed_and_does_not_claim_a_kink():
         return 1.0 - abs(x[0] - kink), np.array([-np.sign(x[0] - kink)])
 
     assert ascend(np.array([0.2]), roof, 100) is None
-    seen = []
+    values = []
 
     def wall(x):
-        seen.append(float(x[0]))
+        values.append(float(x[0]))
         return (x[0], np.array([1.0])) if x[0] <= kink else None
 
     assert ascend(np.array([0.2]), wall, 100) is None
-    assert max(x for x in seen if x <= kink) == pytest.approx(kink, abs=1e-3)
+    assert max(x for x in values if x <= kink) == pytest.approx(kink, abs=1e-3)
 
 
 @pytest.mark.slow
@@ -686,13 +690,13 @@ def test_slopes_vanish_at_a_smooth_optimum_and_are_those_of_differences(biharmon
 
     Value and place are of an independent search; at a smooth optimum the place is known to the root of the value.
     """
-    found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=640, spread_starts=0)
-    assert found.value == pytest.approx(0.104919431678, abs=1e-9)
-    assert list(found.design.values()) == pytest.approx([0.90985583, 2.20068755], abs=3e-5)
-    assert found.orbit.stable
-    assert found.reached_from == (0,)
-    assert found.limits == ("nothing: the slopes vanish",)
-    assert all(abs(slope) < 1e-10 for pair in found.slopes.values() for slope in pair)
+    design = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=640, spread_starts=0)
+    assert design.value == pytest.approx(0.104919431678, abs=1e-9)
+    assert list(design.design.values()) == pytest.approx([0.90985583, 2.20068755], abs=3e-5)
+    assert design.orbit.stable
+    assert design.reached_from == (0,)
+    assert design.limits == ("nothing: the slopes vanish",)
+    assert all(abs(slope) < 1e-10 for pair in design.slopes.values() for slope in pair)
     forward = biharmonic.with_parameters({"drive.second_phase": 2.2})
     bounded = optimise(forward, {"drive.frequency": (0.6, 0.8)}, starts=START, evaluations=64, spread_starts=0)
     assert bounded.limits == ("upper bound of drive.frequency",)
@@ -711,18 +715,18 @@ def test_other_motions_of_a_design_are_said():
     """A machine with mirror twins: half of the starts lead to each, and the design is one of them."""
     machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=0.88624890, damping=1.40524509)
     system = vc.System(machine, vc.Exponential(), vc.Harmonic(1.8, 1.2))
-    found = optimise(system, {"drive.frequency": (1.2, 1.3)}, starts=START, evaluations=32, refinement=20)
-    assert found.attractors is not None
-    assert found.attractor is not None
-    own = found.attractors.attractors[found.attractor]
-    assert own.motion.drift == pytest.approx(found.orbit.drift, abs=1e-9)
-    twin = found.attractors.attractors[own.twin]
-    assert twin.motion.drift == pytest.approx(-found.orbit.drift, abs=1e-9)
+    design = optimise(system, {"drive.frequency": (1.2, 1.3)}, starts=START, evaluations=32, refinement=20)
+    assert design.attractors is not None
+    assert design.attractor is not None
+    own = design.attractors.attractors[design.attractor]
+    assert own.motion.drift == pytest.approx(design.orbit.drift, abs=1e-9)
+    twin = design.attractors.attractors[own.twin]
+    assert twin.motion.drift == pytest.approx(-design.orbit.drift, abs=1e-9)
     assert own.share + twin.share <= 1.0
-    assert f"its mirror twin from {100.0 * twin.share:.3g} %" in found.facts["reached"]
-    rows = found.attractors.table()
-    assert rows[found.attractor]["largest_multiplier"] < 1.0
-    assert sum(row["starts"] for row in rows) + np.sum(found.attractors.label < 0) == 64
+    assert f"its mirror twin from {100.0 * twin.share:.3g} %" in design.facts["reached"]
+    rows = design.attractors.table()
+    assert rows[design.attractor]["largest_multiplier"] < 1.0
+    assert sum(row["starts"] for row in rows) + np.sum(design.attractors.label < 0) == 64
 
 
 @pytest.mark.slow
@@ -755,7 +759,7 @@ def fitted():
     bench = vc.read_case("examples/bench-in-si.toml").system
     keys = {"coulomb_coefficient": "coulomb_coefficient", "static_coefficient": "static_coefficient"}
     keys["decay_rate"] = "decay_rate_s_per_m"
-    values = {f"friction.{keys[each.name]}": each.value for each in fit.parameters}
+    values = {f"friction.{keys[parameter.name]}": parameter.value for parameter in fit.parameters}
     return fit, bench.with_parameters(values)
 
 
@@ -763,20 +767,20 @@ def fitted():
 def test_joint_uncertainty_of_a_fit_is_its_covariance(fitted):
     """Samples of the logarithms have the covariance sum_k s_k^2 e_k e_k^T of the fit, about its values."""
     fit, system = fitted
-    found = vc.robustness(system, {"friction": fit}, samples=1024)
-    names = [each.name for each in fit.parameters]
+    robustness = vc.robustness(system, {"friction": fit}, samples=1024)
+    names = [parameter.name for parameter in fit.parameters]
     paths = ["friction.coulomb_coefficient", "friction.static_coefficient", "friction.decay_rate_s_per_m"]
     assert names == ["coulomb_coefficient", "static_coefficient", "decay_rate"]
-    logs = np.log([found.parameters[path] for path in paths])
-    ways = np.array([[each.exponents[name] for name in names] for each in fit.identifiability.directions])
-    spread = np.array([each.deviation for each in fit.identifiability.directions])
+    logs = np.log([robustness.parameters[path] for path in paths])
+    ways = np.array([[direction.exponents[name] for name in names] for direction in fit.identifiability.directions])
+    spread = np.array([direction.deviation for direction in fit.identifiability.directions])
     expected = ways.T @ np.diag(spread**2) @ ways
     assert np.cov(logs) == pytest.approx(expected, rel=0.05, abs=0.02 * np.max(expected))
     assert np.mean(logs, axis=1) == pytest.approx(
-        np.log([each.value for each in fit.parameters]), abs=1e-2 * max(spread)
+        np.log([parameter.value for parameter in fit.parameters]), abs=1e-2 * max(spread)
     )
-    assert len(found.total) == 3
-    assert all(name.startswith("friction: ") for name in found.total)
+    assert len(robustness.total) == 3
+    assert all(name.startswith("friction: ") for name in robustness.total)
 
 
 @pytest.mark.slow
@@ -784,15 +788,17 @@ def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys)
     fit, system = fitted
     fit.save(tmp_path / "fit")
     vc.save_case(system, tmp_path / "case.toml")
-    given = f"friction=fit:{tmp_path / 'fit' / 'fit.json'}"
+    text = f"friction=fit:{tmp_path / 'fit' / 'fit.json'}"
     case = str(tmp_path / "case.toml")
-    assert main(["robust", case, "--uncertain", given, "--samples", "16", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["mean"]["value"] == pytest.approx(vc.robustness(system, {"friction": fit}, samples=16).mean, rel=1e-9)
+    assert main(["robust", case, "--uncertain", text, "--samples", "16", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["mean"]["value"] == pytest.approx(
+        vc.robustness(system, {"friction": fit}, samples=16).mean, rel=1e-9
+    )
     search = ["optimise", case, "--over", "drive.frequency_Hz=0.8:1.2", "--evaluations", "32", "--json"]
-    assert main([*search, "--uncertain", given, "--samples", "4"]) == 0
+    assert main([*search, "--uncertain", text, "--samples", "4"]) == 0
     assert json.loads(capsys.readouterr().out)["under"][0] == "worst"
-    assert main(["robust", "examples/bench-in-si.toml", "--uncertain", given]) == 2
+    assert main(["robust", "examples/bench-in-si.toml", "--uncertain", text]) == 2
     assert "put friction.toml of the fit into the case" in capsys.readouterr().err
     assert main(["robust", case, "--uncertain", "friction=fit:nowhere.json"]) == 2
     assert "cannot be read" in capsys.readouterr().err
@@ -844,12 +850,12 @@ def test_what_counts_of_samples_is_the_worst_their_mean_or_the_mean_of_the_worst
 )
 def test_what_is_not_to_be_trusted_has_no_direction_and_no_index(system, uncertain, settings, doubt):
     """One rule (`motion.trust`): of residue, failures and transients neither a wrong way nor an index is derived."""
-    found = vc.robustness(system, uncertain, samples=16, **settings)
-    assert found.nominal_doubt == doubt
-    assert found.wrong_way is None
-    assert (found.first_order, found.total) == (None, None) or doubt == "lift off"
-    assert doubt in found.facts["nominal"]
+    spread = vc.robustness(system, uncertain, samples=16, **settings)
+    assert spread.nominal_doubt == doubt
+    assert spread.wrong_way is None
+    assert (spread.first_order, spread.total) == (None, None) or doubt == "lift off"
+    assert doubt in spread.facts["nominal"]
     if doubt == "not settled":
-        assert found.not_settled == 1.0
-        assert np.isnan(found.mean)
-        assert np.all(np.isnan(found.values))
+        assert spread.not_settled == 1.0
+        assert np.isnan(spread.mean)
+        assert np.all(np.isnan(spread.values))

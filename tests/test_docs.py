@@ -85,8 +85,8 @@ def fences(page: Path) -> list[Fence]:
 
 def cells(notebook: Path) -> list[tuple[str, str]]:
     """The (kind, text) of the cells of a notebook."""
-    found = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
-    return [(cell["cell_type"], "".join(cell["source"])) for cell in found]
+    plane = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    return [(cell["cell_type"], "".join(cell["source"])) for cell in plane]
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
@@ -106,8 +106,8 @@ def slow_page(page: Path) -> list:
 
 def kept(*words: str, runs: bool = False) -> list:
     """Blocks with these words after the fence, as parameters of a test, which may run them."""
-    found = [fence for fence in FENCES if fence.words == words]
-    return [pytest.param(fence, id=fence.name, marks=slow_page(fence.page) if runs else []) for fence in found]
+    values = [fence for fence in FENCES if fence.words == words]
+    return [pytest.param(fence, id=fence.name, marks=slow_page(fence.page) if runs else []) for fence in values]
 
 
 def commands(text: str) -> list[str]:
@@ -249,11 +249,11 @@ def test_the_readme_snippet_is_the_agreed_one_and_ends_where_it_says(workplace):
 
 @pytest.mark.parametrize("notebook", TUTORIALS, ids=lambda path: path.stem)
 def test_a_tutorial_is_kept_without_results_and_begins_by_installing(notebook):
-    found = json.loads(notebook.read_text(encoding="utf-8"))
-    code = [cell for cell in found["cells"] if cell["cell_type"] == "code"]
+    content = json.loads(notebook.read_text(encoding="utf-8"))
+    code = [cell for cell in content["cells"] if cell["cell_type"] == "code"]
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)
-    assert [cell["id"] for cell in found["cells"]] == [f"cell-{i:02}" for i in range(1, len(found["cells"]) + 1)]
-    assert found["cells"][0]["source"][0].startswith("# ")
+    assert [cell["id"] for cell in content["cells"]] == [f"cell-{i:02}" for i in range(1, len(content["cells"]) + 1)]
+    assert content["cells"][0]["source"][0].startswith("# ")
     assert code[0]["source"] == json.loads(TUTORIALS[0].read_text(encoding="utf-8"))["cells"][1]["source"]
     assert 'find_spec("vibrocap") is None' in "".join(code[0]["source"])
 
@@ -560,8 +560,8 @@ def test_new_parts_keep_their_contracts(tmp_path):
     (tmp_path / "new_files.py").write_text("\n".join(plugin) + "\n", encoding="utf-8")
     assert len(names) == len(NEW_FILES)
     # Compiling is the test above.
-    chosen = f"({' or '.join(names)} or every_file) and not random_starts"
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "new_files", "-p", "no:cacheprovider", "-k", chosen]
+    words = f"({' or '.join(names)} or every_file) and not random_starts"
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "new_files", "-p", "no:cacheprovider", "-k", words]
     done = subprocess.run(
         [*command, str(ROOT / "tests" / "test_contracts.py")],
         cwd=ROOT,
@@ -593,10 +593,10 @@ def new_command(monkeypatch):
 def test_a_new_command_is_found_explained_and_refuses(new_command, workplace, capsys):
     case = ["examples/travels-by-stick-slip.toml"]
     assert cli.main([new_command, *case, "--state", "angle", "--value", "0.5", "--json"]) == OK
-    found = json.loads(capsys.readouterr().out)["times"]
+    times = json.loads(capsys.readouterr().out)["times"]
     motion = vc.read_case(case[0]).simulate()
-    assert len(found) == 80  # there and back in each of the 40 periods
-    assert motion.at(found[::20], "angle") == pytest.approx(0.5, abs=1e-9)
+    assert len(times) == 80  # there and back in each of the 40 periods
+    assert motion.at(times[::20], "angle") == pytest.approx(0.5, abs=1e-9)
     assert cli.main([new_command, *case, "--state", "angel"]) == WRONG_INPUT
     assert "--state: no state is called 'angel'; did you mean 'angle'?" in capsys.readouterr().err
     assert cli.main([new_command, *case, "--state", "angle", "--value", "nan"]) == WRONG_INPUT

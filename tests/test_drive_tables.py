@@ -160,8 +160,8 @@ def test_a_file_of_a_case_in_si_is_in_si(tmp_path):
     waveform = "table"
     """
     case = read_case(written(tmp_path, textwrap.dedent(si) + 'file = "current.csv"\n'))
-    given = f"times_s = {list(TIMES)}\nvalues_N_m = {list(VALUES)}\n"
-    assert case == case_from_text(textwrap.dedent(si) + given)
+    text = f"times_s = {list(TIMES)}\nvalues_N_m = {list(VALUES)}\n"
+    assert case == case_from_text(textwrap.dedent(si) + text)
     assert case.system.drive.period * case.system.units.time_s == pytest.approx(2.5)
     assert case_from_text(case_text(case, units="SI")).system.drive == case.system.drive
 

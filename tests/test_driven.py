@@ -46,13 +46,13 @@ def test_quasi_static_loop():
     g, cycle, cycles = 0.3 / 20.0, 4000, 8
     time = np.linspace(0.0, 2.0 * np.pi * cycles, cycle * cycles + 1)
     velocity = 0.02 * np.cos(time)
-    found = driven_force(law, time, velocity, tolerance=1e-10)
+    force = driven_force(law, time, velocity, tolerance=1e-10)
     position = scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)
     amplitude = 0.5 * np.ptp(position)  # of the motion as sampled
     last = slice(-cycle - 1, None)
     deflection = g * math.tanh(amplitude / g)
-    assert np.abs(found.internal[last]).max() == pytest.approx(deflection, rel=1e-8)
-    area = np.trapezoid((found.force * velocity)[last], time[last])
+    assert np.abs(force.internal[last]).max() == pytest.approx(deflection, rel=1e-8)
+    area = np.trapezoid((force.force * velocity)[last], time[last])
     assert area == pytest.approx(4.0 * 0.3 * (amplitude - deflection), rel=1e-6)
 
 
@@ -63,7 +63,7 @@ def test_switches_are_located():
     velocity = wandering(rng, time, 0.4)
     load = 2.0 + np.sin(time)
     law = Play()
-    found = driven_force(law, time, velocity, load=load, internal=(0.0, 0.05, 0.0))
+    force = driven_force(law, time, velocity, load=load, internal=(0.0, 0.05, 0.0))
     spring, slipped, slips, expected, slipping, distance = 0.05, 0.0, 0, [0.05], [0.0], [0.0]
     for i in range(1, len(time)):
         v0, v1, span = velocity[i - 1], velocity[i], time[i] - time[i - 1]
@@ -76,10 +76,10 @@ def test_switches_are_located():
         slipping.append(float(abs(spring) == law.reach))
         slips += slipping[-1] > slipping[-2]
     assert slips >= 3
-    assert found.internal[:, 1] == pytest.approx(np.array(expected), abs=1e-12)
-    assert found.internal[:, 2] == pytest.approx(np.array(distance), abs=1e-12)
-    assert found.internal[:, 0].tolist() == slipping
-    assert found.force == pytest.approx(load * law.stiffness * np.array(expected), abs=1e-11)
+    assert force.internal[:, 1] == pytest.approx(np.array(expected), abs=1e-12)
+    assert force.internal[:, 2] == pytest.approx(np.array(distance), abs=1e-12)
+    assert force.internal[:, 0].tolist() == slipping
+    assert force.force == pytest.approx(load * law.stiffness * np.array(expected), abs=1e-11)
 
 
 def test_coupled_states():
@@ -89,7 +89,7 @@ def test_coupled_states():
     velocity, load = wandering(rng, time, 1.0), 1.0 + 0.5 * np.sin(time)
     law = Chain()
     with on_plain_python(law):
-        found = driven_force(law, time, velocity, load=load, internal=(0.3, -0.2, 0.1), tolerance=1e-11)
+        force = driven_force(law, time, velocity, load=load, internal=(0.3, -0.2, 0.1), tolerance=1e-11)
     state, expected = np.array([0.3, -0.2, 0.1]), [0.3 - 0.2 + 0.1]
     by_signal = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
     for i in range(1, len(time)):
@@ -100,7 +100,7 @@ def test_coupled_states():
         signals = np.concatenate((before, (np.array([velocity[i], load[i]]) - before) / span))
         state = (scipy.linalg.expm(ints * span) @ np.concatenate((state, signals)))[:3]
         expected.append(state.sum())
-    assert found.force == pytest.approx(np.array(expected), abs=1e-9)
+    assert force.force == pytest.approx(np.array(expected), abs=1e-9)
 
 
 # --- an independent solver -------------------------------------------------------------------------------------------
@@ -108,7 +108,7 @@ def test_coupled_states():
 
 def radau(law, time, velocity, bristle):
     """Bristle deflection at every sample by SciPy's Radau, from kink to kink."""
-    found = [bristle]
+    values = [bristle]
     for i in range(1, len(time)):
         t0, t1, v0, v1 = time[i - 1], time[i], velocity[i - 1], velocity[i]
         turn = [t0 + (t1 - t0) * v0 / (v0 - v1)] if v0 * v1 < 0.0 else []
@@ -126,8 +126,8 @@ def radau(law, time, velocity, bristle):
             )
             assert run.success
             bristle = run.y[0, -1]
-        found.append(bristle)
-    return np.array(found)
+        values.append(bristle)
+    return np.array(values)
 
 
 @pytest.mark.parametrize(("stiffness", "seed"), slow_but([0], [(1e2, 4), (1e5, 5)]))
@@ -138,9 +138,9 @@ def test_against_radau(stiffness, seed):
     time = uneven(rng, 11, 3.0 if stiffness < 1e3 else 0.3)
     velocity = wandering(rng, time, 0.15)
     assert np.count_nonzero(velocity[1:] * velocity[:-1] < 0.0) >= 2
-    found = driven_force(law, time, velocity, tolerance=1e-11)
+    force = driven_force(law, time, velocity, tolerance=1e-11)
     scale = law.static_coefficient / stiffness
-    assert found.internal[:, 0] == pytest.approx(radau(law, time, velocity, 0.0), abs=3e-10 * scale)
+    assert force.internal[:, 0] == pytest.approx(radau(law, time, velocity, 0.0), abs=3e-10 * scale)
 
 
 # --- many parameter sets ---------------------------------------------------------------------------------------------
@@ -177,19 +177,19 @@ def test_a_row_that_fails_is_named(record):
     """A level of zero leaves no deflection to relax to."""
     time, velocity, _ = record
     values = [[1e5, 0.2, 0.4, 0.05], [1e5, 0.0, 0.0, 0.05], [1e4, 0.2, 0.4, 0.05]]
-    found = driven_forces(PAPER, values, NAMES, time, velocity)
-    assert found.status == (Status.FINISHED, Status.NOT_FINITE, Status.FINISHED)
-    assert np.isnan(found.force[1]).all()
-    assert np.isfinite(found.force[[0, 2]]).all()
+    forces = driven_forces(PAPER, values, NAMES, time, velocity)
+    assert forces.status == (Status.FINISHED, Status.NOT_FINITE, Status.FINISHED)
+    assert np.isnan(forces.force[1]).all()
+    assert np.isfinite(forces.force[[0, 2]]).all()
 
 
 def test_shape_parameters_can_be_varied(record):
     """A whole exponent among others takes the general formula, which is rounded off near rest only."""
     time, velocity, _ = record
     with on_plain_python(PAPER, ("stribeck_exponent",)):
-        found = driven_forces(PAPER, [[1.5], [2.0]], ("stribeck_exponent",), time, velocity)
-    assert np.abs(found.force[1] - driven_force(PAPER, time, velocity).force).max() < 1e-8
-    assert np.abs(found.force[0] - found.force[1]).max() > 1e-3
+        forces = driven_forces(PAPER, [[1.5], [2.0]], ("stribeck_exponent",), time, velocity)
+    assert np.abs(forces.force[1] - driven_force(PAPER, time, velocity).force).max() < 1e-8
+    assert np.abs(forces.force[0] - forces.force[1]).max() > 1e-3
 
 
 # --- samples ---------------------------------------------------------------------------------------------------------
@@ -250,12 +250,12 @@ def test_set_valued_law_at_rest():
     """R(v) while it moves; at rest, the side of the last motion; before any motion, 0."""
     law = vc.Exponential()
     velocity = np.array([0.0, 0.0, 0.2, 0.0, -0.1, 0.0, 0.0])
-    found = driven_force(law, np.arange(7.0), velocity, load=2.0)
+    force = driven_force(law, np.arange(7.0), velocity, load=2.0)
     moving = 2.0 * (0.15 + 0.3 * np.exp(-10.0 * np.array([0.2, 0.1])))
-    assert found.force == pytest.approx([0.0, 0.0, moving[0], 0.9, -moving[1], -0.9, -0.9], rel=1e-14)
-    assert found.internal.shape == (7, 0)
+    assert force.force == pytest.approx([0.0, 0.0, moving[0], 0.9, -moving[1], -0.9, -0.9], rel=1e-14)
+    assert force.internal.shape == (7, 0)
     rows = driven_forces(law, [[10.0], [3.0]], ("decay_rate",), np.arange(7.0), velocity, load=2.0)
-    assert np.array_equal(rows.force[0], found.force)
+    assert np.array_equal(rows.force[0], force.force)
     assert rows.force[1, 2] == pytest.approx(2.0 * (0.15 + 0.3 * math.exp(-0.6)), rel=1e-14)
 
 
@@ -263,9 +263,9 @@ def test_set_valued_law_with_states_at_rest():
     """Its states are followed; its force is 0 before the first motion too."""
     law = Held()
     with on_plain_python(law):
-        found = driven_force(law, np.arange(5.0), [0.0, 0.0, 0.1, 0.0, 0.0], internal=(0.0, 0.05, 0.0))
-    assert found.force == pytest.approx([0.0, 0.0, 0.3, 0.45, 0.45])
-    assert found.internal[:, 1] == pytest.approx([0.05, 0.05, 0.1, 0.15, 0.15])
+        force = driven_force(law, np.arange(5.0), [0.0, 0.0, 0.1, 0.0, 0.0], internal=(0.0, 0.05, 0.0))
+    assert force.force == pytest.approx([0.0, 0.0, 0.3, 0.45, 0.45])
+    assert force.internal[:, 1] == pytest.approx([0.05, 0.05, 0.1, 0.15, 0.15])
 
 
 # --- what it refuses -------------------------------------------------------------------------------------------------
@@ -275,11 +275,11 @@ def test_endless_switching_ends():
     """The part up to the interval in which it happened is kept."""
     law = Chatter(reach=0.3)
     with on_plain_python(law):
-        found = driven_force(law, np.linspace(0.0, 1.0, 5), np.ones(5))
-    assert found.status is Status.TOO_MANY_EVENTS
-    assert found.force[:2] == pytest.approx([0.0, 0.75])
-    assert np.isnan(found.force[2:]).all()
-    assert np.isnan(found.internal[2:]).all()
+        force = driven_force(law, np.linspace(0.0, 1.0, 5), np.ones(5))
+    assert force.status is Status.TOO_MANY_EVENTS
+    assert force.force[:2] == pytest.approx([0.0, 0.75])
+    assert np.isnan(force.force[2:]).all()
+    assert np.isnan(force.internal[2:]).all()
 
 
 GOOD = {"law": PAPER, "time": [0.0, 1.0, 2.0], "velocity": [0.0, 1.0, 0.5]}

@@ -73,9 +73,9 @@ def test_functions_of_every_step_are_right_to_ulps(simd, exact, x):
 def test_exp_reaches_both_ends():
     x = np.array([-1e5, -708.1, 709.782712893384, 710.0, 1e5])
     with np.errstate(over="ignore"):
-        found = elementary_polynomials.exponential(x)
-    assert np.array_equal(found[[0, 1, 3, 4]], [0.0, 0.0, np.inf, np.inf])
-    assert found[2] == pytest.approx(math.exp(x[2]), rel=1e-15)
+        exponential = elementary_polynomials.exponential(x)
+    assert np.array_equal(exponential[[0, 1, 3, 4]], [0.0, 0.0, np.inf, np.inf])
+    assert exponential[2] == pytest.approx(math.exp(x[2]), rel=1e-15)
 
 
 BITS = """
@@ -92,10 +92,10 @@ def test_compiled_bits_of_all_lanes_are_those_of_numpy():
     width = plain_vectors.WIDTH
     x = np.resize([1.0, 2.0**-1022, 1.5 * 2.0**1023, 3.0, 0.75, 7e-310 + 2.0**-1000], width)
     k = np.resize([-1022.0, 1023.0, 0.0, -1.0, 700.0], width)
-    found = np.zeros(3 * width)
-    compiled(BITS, "entry")(np.concatenate((x, k)), np.zeros(1, dtype=np.int64), found, width)
+    values = np.zeros(3 * width)
+    compiled(BITS, "entry")(np.concatenate((x, k)), np.zeros(1, dtype=np.int64), values, width)
     wanted = (plain_vectors.exponent(x), plain_vectors.mantissa(x), plain_vectors.power_of_two(k))
-    assert np.array_equal(found, np.concatenate(wanted))
+    assert np.array_equal(values, np.concatenate(wanted))
 
 
 def test_tanh_keeps_its_end():

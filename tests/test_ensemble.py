@@ -313,13 +313,13 @@ def test_single_motions_and_runs_of_an_ensemble_end_alike(law, max_steps):
     }
     system = vc.System(vc.Oscillator(damping=0.05), law, vc.Harmonic())
     settings = {"periods": 6, "tolerance": 1e-6, "max_steps": max_steps, "max_events_per_period": 16}
-    found = vc.ensemble(system, over, measures=["drive_work"], window=6, **settings)
+    results = vc.ensemble(system, over, measures=["drive_work"], window=6, **settings)
     ends = collections.Counter()
     for run in range(PAIRS):
         parameters = {path: float(values[run]) for path, values in over.items()}
         start = {"position": parameters.pop("initial.position")}
         motion = vc.simulate(system.with_parameters(parameters), initial=start, **settings)
-        status = list(vc.Status)[found["status"][run]]
+        status = list(vc.Status)[results["status"][run]]
         ends[motion.run_status] += 1
         if status is not motion.run_status:  # alone it went along slow manifolds earlier, in fewer steps
             assert (status, motion.run_status) == (vc.Status.TOO_MANY_STEPS, vc.Status.FINISHED)
@@ -343,9 +343,9 @@ def test_works_that_do_not_add_up_are_said_so():
     for law, ending in ((vc.Coulomb(), "finished"), (Forgetful(), "not certified")):
         system = vc.System(vc.Oscillator(damping=0.3, belt_speed=0.1), law, vc.Harmonic())
         run = functools.partial(vc.ensemble, system, {"drive.amplitude": [0.8, 0.9]}, periods=5, window=3)
-        found = run(measures=["drive_work"])
-        assert [list(vc.Status)[code].value for code in found["status"]] == [ending] * 2
-        assert np.all(found["drive_work"] > 0.0)
+        result = run(measures=["drive_work"])
+        assert [list(vc.Status)[code].value for code in result["status"]] == [ending] * 2
+        assert np.all(result["drive_work"] > 0.0)
         assert [list(vc.Status)[code].value for code in run(measures=["largest_position"])["status"]] == [
             "finished"
         ] * 2

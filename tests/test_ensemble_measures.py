@@ -152,15 +152,15 @@ class TestAgainstArrays:
 
     def test_response(self, name):
         motion = motion_of(name)
-        found = vc.measured(motion, ["response_period", "symmetric"], window=WINDOW, settle=1e-2)
+        values = vc.measured(motion, ["response_period", "symmetric"], window=WINDOW, settle=1e-2)
         response = vc.response_class(motion, threshold=1e-2)
-        assert (found["response_period"] or None) == response.period
+        assert (values["response_period"] or None) == response.period
         closer = vc.measured(motion, ["response_period"], window=WINDOW, settle=1e-3)["response_period"]
         assert closer in (0, vc.response_class(motion, threshold=1e-3).period)  # none where a slow mode has far to go
         if response.symmetric is None:
-            assert math.isnan(found["symmetric"])
+            assert math.isnan(values["symmetric"])
         else:
-            assert found["symmetric"] == response.symmetric
+            assert values["symmetric"] == response.symmetric
 
 
 def test_both_answers_about_symmetry_occur():
@@ -169,9 +169,9 @@ def test_both_answers_about_symmetry_occur():
     assert travels["symmetric"] == 0.0
     assert abs(travels["drift"]) > 0.1
     still = vc.simulate(system_with(vc.Exponential(), 2.5, vc.Harmonic(amplitude=0.3)), periods=30, tolerance=TOLERANCE)
-    found = vc.measured(still, ["symmetric", "drift"], settle=1e-6)
-    assert found["symmetric"] == 1.0
-    assert abs(found["drift"]) < 1e-6
+    values = vc.measured(still, ["symmetric", "drift"], settle=1e-6)
+    assert values["symmetric"] == 1.0
+    assert abs(values["drift"]) < 1e-6
 
 
 @pytest.mark.slow
@@ -180,10 +180,10 @@ def test_symmetry_is_that_of_each_run_of_an_ensemble():
     machine = vc.PendulumCapsule(normal_load="dynamic")
     system = vc.System(machine, vc.Exponential(0.05, 0.1), vc.FourierSeries(cosine_1=1.0))
     columns = {"drive.cosine_1": np.array([9.0, 0.05, 0.05]), "drive.cosine_2": np.array([0.0, 0.0, 0.02])}
-    found = vc.ensemble(system, columns, measures=["symmetric"], settle=1e-6, periods=300, initial={"angle": 1.0})
-    assert (found["status"] == 0).tolist() == [False, True, True]
-    assert found["settled"].tolist() == [False, True, True]
-    assert found["symmetric"] == pytest.approx([np.nan, 1.0, np.nan], nan_ok=True)
+    results = vc.ensemble(system, columns, measures=["symmetric"], settle=1e-6, periods=300, initial={"angle": 1.0})
+    assert (results["status"] == 0).tolist() == [False, True, True]
+    assert results["settled"].tolist() == [False, True, True]
+    assert results["symmetric"] == pytest.approx([np.nan, 1.0, np.nan], nan_ok=True)
 
 
 # --- closed forms ----------------------------------------------------------------------------------------------------
@@ -196,14 +196,14 @@ def test_closed_form_of_a_made_up_motion():
     motion = made_up_motion(
         vc.Exponential(), travel, lambda t, side: 0.0 * t, periods=6, stuck=[(5.8 * math.pi, 6.2 * math.pi)]
     )
-    found = vc.measured(
+    values = vc.measured(
         motion, ["drift", "largest_velocity", "least_velocity", "stick_fraction", "stick_phases"], window=4
     )
-    assert found["drift"] == pytest.approx(0.05 * period, abs=1e-13)
-    assert found["largest_velocity"] == pytest.approx(0.45, abs=1e-13)
-    assert found["least_velocity"] == pytest.approx(-0.35, abs=1e-13)
-    assert found["stick_fraction"] == pytest.approx(0.4 * math.pi / (4 * period), rel=1e-12)
-    assert found["stick_phases"] == 1.0
+    assert values["drift"] == pytest.approx(0.05 * period, abs=1e-13)
+    assert values["largest_velocity"] == pytest.approx(0.45, abs=1e-13)
+    assert values["least_velocity"] == pytest.approx(-0.35, abs=1e-13)
+    assert values["stick_fraction"] == pytest.approx(0.4 * math.pi / (4 * period), rel=1e-12)
+    assert values["stick_phases"] == 1.0
     assert vc.measured(motion, "stick_phases", window=3) == {"stick_phases": 1.0}  # what the window cuts off counts
     assert vc.measured(motion, "stick_phases", window=2) == {"stick_phases": 0.0}
 
@@ -241,20 +241,20 @@ OWN = (
 
 def test_measures_of_ones_own():
     motion = motion_of("exponential")
-    found = vc.measured(motion, [*OWN, "drive_work"], window=WINDOW)
-    assert list(found) == [*(measure.name for measure in OWN), "drive_work"]
+    values = vc.measured(motion, [*OWN, "drive_work"], window=WINDOW)
+    assert list(values) == [*(measure.name for measure in OWN), "drive_work"]
     window = window_of(motion)
     t = np.linspace(*window, 20_001)
-    assert found["grip"] == pytest.approx(np.max(motion.at(t, "holding_force")) / 0.45, abs=1e-6)
-    assert found["grip"] >= np.max(motion.at(t, "holding_force")) / 0.45 - 1e-14
-    assert found["lowest"] == pytest.approx(np.min(np.cos(motion.at(t, "angle"))), abs=1e-6)
+    assert values["grip"] == pytest.approx(np.max(motion.at(t, "holding_force")) / 0.45, abs=1e-6)
+    assert values["grip"] >= np.max(motion.at(t, "holding_force")) / 0.45 - 1e-14
+    assert values["lowest"] == pytest.approx(np.min(np.cos(motion.at(t, "angle"))), abs=1e-6)
     balance = vc.energy_balance(motion, periods=WINDOW)
-    assert found["mean_drive_power"] == pytest.approx(balance.mean_power.drive, rel=1e-12)
-    assert found["share"] == pytest.approx(-balance.damper / balance.drive, rel=1e-12)
-    assert found["twice"] == found["share"] + found["grip"]
+    assert values["mean_drive_power"] == pytest.approx(balance.mean_power.drive, rel=1e-12)
+    assert values["share"] == pytest.approx(-balance.damper / balance.drive, rel=1e-12)
+    assert values["twice"] == values["share"] + values["grip"]
     height = 2.0 * motion.at(t, "angle") ** 2  # Simpson's rule on 20,000 intervals
     simpson = np.sum(height[:-2:2] + 4.0 * height[1:-1:2] + height[2::2]) * (t[1] - t[0]) / 3.0
-    assert found["path"] == pytest.approx(simpson, rel=1e-9)
+    assert values["path"] == pytest.approx(simpson, rel=1e-9)
 
 
 def test_ones_own_leaves_the_equations_alone():
@@ -324,15 +324,15 @@ def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
 
     Where nothing drives a system in time, a stored motion is not asked whether it settled.
     """
-    given = read_case(path)
-    motion, without = given.simulate(), undefined_measures(given.system)
+    case = read_case(path)
+    motion, without = case.simulate(), undefined_measures(case.system)
     assert motion.status.ok
-    travels = given.system.machine.cyclic is not None
-    names = [name for name in measure_table(given.system) if travels or name not in without]
-    found = vc.measured(motion, names, settle=1e-6 if equations(given.system).timed else None)
-    empty = {name for name, value in found.items() if value == "" or value != value}
-    not_settled = set() if found["response_period"] else {"time_to_settle", "period", "symmetric"}
-    assert empty - not_settled == (without & set(found)) - not_settled
+    travels = case.system.machine.cyclic is not None
+    names = [name for name in measure_table(case.system) if travels or name not in without]
+    values = vc.measured(motion, names, settle=1e-6 if equations(case.system).timed else None)
+    empty = {name for name, value in values.items() if value == "" or value != value}
+    not_settled = set() if values["response_period"] else {"time_to_settle", "period", "symmetric"}
+    assert empty - not_settled == (without & set(values)) - not_settled
 
 
 # --- the ensemble ----------------------------------------------------------------------------------------------------
@@ -342,8 +342,8 @@ ASKED = ("mean_velocity", "drive_work", "peak_friction", "largest_angle", "mode_
 
 
 def small_ensemble(ratios, **settings):
-    given = {"initial": START, "measures": ASKED, "periods": 6, "window": 2} | settings
-    return vc.ensemble(SYSTEM, {"machine.mass_ratio": ratios}, **given)
+    options = {"initial": START, "measures": ASKED, "periods": 6, "window": 2} | settings
+    return vc.ensemble(SYSTEM, {"machine.mass_ratio": ratios}, **options)
 
 
 def test_the_same_bits_however_it_is_cut(monkeypatch):
@@ -363,8 +363,8 @@ def test_the_same_bits_however_it_is_cut(monkeypatch):
 def test_the_window_fits_the_run_unless_told():
     """The last ten periods, or all where a run has fewer; a window that is asked for has to fit."""
     for periods, expected in ((2, 2), (12, 10)):
-        found = small_ensemble([2.5], periods=periods, window=None, measures=["drift"])
-        assert found["window_periods"].tolist() == [expected]
+        ensemble = small_ensemble([2.5], periods=periods, window=None, measures=["drift"])
+        assert ensemble["window_periods"].tolist() == [expected]
         motion = vc.simulate(SYSTEM, periods=periods, initial=START)
         assert vc.mean_velocity(motion).window == ((periods - expected) * motion.period, periods * motion.period)
         assert vc.measured(motion, "displacement") == vc.measured(motion, "displacement", window=expected)
@@ -374,7 +374,7 @@ def test_the_window_fits_the_run_unless_told():
 
 def test_failed_runs_are_shown_as_failed():
     """More events than allowed: a status, no numbers; the other runs are what they are alone."""
-    found = vc.ensemble(
+    results = vc.ensemble(
         SYSTEM,
         {"drive.amplitude": [1.8, 0.1]},
         initial={"angle": 0.05},
@@ -383,14 +383,14 @@ def test_failed_runs_are_shown_as_failed():
         window=2,
         max_events_per_period=1,
     )
-    statuses = [list(vc.Status)[code] for code in found["status"]]
+    statuses = [list(vc.Status)[code] for code in results["status"]]
     assert statuses == [vc.Status.TOO_MANY_EVENTS, vc.Status.FINISHED]
-    assert (found["window_start"][0], found["window_periods"][0]) == (-1, 0)
-    assert found["mode_sequence"].tolist() == ["", "S"]
+    assert (results["window_start"][0], results["window_periods"][0]) == (-1, 0)
+    assert results["mode_sequence"].tolist() == ["", "S"]
     for name in ASKED:
         if name != "mode_sequence":
-            assert np.isnan(found[name][0])
-            assert np.isfinite(found[name][1])
+            assert np.isnan(results[name][0])
+            assert np.isfinite(results[name][1])
 
 
 def test_runs_of_one_form_go_together(monkeypatch):
@@ -488,14 +488,14 @@ def test_peaks_of_the_drive_are_those_of_its_formula():
     numbers = {f"cosine_{n}": a for n, a in enumerate(cosines, 1)} | {f"sine_{n}": b for n, b in enumerate(sines, 1)}
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.FourierSeries(frequency=1.3, **numbers))
     motion = vc.simulate(system, periods=3, initial=START, tolerance=1e-12)
-    found = vc.measured(motion, ["peak_drive", "peak_drive_rate", "peak_drive_power"], window=2)
+    values = vc.measured(motion, ["peak_drive", "peak_drive_rate", "peak_drive_power"], window=2)
     size, rate = largest_of_wave(cosines, sines, 1.3)
-    assert found["peak_drive"] == pytest.approx(size, rel=1e-12)
-    assert found["peak_drive_rate"] == pytest.approx(rate, rel=1e-12)
+    assert values["peak_drive"] == pytest.approx(size, rel=1e-12)
+    assert values["peak_drive_rate"] == pytest.approx(rate, rel=1e-12)
     times = np.linspace(motion.period, 3 * motion.period, 20_001)
     power = np.max(np.abs(motion.at(times, "drive") * motion.at(times, "angle_rate")))
-    assert power <= found["peak_drive_power"] * (1 + 1e-12)
-    assert found["peak_drive_power"] == pytest.approx(power, rel=1e-5)  # of the grid: (step omega)^2 / 8
+    assert power <= values["peak_drive_power"] * (1 + 1e-12)
+    assert values["peak_drive_power"] == pytest.approx(power, rel=1e-5)  # of the grid: (step omega)^2 / 8
 
 
 def test_rate_of_the_drive_behind_an_actuator():

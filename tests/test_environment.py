@@ -161,13 +161,13 @@ def test_fins_alone_make_a_symmetric_capsule_travel():
 
 def surrounded(machine, law):
     """A system with all of an environment that the machine knows."""
-    given = dict(EVERYTHING)
+    table = dict(EVERYTHING)
     if machine.ground_speed() != 0.0:
-        given["quadratic_drag"] = 0.0
+        table["quadratic_drag"] = 0.0
     if not machine.over_ground:
-        given |= dict.fromkeys(("linear_drag", "quadratic_drag", "force"), 0.0)
+        table |= dict.fromkeys(("linear_drag", "quadratic_drag", "force"), 0.0)
     gravity = 1.3 if machine.gravity is None else None
-    environment = vc.Environment(**given, gravity=gravity)
+    environment = vc.Environment(**table, gravity=gravity)
     return vc.System(machine, law, vc.Biharmonic(second_amplitude=0.3), environment=environment)
 
 
@@ -191,7 +191,7 @@ LABELS_IN_TURN = [LABELS[SYSTEMS.index(s)] for s in IN_TURN]
 def sample(system, draw):
     """(time, state, side) of a contact that slides."""
     t, y, _, _ = machine_draw(system.placed, draw)
-    velocities = [each.velocity for each in system.placed.contacts(t, y, 0.0)]
+    velocities = [contact.velocity for contact in system.placed.contacts(t, y, 0.0)]
     sides = [1 if velocity > 0 else -1 for velocity in velocities]
     each = zip(system.laws, velocities, sides, strict=True)
     first, *further = [random_internal(law, velocity, side, 1.0, draw) for law, velocity, side in each]
@@ -378,8 +378,8 @@ def test_environment_in_si_has_the_units_of_its_machine(tmp_path):
         "quadratic_drag": 0.2 * length / mass,
         "force": -0.3 / (mass * gravity),
     }
-    found = {name: getattr(system.environment, name) for name in expected}
-    assert found == pytest.approx(expected, rel=1e-14)
+    table = {name: getattr(system.environment, name) for name in expected}
+    assert table == pytest.approx(expected, rel=1e-14)
     path = vc.save_case(system, tmp_path / "case.toml", periods=2)
     assert "quadratic_drag_kg_per_m = 0.2\n" in path.read_text()
     assert vc.read_case(path).system == system

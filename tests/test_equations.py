@@ -20,14 +20,14 @@ FUNCTIONS = ("sin", "cos", "sqrt", "exp", "tanh", "atan")
 
 def read(text, known):
     """What a side of an equation says: its symbols as they stand in `known`, beside each other multiplied."""
-    made, before = [], ""
+    texts, before = [], ""
     for token in TOKEN.findall(text):
         named = token not in "-+^/()"
         if (named or token == "(") and before and before not in ("-", "+", "^", "/", "(", *FUNCTIONS):
-            made.append("*")
-        made.append("**" if token == "^" else token if not named or token[0].isdigit() else f"known[{token!r}]")
+            texts.append("*")
+        texts.append("**" if token == "^" else token if not named or token[0].isdigit() else f"known[{token!r}]")
         before = token
-    return eval("".join(made), {"known": known})
+    return eval("".join(texts), {"known": known})
 
 
 def test_equation_9_of_the_paper_follows():
@@ -42,12 +42,12 @@ def test_equation_9_of_the_paper_follows():
     )
     assert sp.expand(first[0] - (a - sp.cos(theta) * A)) == 0
     assert sp.expand(first[1] - (sp.sin(theta) + drive - rho * theta - nu * w)) == 0
-    found = sp.solve([first[0] - first[1], second[0] - second[1]], [a, A])
+    solution = sp.solve([first[0] - first[1], second[0] - second[1]], [a, A])
     P, B = drive + sp.sin(theta) - rho * theta - nu * w, lam + 1 - sp.cos(theta) ** 2
     angle = ((lam + 1) * P - sp.sin(theta) * sp.cos(theta) * w**2 - R * sp.cos(theta)) / B
     capsule = (sp.cos(theta) * P - sp.sin(theta) * w**2 - R) / B
-    assert sp.simplify(found[a] - angle) == 0
-    assert sp.simplify(found[A] - capsule) == 0
+    assert sp.simplify(solution[a] - angle) == 0
+    assert sp.simplify(solution[A] - capsule) == 0
     assert sp.simplify(load[1] - (lam + 1 - sp.sin(theta) * a - sp.cos(theta) * w**2)) == 0
 
 
@@ -65,7 +65,7 @@ def test_what_is_written_holds_along_motions(kind):
         frictions = [draw.uniform(-0.5, 0.5) for _ in kind.contact_states]
         numbers = [v for v in (getattr(machine, i.name) for i in parameter_table(kind)) if isinstance(v, (int, float))]
         values = [t, force, 1.0, 0.0, *numbers, *y, *frictions]
-        for wave in [machine.imposed] if kind.imposes_motion else [each.default for each in kind.signals.values()]:
+        for wave in [machine.imposed] if kind.imposes_motion else [signal.default for signal in kind.signals.values()]:
             values += [wave.value(t), wave.slope(t), wave.curvature(t)]
         known = {printed(symbol): values[at] for at, symbol in symbols.items()}
         rates = dict(zip(kind.states, machine.rates(t, tuple(y), force, tuple(frictions)), strict=True))
@@ -87,7 +87,7 @@ def test_what_is_written_holds_along_motions(kind):
         for at, force_of in enumerate(machine.actuator(t, tuple(y), tuple(frictions)).values(), start=1):
             known[printed("F_a" if at == 1 else f"F_a{at}")] = force_of
         held = {line for line in written.motion if any(stop.rigid for stop in derived.stops)}
-        for line in (each for each in written.lines if each not in held):
+        for line in (line for line in written.lines if line not in held):
             left, right = (read(side, known) for side in line.split(" = "))
             assert left == pytest.approx(right, rel=1e-10, abs=1e-10), line
 

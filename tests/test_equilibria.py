@@ -85,12 +85,12 @@ def test_interval_of_rest():
 def test_set_of_rest_of_several_contacts():
     """Two blocks in a row: |k x1 + k12 (x1 - x2)| <= F and so on: a polygon, whose extent along each block follows."""
     row = vc.TwoBlockRow(stiffness=1.0, coupling_stiffness=1.2, belt_speed=0.0)
-    found = vc.equilibria(vc.System(row, vc.Coulomb(0.4, 0.4), ZERO_PROGRESS))[0]
-    assert found.dimension == 2
+    state = vc.equilibria(vc.System(row, vc.Coulomb(0.4, 0.4), ZERO_PROGRESS))[0]
+    assert state.dimension == 2
     matrix = np.array([[2.2, -1.2], [-1.2, 2.2]])
     corners = np.array([np.linalg.solve(matrix, [a, b]) for a in (-0.4, 0.4) for b in (-0.4, 0.4)])
-    assert found.most["position"] == pytest.approx(np.max(corners[:, 0]), abs=1e-12)
-    assert found.least["position_2"] == pytest.approx(np.min(corners[:, 1]), abs=1e-12)
+    assert state.most["position"] == pytest.approx(np.max(corners[:, 0]), abs=1e-12)
+    assert state.least["position_2"] == pytest.approx(np.min(corners[:, 1]), abs=1e-12)
 
 
 def test_bristles_at_rest_hold_what_friction_can_hold():
@@ -103,10 +103,10 @@ def test_bristles_at_rest_hold_what_friction_can_hold():
 
 def test_equilibria_of_a_pendulum_are_those_of_its_spring():
     """sin(theta) = rho theta: three states, the middle one a saddle."""
-    found = vc.equilibria(vc.System(vc.PendulumCapsule(stiffness=0.5), vc.Exponential(), ZERO_PROGRESS))
+    states = vc.equilibria(vc.System(vc.PendulumCapsule(stiffness=0.5), vc.Exponential(), ZERO_PROGRESS))
     angle = float(mpmath.findroot(lambda x: mpmath.sin(x) - x / 2, 1.9))
-    assert [each.state["angle"] for each in found] == pytest.approx([-angle, 0.0, angle], abs=1e-12)
-    assert [each.stable for each in found] == [True, False, True]
+    assert [state.state["angle"] for state in states] == pytest.approx([-angle, 0.0, angle], abs=1e-12)
+    assert [state.stable for state in states] == [True, False, True]
 
 
 def test_steady_travel_down_a_slope_is_steady_up_to_the_drift():
@@ -218,9 +218,9 @@ def special_at(made, seed):
     if made is not fold_of_a_capsule:
         system = system.with_parameters({path: 1.2 * near})
     start = vc.equilibria(system).sliding[-1]
-    found = vc.equilibrium_branch(system, path, (0.7 * near, 2.5 * near), start=start)
+    branch = vc.equilibrium_branch(system, path, (0.7 * near, 2.5 * near), start=start)
     kind = vc.SpecialKind.FOLD if made is fold_of_a_capsule else vc.SpecialKind.HOPF
-    (special,) = [each for each in found.special_points if abs(each.parameter - near) < 1e-3 * near]
+    (special,) = [point for point in branch.special_points if abs(point.parameter - near) < 1e-3 * near]
     return special, kind, place
 
 
@@ -248,11 +248,13 @@ def test_canonical_places():
         bristle_stiffness=1e5, bristle_damping=math.sqrt(1e5), viscous_damping=0.4, coulomb_coefficient=1.0,
         static_coefficient=1.5, stribeck_velocity=1e-3,
     )  # fmt: skip
-    found = vc.equilibrium_branch(
+    hopf_points = vc.equilibrium_branch(
         belt(law, stiffness=2.0, belt_speed=1e-3), "machine.belt_speed", (1e-7, 1e-2)
     ).hopf_points
-    assert [each.parameter for each in found] == pytest.approx([4.36353084743738e-6, 2.98631636013495e-3], rel=1e-11)
-    assert [each.frequency for each in found] == pytest.approx([0.92033558, 1.4141608], rel=1e-7)
+    assert [point.parameter for point in hopf_points] == pytest.approx(
+        [4.36353084743738e-6, 2.98631636013495e-3], rel=1e-11
+    )
+    assert [point.frequency for point in hopf_points] == pytest.approx([0.92033558, 1.4141608], rel=1e-7)
 
 
 def test_frequencies_that_meet_without_damping():
@@ -267,20 +269,20 @@ def test_idle_duration_of_the_drive_changes_no_place():
     places = []
     for duration in (0.1, 1.0, 37.0):
         system = belt(vc.Exponential(0.5, 1.0, 2.0), vc.Constant(duration=duration), damping=0.1, belt_speed=1.5)
-        found = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0))
-        places.append(found.hopf_points[0].parameter)
+        branch = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0))
+        places.append(branch.hopf_points[0].parameter)
     assert places == pytest.approx([math.log(10.0) / 2.0] * 3, abs=1e-13)
 
 
 def test_branch_ends_by_name_and_is_a_result():
     system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
-    found = vc.equilibrium_branch(system, "machine.belt_speed", (0.0, 2.0))
-    assert found.ends == (vc.BranchEnd.REST, vc.BranchEnd.PARAMETER_BOUND)
-    assert found.parameter[0] == pytest.approx(0.0, abs=1e-11)
-    assert np.all(found.stable == (found.parameter > math.log(10.0) / 2.0))
-    assert "subcritical" in str(found)
-    assert pickle.loads(pickle.dumps(found)) == found
-    assert found.equilibrium(0).state["position"] == pytest.approx(1.0, abs=1e-9)
+    branch = vc.equilibrium_branch(system, "machine.belt_speed", (0.0, 2.0))
+    assert branch.ends == (vc.BranchEnd.REST, vc.BranchEnd.PARAMETER_BOUND)
+    assert branch.parameter[0] == pytest.approx(0.0, abs=1e-11)
+    assert np.all(branch.stable == (branch.parameter > math.log(10.0) / 2.0))
+    assert "subcritical" in str(branch)
+    assert pickle.loads(pickle.dumps(branch)) == branch
+    assert branch.equilibrium(0).state["position"] == pytest.approx(1.0, abs=1e-9)
     assert vc.equilibria(system) == vc.equilibria(system)
 
 
@@ -363,9 +365,9 @@ class NormalForm:
         return self.linear
 
     def curvature(self, x):
-        found = np.zeros((2, 2, 3))
-        found[:, :, :2] = self.quadratic + np.einsum("jklm,m->jkl", self.cubic, x[:2])
-        return found
+        values = np.zeros((2, 2, 3))
+        values[:, :, :2] = self.quadratic + np.einsum("jklm,m->jkl", self.cubic, x[:2])
+        return values
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -383,5 +385,5 @@ def test_the_first_lyapunov_coefficient_has_the_size_of_the_textbook(seed):
     products = fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy
     a = (third[0, 0] + third[0, 2] + third[1, 1] + third[1, 3] + products / omega) / 16.0
     form, vector = NormalForm(omega, quadratic, cubic), np.array([3.0, -3.0j])
-    found = bifurcations.first_lyapunov_coefficient(form, np.zeros(3), omega, vector)
-    assert found == pytest.approx(2.0 * a / omega, rel=1e-9)
+    coefficient = bifurcations.first_lyapunov_coefficient(form, np.zeros(3), omega, vector)
+    assert coefficient == pytest.approx(2.0 * a / omega, rel=1e-9)

@@ -111,12 +111,12 @@ def test_the_environment_passes_the_check_of_gymnasium(travel):
 
 def test_an_episode_is_the_stepper_under_its_actions_in_si_with_its_measures(travel):
     measures = ["displacement", "mean_velocity", "stick_fraction"]
-    made = travel.TravelEnvironment(BENCH, length=0.05, limit=0.7, effort_cost=0.1, steps=40, measures=measures)
+    environment = travel.TravelEnvironment(BENCH, length=0.05, limit=0.7, effort_cost=0.1, steps=40, measures=measures)
     motion, total = vc.stepper(vc.read_case(BENCH), input="drive", tolerance=1e-10), 0.0
-    observation, info = made.reset(seed=3)
+    observation, info = environment.reset(seed=3)
     assert observation.tolist() == pytest.approx([np.pi / 6, 0.0, 0.0, *motion.sides])
     for k, action in enumerate(np.random.default_rng(7).uniform(-1.0, 1.0, 40)):
-        observation, reward, terminated, truncated, info = made.step([action])
+        observation, reward, terminated, truncated, info = environment.step([action])
         motion.step(0.7 * action, 0.05)
         total += reward + 0.1 * (0.7 * action) ** 2 * 0.05
         assert observation.tolist() == [*np.delete(motion.states, 2), *motion.sides]
@@ -132,10 +132,10 @@ def test_an_episode_is_the_stepper_under_its_actions_in_si_with_its_measures(tra
 def test_a_lift_off_ends_an_episode_with_its_status(travel, tmp_path):
     light = vc.PendulumCapsule(mass_ratio=0.2, normal_load="dynamic")
     path = vc.save_case(vc.System(light, vc.Coulomb(), vc.Harmonic()), tmp_path / "light.toml")
-    made = travel.TravelEnvironment(path, length=0.2, limit=3.0, measures=["displacement"])
-    made.reset(seed=0)
+    environment = travel.TravelEnvironment(path, length=0.2, limit=3.0, measures=["displacement"])
+    environment.reset(seed=0)
     for _ in range(100):
-        _, _, terminated, truncated, info = made.step([1.0])
+        _, _, terminated, truncated, info = environment.step([1.0])
         if terminated:
             break
     assert (terminated, truncated, info["status"]) == (True, False, "lift off")

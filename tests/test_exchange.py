@@ -51,7 +51,7 @@ def example(name):
 
 
 def built(folder, *options, sources=("main.c", "capsule.c"), out="capsule", compiler=(GCC,)):
-    paths = [folder / each for each in sources]
+    paths = [folder / source for source in sources]
     strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
     command = [*compiler, *strict, *options, "-o", folder / out, *paths, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -68,8 +68,8 @@ def expected(case):
     """The motion of the literal kernel: its record. It goes on for a period more, as the stepper does not end."""
     system = case.system
     initial = [*initial_state(system, case.initial).values()]
-    given = equations(system), parameter_values(system), initial, system.drive.period
-    return recorded_run(*given, Budget(**case.run | {"periods": case.periods + 1}), literal=True)
+    values = equations(system), parameter_values(system), initial, system.drive.period
+    return recorded_run(*values, Budget(**case.run | {"periods": case.periods + 1}), literal=True)
 
 
 def states_at(record, period, times):
@@ -106,10 +106,12 @@ def assert_same_bits(case, rows, code):
         for time, kind, contact in zip(happened, record.event_kinds, record.event_contacts, strict=True)
         if time <= times[-1] and kinds[kind] not in ("graze", *BOUNDS)
     )
-    told = {"start", "instant", "finished", *(status.value for status in STATUSES.values())}
-    found = sorted((time, row[1], int(row[2])) for time, row in zip(times, rows, strict=True) if row[1] not in told)
-    assert [each[1:] for each in found] == [each[1:] for each in wanted]
-    equal([each[0] for each in found], [each[0] for each in wanted])
+    members = {"start", "instant", "finished", *(status.value for status in STATUSES.values())}
+    ordered = sorted(
+        (time, row[1], int(row[2])) for time, row in zip(times, rows, strict=True) if row[1] not in members
+    )
+    assert [each[1:] for each in ordered] == [each[1:] for each in wanted]
+    equal([each[0] for each in ordered], [each[0] for each in wanted])
     if ended:
         assert rows[-1][1] == STATUSES[record.status].value
         equal(values[-1, contacts:], record.final)
@@ -176,15 +178,15 @@ def test_every_law_and_machine_has_the_same_bits_with_every_compiler(kind, machi
     """With Zig at -O0 its checks of undefined behaviour, such as a shift too far, are on: a program stops at one."""
     case = motions_of_a_kind(kind)[machine, law]
     export_c(case, tmp_path)
-    found = {}
+    table = {}
     for name, compiler in COMPILERS.items():
         for level in LEVELS:
             out = f"{name}{level}"
-            found[out] = printed(built(tmp_path, level, "-march=native", out=out, compiler=compiler))
-    code, rows = found["gcc-O0" if "gcc" in COMPILERS else "zig-O0"]
+            table[out] = printed(built(tmp_path, level, "-march=native", out=out, compiler=compiler))
+    code, rows = table["gcc-O0" if "gcc" in COMPILERS else "zig-O0"]
     assert len(rows) > 100 or code != 0
     assert_same_bits(case, rows, code)
-    assert [out for out, other in found.items() if other != (code, rows)] == []
+    assert [out for out, other in table.items() if other != (code, rows)] == []
 
 
 PUBLIC = "\nvoid call(double *f, int64_t *i, double *t, int64_t n) { k_advance(f, i, t, n); }\n"
@@ -235,15 +237,15 @@ def advance(floats, ints, trace, rounds):
     floats = np.array([0.0, -0.0, 1.0, -1.5, 3.75, 12345.678, -7.1, 0.1, 1e-60])
     ints = np.array([0, 1, -1, 5, -7, 12, -3, 1000, 2])
     (tmp_path / "kernel.c").write_text(c_source(text, ("advance",), "k") + PUBLIC)
-    found, wanted = np.zeros(12 * 81), np.zeros(12 * 81)
+    values, wanted = np.zeros(12 * 81), np.zeros(12 * 81)
     compiled(text, "advance", literal=True)(floats, ints, wanted, 1)
     for options in ("-O0", "-O3"):
-        found[:] = 0.0
+        values[:] = 0.0
         out = built(tmp_path, options, "-fPIC", "-shared", sources=("kernel.c",), out=f"kernel{options}.so")
         call = ctypes.CDLL(str(out)).call
         call.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_int64]
-        call(floats.ctypes.data, ints.ctypes.data, found.ctypes.data, 1)
-        np.testing.assert_array_equal(found.view(np.int64), wanted.view(np.int64))
+        call(floats.ctypes.data, ints.ctypes.data, values.ctypes.data, 1)
+        np.testing.assert_array_equal(values.view(np.int64), wanted.view(np.int64))
 
 
 @needs_gcc
@@ -339,7 +341,7 @@ def test_a_case_in_si_is_set_stepped_and_seen_in_si(tmp_path):
     library.capsule_case(motion)
     for at, value in ((0, 0.3), (3, 0.05)):
         assert library.capsule_set_initial(motion, at, ctypes.c_double(value))
-    masses = [each.name for each in SteppedCase(case, "drive").parameters].index("machine.mass_ratio")
+    masses = [parameter.name for parameter in SteppedCase(case, "drive").parameters].index("machine.mass_ratio")
     before = library.capsule_parameter(motion, masses)
     assert library.capsule_set_parameter(motion, masses, ctypes.c_double(1.1 * before))
     assert library.capsule_parameter(motion, masses) == pytest.approx(1.1 * before, rel=1e-15)
@@ -351,8 +353,8 @@ def test_a_case_in_si_is_set_stepped_and_seen_in_si(tmp_path):
         assert library.capsule_set_input(motion, *map(ctypes.c_double, signal))
         library.capsule_step(motion, ctypes.c_double(h))
         beside.step(signal[0], h, *signal[1:])
-        seen = np.ctypeslib.as_array(library.capsule_look(motion), (len(beside.values),))
-        np.testing.assert_allclose(seen, beside.values, rtol=1e-11, atol=1e-12)
+        array = np.ctypeslib.as_array(library.capsule_look(motion), (len(beside.values),))
+        np.testing.assert_allclose(array, beside.values, rtol=1e-11, atol=1e-12)
     assert library.capsule_time(motion) == pytest.approx(20 * h, rel=1e-14)
 
 
@@ -367,7 +369,7 @@ def test_every_quantity_in_si_has_the_factor_of_its_unit(tmp_path):
         )
     rows = re.findall(r'\{"([^"]+)", "([^"]+)", (0x\S+), ', library)
     factors = {(name, unit): float.fromhex(value) for name, unit, value in rows}
-    bases = {each.get("name"): dict(each.find("BaseUnit").attrib) for each in root.iter("Unit")}
+    bases = {letter.get("name"): dict(letter.find("BaseUnit").attrib) for letter in root.iter("Unit")}
     one = dict(zip(("kg", "m", "s"), case.system.units.units, strict=True)) | {"rad": 1.0}
     for (name, unit), factor in factors.items():
         size = math.prod(one[base] ** int(power) for base, power in bases.get(unit, {}).items())

@@ -42,10 +42,10 @@ def seen(library):
     """[steps + 1, columns] what the library shows of the motion: time, states, observables, side."""
     (library / "direct.c").write_text(stand_ins.DIRECT)
     program = built([GCC, "-O2", "-std=c99"], library, library / "direct", library / "direct.c", "-lm")
-    found = doubles(program).reshape(stand_ins.STEPS + 1, -1)
-    assert np.ptp(found[:, 3]) > 0.5  # it travels,
-    assert set(found[:, -1]) == {-1.0, 0.0, 1.0}  # slides both ways and rests
-    return found
+    reshape = doubles(program).reshape(stand_ins.STEPS + 1, -1)
+    assert np.ptp(reshape[:, 3]) > 0.5  # it travels,
+    assert set(reshape[:, -1]) == {-1.0, 0.0, 1.0}  # slides both ways and rests
+    return reshape
 
 
 def built(compiler, library, out, *words):
@@ -137,5 +137,5 @@ def test_the_node_gives_the_motion_of_the_library_and_tells_of_events(library, s
     done = subprocess.run([tmp_path / "node"], capture_output=True, check=True)
     # it stops at events, after which what is left of a step is rounded
     np.testing.assert_allclose(np.frombuffer(done.stdout, float), seen[1:].ravel(), rtol=0.0, atol=1e-10)
-    told = done.stderr.decode().splitlines()
-    assert {each.split(" of contact 1 at ")[0] for each in told} == {"stick", "slip_forward", "slip_back", "reversal"}
+    lines = done.stderr.decode().splitlines()
+    assert {line.split(" of contact 1 at ")[0] for line in lines} == {"stick", "slip_forward", "slip_back", "reversal"}

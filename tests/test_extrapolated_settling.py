@@ -243,14 +243,14 @@ def test_a_saddle_that_a_run_passes_is_not_taken():
     saddle = np.array([7.23702528e-01, 1.48398437, 0.0, 3.16506701e-01, 1.50010399e-03])
     recorded, count, scales = equations(system), 40, np.array(system.scales(), dtype=float)
     begun = saddle + 1e-4 * scales * np.random.default_rng(0).normal(size=(count, 5))
-    given = recorded, np.tile(parameter_values(system), (count, 1)), begun
-    once = numerics.ensemble_run(given[0], given[1][:1], saddle[None], numerics.Budget(1, 1e-10, 99, 9999))
+    values = recorded, np.tile(parameter_values(system), (count, 1)), begun
+    once = numerics.ensemble_run(values[0], values[1][:1], saddle[None], numerics.Budget(1, 1e-10, 99, 9999))
     moved = (once.state[0] - saddle) / scales
     assert np.max(np.abs(np.delete(moved, 2))) < 1e-7  # it is one
-    found = settled(given, True, periods=300)
+    found = settled(values, True, periods=300)
     assert np.all(found.response_period == 2)
-    with faulty(given, (CONVERGES, "if False:"), (UNSTABLE, "or False:"), (CHECK, "if True:")):
-        fooled = settled(given, True, periods=300)
+    with faulty(values, (CONVERGES, "if False:"), (UNSTABLE, "or False:"), (CHECK, "if True:")):
+        fooled = settled(values, True, periods=300)
     assert np.mean(fooled.response_period == 1) > 0.5
 
 
@@ -258,8 +258,8 @@ def test_what_asks_for_the_transient_waits():
     """`time_to_settle` is the run's own; `extrapolated` says which runs were not waited for."""
     over = {"machine.mass_ratio": np.linspace(0.5, 4.0, 16)}
     asked = {"initial": START, "settle": THRESHOLD}
-    found = vc.ensemble(EM, over, measures=["drift", "extrapolated"], **asked)
-    assert np.sum(found["extrapolated"]) > 8
+    results = vc.ensemble(EM, over, measures=["drift", "extrapolated"], **asked)
+    assert np.sum(results["extrapolated"]) > 8
     timed = vc.ensemble(EM, over, measures=["drift", "extrapolated", "time_to_settle"], **asked)
     waited = vc.ensemble(EM, over, measures=["drift", "extrapolated"], extrapolate=False, **asked)
     assert np.all(timed["extrapolated"] == 0)
@@ -273,5 +273,5 @@ def test_what_asks_for_the_transient_waits():
 def test_a_rotor_waits():
     """Its angle is a point on a circle, whose limit is not that of a straight line."""
     system = read("vibration-motor-travels")
-    found = vc.ensemble(system, {"drive.frequency": [1.0, 1.1]}, measures=["extrapolated"], settle=1e-5, periods=40)
-    assert np.all(found["extrapolated"] == 0)
+    results = vc.ensemble(system, {"drive.frequency": [1.0, 1.1]}, measures=["extrapolated"], settle=1e-5, periods=40)
+    assert np.all(results["extrapolated"] == 0)

@@ -82,7 +82,7 @@ def test_every_kind_of_part_is_put_into_words():
         for units, optional in itertools.product((case_matrix.PLAIN, case_matrix.SI), case_matrix.FACES["optional"]):
             system = case_matrix.system_of(row | {"units": units, "optional": optional})
             parts = {} if system is None else system.parts
-            words = " ".join(in_words(each, system) for each in parts)
+            words = " ".join(in_words(part, system) for part in parts)
             words += "" if system is None else parts_title(parts.values(), 7.0)
             words += "" if system is None or system.units is None else parts_in_si(system, 7.0)
             assert "None" not in words

@@ -236,9 +236,11 @@ def test_a_full_standard_output_ends_with_code_3():
     """And not with a traceback when Python ends."""
     code = "import sys; from vibrocap.cli.main import main; sys.exit(main(['list', 'measures']))"
     with open("/dev/full", "w") as full:
-        found = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
-    assert found.returncode == 3
-    assert found.stderr == "standard output: No space left on device\n"
+        result = subprocess.run(
+            [sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60
+        )
+    assert result.returncode == 3
+    assert result.stderr == "standard output: No space left on device\n"
 
 
 # --- interrupts ------------------------------------------------------------------------------------------------------
@@ -268,5 +270,5 @@ def test_an_interrupt_during_imports_and_a_second_one_end_at_once(what, said):
     begin = "import os, signal, sys, time\nsys.argv.append('list')\nfrom vibrocap.__main__ import run\n"
     with heard():
         code = begin + what + "sys.exit(run())"
-        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert (found.returncode, found.stdout, found.stderr) == (130, said, "Interrupted.\n")
+        result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (result.returncode, result.stdout, result.stderr) == (130, said, "Interrupted.\n")

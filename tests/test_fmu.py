@@ -81,8 +81,8 @@ class Slave:
         self.description = fmpy.read_model_description(path)
         self.references = {each.name: each.valueReference for each in self.description.modelVariables}
         self.newer = self.description.fmiVersion != "2.0"
-        given = {"guid": self.description.guid, "unzipDirectory": unpacked(path), "modelIdentifier": "capsule"}
-        self.fmu = (FMU3Slave if self.newer else FMU2Slave)(instanceName="one", **given)
+        settings = {"guid": self.description.guid, "unzipDirectory": unpacked(path), "modelIdentifier": "capsule"}
+        self.fmu = (FMU3Slave if self.newer else FMU2Slave)(instanceName="one", **settings)
         self.said = []
         if self.newer:
             self.fmu.instantiate(
@@ -119,11 +119,11 @@ class Slave:
 
     def run(self, count, length, first=0):
         """States after each of so many steps."""
-        found = []
+        results = []
         for i in range(first, first + count):
             self.fmu.doStep(i * length, length)
-            found.append(self.get(*STATES))
-        return np.array(found)
+            results.append(self.get(*STATES))
+        return np.array(results)
 
 
 def at(motion, time, name):
@@ -146,8 +146,8 @@ def test_the_validator_of_fmpy_is_silent(name):
 
 def test_variables_carry_units_starts_and_meanings():
     case = read_case(EXAMPLES["bench-in-si"])
-    found = fmpy.read_model_description(fmu("bench-in-si", platforms=("none",)))
-    variables = {each.name: each for each in found.modelVariables}
+    description = fmpy.read_model_description(fmu("bench-in-si", platforms=("none",)))
+    variables = {each.name: each for each in description.modelVariables}
     assert variables["time"].unit == "s"
     assert (variables["position"].unit, variables["friction"].unit, variables["energy"].unit) == ("m", "N", "J")
     mass = variables["machine.capsule_mass"]
@@ -155,17 +155,17 @@ def test_variables_carry_units_starts_and_meanings():
     assert mass.description
     assert float(variables["angle"].start) == case.initial["angle"]
     scales = [variables[f"machine.{name}"] for name in ("pendulum_mass", "pendulum_length", "gravity")]
-    assert [(each.unit, float(each.start)) for each in scales] == [("kg", 0.2), ("m", 0.25), ("m/s^2", 9.80665)]
-    assert {(each.causality, each.variability) for each in scales} == {("local", "constant")}
-    torque = next(unit for unit in found.unitDefinitions if unit.name == "N m")
+    assert [(scale.unit, float(scale.start)) for scale in scales] == [("kg", 0.2), ("m", 0.25), ("m/s^2", 9.80665)]
+    assert {(scale.causality, scale.variability) for scale in scales} == {("local", "constant")}
+    torque = next(unit for unit in description.unitDefinitions if unit.name == "N m")
     assert (torque.baseUnit.kg, torque.baseUnit.m, torque.baseUnit.s) == (1, 2, -2)
-    assert float(found.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
+    assert float(description.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("fmi", VERSIONS)
 def test_sides_counts_and_status_are_declared(fmi):
-    found = fmpy.read_model_description(fmu("readme", fmi=fmi, platforms=("none",)))
-    variables = {each.name: each for each in found.modelVariables}
+    description = fmpy.read_model_description(fmu("readme", fmi=fmi, platforms=("none",)))
+    variables = {each.name: each for each in description.modelVariables}
     side = variables["side"]
     assert (side.type, side.declaredType.name, side.variability) == ("Enumeration", "Side", "discrete")
     items = {each.name: int(each.value) for each in side.declaredType.items}
@@ -175,8 +175,8 @@ def test_sides_counts_and_status_are_declared(fmi):
         assert variables[f"events.{name}"].causality == "output"
     assert variables["status"].type == "String"
     assert {"friction", "reaction", "energy"} <= variables.keys()
-    assert found.modelExchange is None
-    about = found.coSimulation
+    assert description.modelExchange is None
+    about = description.coSimulation
     assert about.canGetAndSetFMUstate
     assert about.canSerializeFMUstate
     assert about.canHandleVariableCommunicationStepSize
@@ -216,17 +216,17 @@ class TestCompiled:
     def test_the_own_drive_gives_the_bits_of_the_literal_kernel(self, fmi):
         length = README.periods * README.system.drive.period / 2500
         slave = Slave(fmu("readme", fmi=fmi)).begin()
-        found, times = [], []
+        results, times = [], []
         for i in range(2500):
             slave.fmu.doStep(i * length, length)
             *states, time = slave.get(*STATES, "time")
-            found.append(states)
+            results.append(states)
             times.append(time)
-        np.testing.assert_array_equal(found, literal(README, np.array(times)))
+        np.testing.assert_array_equal(results, literal(README, np.array(times)))
         np.testing.assert_allclose(times, length * np.arange(1, 2501), rtol=4e-16)
         motion, inside = README.simulate(), np.minimum(times, README.simulate().end)
         exact = np.column_stack([motion.at(inside, name) for name in STATES])
-        off = np.max(np.abs(exact - found), axis=0)  # `simulate` fuses
+        off = np.max(np.abs(exact - results), axis=0)  # `simulate` fuses
         resolved = np.spacing(motion.end) * np.max(
             np.abs(exact[:, 1])
         )  # by which the angle turns in a last bit of time
@@ -245,16 +245,16 @@ class TestCompiled:
         signal = np.array(list(zip(time, value, strict=True)), dtype=[("time", float), ("drive", float)])
         path = fmu("square", fmi=fmi, input="drive")
         kinds = ("stick", "slip_forward", "slip_back", "reversal")
-        given = {"stop_time": 120.0, "output_interval": length, "input": signal}
-        given["output"] = [*STATES, *(f"events.{kind}" for kind in kinds)]
+        settings = {"stop_time": 120.0, "output_interval": length, "input": signal}
+        settings["output"] = [*STATES, *(f"events.{kind}" for kind in kinds)]
         for event_mode in (False, True)[: 1 + (fmi == "3.0")]:
-            found = fmpy.simulate_fmu(path, use_event_mode=event_mode, early_return_allowed=event_mode, **given)
+            found = fmpy.simulate_fmu(path, use_event_mode=event_mode, early_return_allowed=event_mode, **settings)
             assert max(abs(found[name][-1] - motion.state[name]) for name in STATES) < bound
             counts = [int(found[f"events.{kind}"][-1]) for kind in kinds]
             assert (counts[0], counts[1] + counts[2], counts[3]) == (38, 38, 78)
             if event_mode:  # it returned at every event
                 at_events = {event.time for event in motion.events if event.kind != "graze"}
-                np.testing.assert_array_less([np.min(np.abs(found["time"] - each)) for each in at_events], 1e-9)
+                np.testing.assert_array_less([np.min(np.abs(found["time"] - event)) for event in at_events], 1e-9)
 
     @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
     def test_an_input_has_slope_and_curvature(self, fmi):
@@ -306,26 +306,26 @@ class TestCompiled:
     @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
     def test_the_importer_asks_for_a_tolerance(self, fmi):
         """The bits of a stepper with that tolerance and the order of the case."""
-        given = {"stop_time": 60.0, "output_interval": 60.0, "output": STATES}
+        settings = {"stop_time": 60.0, "output_interval": 60.0, "output": STATES}
         off = {}
         for tolerance in (1e-6, README.tolerance, None):
-            found = fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=tolerance, **given)
+            found = fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=tolerance, **settings)
             off[tolerance] = abs(found["position"][-1] - at(README.simulate(), 60.0, "position"))
         assert off[None] == off[README.tolerance] < 1e-9 < off[1e-6] < 1e-4
         for refused in (1e-15, 0.1):
             with pytest.raises(Exception, match=r"nitializ|etupExperiment"):
-                fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=refused, **given)
+                fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=refused, **settings)
 
     def test_whoever_looks_sees_the_side(self):
         slave, motion = Slave(fmu("readme", fmi="3.0")).begin(), vc.stepper(README)
-        seen = set()
+        members = set()
         for i in range(300):
             slave.fmu.doStep(0.2 * i, 0.2)
             motion.step(0.2)
             assert slave.whole("side") == list(motion.sides)
             assert (slave.get("velocity") == [0.0]) == (motion.sides == (0,))
-            seen |= set(motion.sides)
-        assert seen == {-1, 0, 1}
+            members |= set(motion.sides)
+        assert members == {-1, 0, 1}
 
     @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_every_example_moves_as_its_motion(self, name, tmp_path):
@@ -336,7 +336,7 @@ class TestCompiled:
         slave.fmu.doStep(0.0, end)
         names = case.system.state_names
         found = slave.get(*names)
-        exact = [at(motion, end, each) for each in names]
+        exact = [at(motion, end, key) for key in names]
         np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-9)
 
     # --- what is refused ----------------------------------------------------------------------------------------------
@@ -428,8 +428,8 @@ class TestCompiled:
         line += ["-o", tmp_path / "steps", tmp_path / "steps.c", folder / "capsule.c", folder / "fmi3.c"]
         subprocess.run(line, check=True, capture_output=True)
         done = subprocess.run(["qemu-aarch64", tmp_path / "steps"], check=True, capture_output=True, text=True)
-        found = [[float.fromhex(number) for number in row.split()] for row in done.stdout.splitlines()]
-        np.testing.assert_array_equal(found, Slave(path).begin().run(200, 0.5))
+        fromhexs = [[float.fromhex(number) for number in row.split()] for row in done.stdout.splitlines()]
+        np.testing.assert_array_equal(fromhexs, Slave(path).begin().run(200, 0.5))
 
 
 ARM_PROGRAM = """

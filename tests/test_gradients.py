@@ -60,12 +60,14 @@ def first():
 def test_the_slopes_of_the_first_set_have_the_published_digits(first):
     """Nine parameters of a motion with rests and reversals; the digits are those of an independent prototype."""
     assert first.mean_velocity == pytest.approx(0.026156756270, abs=1e-12)
-    found = first.gradients()
-    assert {each.parameter for each in found.slopes} == set(PUBLISHED)
+    gradients = first.gradients()
+    assert {slope.parameter for slope in gradients.slopes} == set(PUBLISHED)
     for path, expected in PUBLISHED.items():
-        assert found["mean_velocity", path].slope == pytest.approx(expected, abs=6e-11), path  # half of the last digit
+        assert gradients["mean_velocity", path].slope == pytest.approx(expected, abs=6e-11), (
+            path
+        )  # half of the last digit
         elasticity = expected * FIRST.parameter(path) / first.mean_velocity
-        assert found["mean_velocity", path].elasticity == pytest.approx(elasticity, rel=1e-6)
+        assert gradients["mean_velocity", path].elasticity == pytest.approx(elasticity, rel=1e-6)
 
 
 def test_the_slope_below_a_change_of_the_mode_sequence():
@@ -79,7 +81,7 @@ def neighbours(orbit, path):
     """Measures [6] of the orbits three steps below and three above, by name; None where a mode sequence is another."""
     at = orbit.system.parameter(path)
     step = STEP * (abs(at) or 1.0)
-    found = []
+    settings = []
     for k in (-3, -2, -1, 1, 2, 3):
         other = orbit.system.with_parameters({path: at + k * step})
         near = vc.shoot(other, orbit.state, orbit.response_period, tolerance=1e-13)
@@ -87,25 +89,25 @@ def neighbours(orbit, path):
             return None, step
         balance = vc.energy_balance(near.motion(tolerance=1e-12))
         work = balance.drive / near.response_period
-        found.append({"drive_work": work})
+        settings.append({"drive_work": work})
         if near.drift is not None:
             drift = near.drift / near.response_period
-            found[-1] |= {"mean_velocity": near.mean_velocity, "drift": drift}
-            found[-1] |= {"cost_of_transport": work / abs(drift) if drift else math.inf}
-    return {name: np.array([each[name] for each in found]) for name in found[0]}, step
+            settings[-1] |= {"mean_velocity": near.mean_velocity, "drift": drift}
+            settings[-1] |= {"cost_of_transport": work / abs(drift) if drift else math.inf}
+    return {name: np.array([setting[name] for setting in settings]) for name in settings[0]}, step
 
 
 def check(orbit, paths=None, measures=None):
     """Every slope is that of tight differences; the number of them that could be compared."""
     known = measures_with_gradients(orbit.system)
-    found, compared = orbit.gradients(paths, measures or [m for m in known if m in MEASURES]), 0
-    for path in dict.fromkeys(each.parameter for each in found.slopes):
+    gradients, compared = orbit.gradients(paths, measures or [m for m in known if m in MEASURES]), 0
+    for path in dict.fromkeys(slope.parameter for slope in gradients.slopes):
         try:
             values, step = neighbours(orbit, path)
         except ValueError:  # a bound of the parameter is near
             continue
-        for measure in () if values is None else dict.fromkeys(each.measure for each in found.slopes):
-            one = found[measure, path]
+        for measure in () if values is None else dict.fromkeys(slope.measure for slope in gradients.slopes):
+            one = gradients[measure, path]
             if math.isinf(one.value):  # what does not travel
                 assert math.isnan(one.slope)
                 continue
@@ -156,8 +158,8 @@ def test_slopes_are_those_of_tight_differences(name):
 @pytest.mark.parametrize("name", exhaustive_but([0], CASES))
 def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
     """Impacts, imposed motions, several contacts, a rotor."""
-    given = read_case(EXAMPLES / f"{name}.toml")
-    orbit = vc.orbit(dataclasses.replace(given.system, units=None), initial=given.initial, tolerance=1e-13)
+    case = read_case(EXAMPLES / f"{name}.toml")
+    orbit = vc.orbit(dataclasses.replace(case.system, units=None), initial=case.initial, tolerance=1e-13)
     assert orbit.closes
     assert check(orbit) >= 8
 
@@ -188,9 +190,9 @@ def random_system(seed):
         ratio, stiffness, damping = 1.5 + 2.5 * rng.random(), 1.0 + 3.0 * rng.random(), 0.4 + 1.6 * rng.random()
         machine = vc.PendulumCapsule(ratio, stiffness, damping, normal_load=load)
         drawn = vc.System(machine, LAWS[seed % 3](rng.random(3)), DRIVES[seed % 4](rng.random(5)))
-        found = vc.orbit(drawn, initial=START, settle_periods=200, tolerance=1e-10)
-        if found.closes and found.stable and not found.symmetric and abs(found.mean_velocity) > 1e-3:
-            return vc.shoot(drawn, found.state, found.response_period, tolerance=1e-13)
+        orbit = vc.orbit(drawn, initial=START, settle_periods=200, tolerance=1e-10)
+        if orbit.closes and orbit.stable and not orbit.symmetric and abs(orbit.mean_velocity) > 1e-3:
+            return vc.shoot(drawn, orbit.state, orbit.response_period, tolerance=1e-13)
 
 
 @pytest.mark.slow
@@ -216,17 +218,17 @@ def test_a_motion_of_two_periods_has_slopes_over_both():
 
 
 def test_the_table_has_a_row_for_each_measure_and_parameter(first):
-    found = first.gradients(["drive.amplitude", "drive.frequency"], ["drift", "mean_velocity"])
-    rows = [(row["measure"], row["parameter"]) for row in found.table()]
+    gradients = first.gradients(["drive.amplitude", "drive.frequency"], ["drift", "mean_velocity"])
+    rows = [(row["measure"], row["parameter"]) for row in gradients.table()]
     assert rows == list(itertools.product(["drift", "mean_velocity"], ["drive.amplitude", "drive.frequency"]))
-    assert "largest elasticity" in repr(found)
-    assert "largest elasticity" in found._repr_html_()
-    assert pickle.loads(pickle.dumps(found)) == found
-    assert list(found.to_pandas().columns) == list(found.table()[0])
+    assert "largest elasticity" in repr(gradients)
+    assert "largest elasticity" in gradients._repr_html_()
+    assert pickle.loads(pickle.dumps(gradients)) == gradients
+    assert list(gradients.to_pandas().columns) == list(gradients.table()[0])
     with pytest.raises(KeyError):
-        found["drift", "machine.damping"]
+        gradients["drift", "machine.damping"]
     period = 2.0 * math.pi
-    drift, velocity = (found[name, "drive.frequency"] for name in ("drift", "mean_velocity"))
+    drift, velocity = (gradients[name, "drive.frequency"] for name in ("drift", "mean_velocity"))
     assert drift.slope == pytest.approx(velocity.slope * period - drift.value, rel=1e-9)  # D = V T, T = 2 pi/h at h = 1
 
 
@@ -292,12 +294,12 @@ def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
     """The pulses of a period are whole: their height, frequency and modulation have slopes, as differences do."""
     drive = vc.PulseWidth(amplitude=1.2, frequency=0.8, pulses=4)
     system = vc.System(vc.TwoMassCapsule(), vc.anisotropic(vc.Coulomb)(0.1, 0.2, back_ratio=1.5), drive)
-    found = vc.orbit(system).gradients()
-    assert not any(each.parameter == "drive.pulses" for each in found.slopes)
+    gradients = vc.orbit(system).gradients()
+    assert not any(slope.parameter == "drive.pulses" for slope in gradients.slopes)
     for path in ("drive.modulation", "drive.amplitude"):
         value, step = system.parameter(path), 1e-5
         ends = [vc.orbit(system.with_parameters({path: value + sign * step})).mean_velocity for sign in (1.0, -1.0)]
-        assert found["mean_velocity", path].slope == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=1e-6)
+        assert gradients["mean_velocity", path].slope == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=1e-6)
     with pytest.raises(ValueError, match=r"drive\.pulses should be a number to have a gradient, it is the count 4"):
         vc.orbit(system).gradients(["drive.pulses"])
 
@@ -306,9 +308,9 @@ def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
 def test_an_event_on_a_corner_of_the_drive_is_named():
     drive = vc.OnOff(1.2, -0.20338534, 0.99187412, 0.21071708)
     system = vc.System(vc.TwoMassCapsule(damping=0.24770982), vc.Coulomb(0.2, 0.25), drive)
-    found = vc.orbit(system).gradients(["machine.damping"])
-    assert found.kinks == ("reversal",)
-    assert "to one side only: reversal on a corner of the drive" in str(found)
+    gradients = vc.orbit(system).gradients(["machine.damping"])
+    assert gradients.kinks == ("reversal",)
+    assert "to one side only: reversal on a corner of the drive" in str(gradients)
     assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients("machine.damping").kinks == ()
 
 
@@ -328,7 +330,7 @@ def test_a_segment_that_has_no_length_can_only_become_longer():
     orbit = vc.orbit(pulses)
     with pytest.raises(ValueError, match=r"over: drive.hold gives a length to a segment of the drive that has none"):
         orbit.gradients(["drive.hold"])
-    assert "drive.hold" not in {each.parameter for each in orbit.gradients().slopes}
+    assert "drive.hold" not in {slope.parameter for slope in orbit.gradients().slopes}
 
 
 @pytest.mark.slow

@@ -29,8 +29,8 @@ def elastic(frequency, gap=0.02, **parameters):
 
 
 def rigid(amplitude, **parameters):
-    given = {"gap": 1.2, "restitution": 0.6, "normal_load": 0.4, "mass_ratio": 5.0, "actuation": "external"}
-    machine = vc.RigidStopCapsule(**(given | parameters))
+    settings = {"gap": 1.2, "restitution": 0.6, "normal_load": 0.4, "mass_ratio": 5.0, "actuation": "external"}
+    machine = vc.RigidStopCapsule(**(settings | parameters))
     return vc.System(machine, vc.Coulomb(0.3, 0.4), vc.Harmonic(amplitude=amplitude, frequency=0.95))
 
 
@@ -47,7 +47,7 @@ def test_branch_crossing_and_map_find_the_same_grazing():
     assert found.text == "impacts 2 -> 1"
     assert found.unstable_before == found.unstable_after == 0
     places = vc.crossing(system, "impacts", "machine.gap", (1.55, 1.6), value=1.5, points=3).found
-    assert [each.kind for each in places] == [vc.CrossingKind.GRAZING]
+    assert [place.kind for place in places] == [vc.CrossingKind.GRAZING]
     assert places[0].at == pytest.approx(GAP, abs=1e-11)
     over = {"machine.gap": [GAP - 1e-6, GAP + 1e-6]}
     counted = vc.ensemble(system, over, measures=["impacts"], periods=400, settle=1e-9, tolerance=1e-11)
@@ -56,17 +56,17 @@ def test_branch_crossing_and_map_find_the_same_grazing():
 
 @pytest.mark.slow
 def test_grazing_of_a_rigid_stop_ends_the_branch_without_impacts():
-    found = vc.branch(rigid(0.1), "machine.gap", (0.1, 2.0), step=0.05)
-    assert found.ends[0] is BranchEnd.GRAZING
-    assert grazing(found).parameter == pytest.approx(FREE_GAP, abs=1e-11)
-    assert abs(found.parameter[0] - FREE_GAP) < 1e-7
-    assert "grazes" in found.ends[0].advice
+    branch = vc.branch(rigid(0.1), "machine.gap", (0.1, 2.0), step=0.05)
+    assert branch.ends[0] is BranchEnd.GRAZING
+    assert grazing(branch).parameter == pytest.approx(FREE_GAP, abs=1e-11)
+    assert abs(branch.parameter[0] - FREE_GAP) < 1e-7
+    assert "grazes" in branch.ends[0].advice
 
 
 @pytest.mark.slow
 def test_grazing_behind_a_fold_and_after_an_impact():
     folded = vc.branch(elastic(1.5, gap=2.2), "drive.frequency", (1.3, 1.6), step=0.05)
-    kinds = [each.kind for each in folded.special_points]
+    kinds = [point.kind for point in folded.special_points]
     assert kinds.index(vc.SpecialKind.GRAZING) == kinds.index(vc.SpecialKind.FOLD) + 2
     assert grazing(folded).parameter == pytest.approx(FREQUENCY, abs=1e-11)
     assert grazing(folded).text == "impacts 1 -> 0"
@@ -124,10 +124,10 @@ def exact_capsule(orbit):
     for part in (system.machine, system.friction, system.drive):
         values |= {name: value for name, value in dataclasses.asdict(part).items() if isinstance(value, float)}
     struck = set(motion.event_times[motion.event_kinds == "impact"].tolist()) if "restitution" in values else set()
-    events = [each for each in motion.events if each.kind != "reversal" or each.time not in struck]
+    events = [event for event in motion.events if event.kind != "reversal" or event.time not in struck]
     side, touch = int(np.sign(orbit.state["velocity"])), int(orbit.state["touching"])
-    capsule = ExactCapsule(values, [each.kind for each in events], side, touch, orbit.response_period)
-    return capsule, [each.time for each in events]
+    capsule = ExactCapsule(values, [event.kind for event in events], side, touch, orbit.response_period)
+    return capsule, [event.time for event in events]
 
 
 def exact(orbit, path, dip=None):
@@ -171,9 +171,9 @@ def test_digits_are_those_of_exact_solutions(system, over, digits):
 def test_both_directions_at_one_set_of_parameters():
     """Each of the two attractors closes under exact solutions too; that back has some three fifths of the plane."""
     system = elastic(0.79, gap=0.5)
-    found = vc.basins(system, {"displacement": (-3.0, 3.0), "displacement_rate": (-3.0, 3.0)}, 40)
-    back, forward = sorted(found.attractors, key=lambda each: each.motion.drift)
-    assert len(found.attractors) == 2
+    cells = vc.basins(system, {"displacement": (-3.0, 3.0), "displacement_rate": (-3.0, 3.0)}, 40)
+    back, forward = sorted(cells.attractors, key=lambda each: each.motion.drift)
+    assert len(cells.attractors) == 2
     assert back.motion.drift == pytest.approx(-0.571574672951, abs=1e-10)
     assert forward.motion.drift == pytest.approx(0.782493207665, abs=1e-10)
     assert back.share + forward.share == 1.0

@@ -50,7 +50,7 @@ def test_cycles_are_born_at_the_hopf_point_and_are_those_of_the_other_way():
     sliding = vc.equilibrium_branch(belt(), OVER, RANGE)
     born = vc.hopf_cycles(sliding)
     assert born.ends == (BranchEnd.HOPF, BranchEnd.PARAMETER_BOUND)
-    assert [each.kind for each in born.special_points] == [SpecialKind.HOPF, SpecialKind.MODE_CHANGE]
+    assert [point.kind for point in born.special_points] == [SpecialKind.HOPF, SpecialKind.MODE_CHANGE]
     assert born.special_points[0].parameter == sliding.hopf_points[0].parameter
     assert abs(born.special_points[1].parameter - END_OF_STICKING) <= born.special_points[1].error
     assert born.period[0] == pytest.approx(2.0 * math.pi, abs=1e-5)

@@ -125,10 +125,10 @@ SHOWN = "m[/x] [red]\\x1b[31m\\x07\\u202e:smile:"
 
 def test_names_are_shown_and_not_obeyed(capsys):
     """Neither as markup nor by the terminal, in lines, tables and complaints."""
-    made = table("title [/]", "column [/]")
-    made.add_row(NAME)
+    numbers = table("title [/]", "column [/]")
+    numbers.add_row(NAME)
     page = Page()
-    page.print(made)
+    page.print(numbers)
     page.say(NAME)
     said = capsys.readouterr().out
     assert said.count(SHOWN) == 2

@@ -115,9 +115,9 @@ def test_a_parameter_without_effect_is_not_determined_and_never_nan(intervals, f
 
 def test_the_inverse_of_no_information_is_large_and_finite():
     for matrix in (np.zeros((1, 1)), np.zeros((2, 2)), np.diag([1.0, 0.0]), np.diag([1e-300, 4.0])):
-        found = uncertainty_module.inverse(matrix)
-        assert np.isfinite(found).all()
-        assert np.all(np.diag(found)[np.diag(matrix) < 1e-20] > 1e15)
+        inverse = uncertainty_module.inverse(matrix)
+        assert np.isfinite(inverse).all()
+        assert np.all(np.diag(inverse)[np.diag(matrix) < 1e-20] > 1e15)
     assert math.isclose(uncertainty_module.inverse(np.diag([4.0, 0.0]))[0, 0], 0.25)
 
 
@@ -131,8 +131,8 @@ def test_numbers_that_are_rounding_are_printed_as_zero(found):
 def test_the_first_start_is_the_law_that_was_given(found):
     one = fit(record(), found.law, starts=1, start="relaxed", intervals="covariance")
     values = one.problem.prediction.space.values(one.starts[0].u)
-    given = [getattr(found.law, name) for name in one.problem.prediction.space.names]
-    assert np.allclose(values, given, rtol=1e-9)
+    numbers = [getattr(found.law, name) for name in one.problem.prediction.space.names]
+    assert np.allclose(values, numbers, rtol=1e-9)
 
 
 def test_a_redundant_combination_is_named():
@@ -141,7 +141,7 @@ def test_a_redundant_combination_is_named():
     one = fit(record(anisotropic), anisotropic, free=everything, starts=1, start="relaxed")
     # levels times ratios are all that the force knows: the scale of one against the other is free
     assert set(one.identifiability.undetermined) == set(everything)
-    loose = [each for each in one.identifiability.directions if not each.determined]
+    loose = [direction for direction in one.identifiability.directions if not direction.determined]
     assert len(loose) == 1
     assert all(abs(abs(loose[0].exponents[name]) - 0.5) < 0.02 for name in everything)
     assert any("combination" in sentence for sentence in one.identifiability.sentences)
@@ -209,7 +209,7 @@ def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
 
     data_path, case_path = found.save(tmp_path / "out")
     data = json.loads(data_path.read_text())
-    (stiffness,) = [each["value"] for each in data["parameters"] if each["name"] == "bristle_stiffness"]
+    (stiffness,) = [row["value"] for row in data["parameters"] if row["name"] == "bristle_stiffness"]
     assert stiffness == {"value": found.law.bristle_stiffness, "unit": "N/m"}
     assert data["parameters"][0]["low"]["value"] == found["bristle_stiffness"].low
     assert data["identifiability"]["verdicts"]["bristle_stiffness"] == "determined"
@@ -257,9 +257,9 @@ def test_the_summary_says_what_was_found(found):
     ],
 )
 def test_bad_input_gets_a_message(arguments, words):
-    given = {"records": record(), "law": "lugre", **arguments}
+    settings = {"records": record(), "law": "lugre", **arguments}
     with pytest.raises(ValueError, match=words):
-        fit(given.pop("records"), given.pop("law"), **given)
+        fit(settings.pop("records"), settings.pop("law"), **settings)
 
 
 def test_more_parameters_than_samples_are_refused():

@@ -69,7 +69,7 @@ def test_an_offset_is_named_beside_a_coarse_motion(kind):
         errors, slopes = errors_of(made, record)
         offset = float(np.sqrt(np.mean((errors.force - errors.predicted) ** 2)))
         shifted = dataclasses.replace(errors, force=errors.force + offset)
-        assert {each.kind for each in diagnosis([shifted], slopes).causes} == {"quantisation", "direction"}, seed
+        assert {cause.kind for cause in diagnosis([shifted], slopes).causes} == {"quantisation", "direction"}, seed
 
 
 @pytest.mark.parametrize("burst", [1, 2])
@@ -92,7 +92,7 @@ def test_clipping_is_named_beside_glitches(burst):
     assert abs(cause.share * 12_000 - clipped) <= 12 * burst
     assert touched[force == 4.0].all()
     if burst == 1:
-        assert {each.kind for each in diagnosis([errors]).causes} == {"saturation", "outliers"}
+        assert {cause.kind for cause in diagnosis([errors]).causes} == {"saturation", "outliers"}
 
 
 def test_gravity_of_a_pendulum_with_its_inertia_is_no_delay():
@@ -114,13 +114,13 @@ def test_gravity_of_a_pendulum_with_its_inertia_is_no_delay():
     accelerations = np.array([rates(t, y)[1] for t, y in zip(time, zip(angle, rate, strict=True), strict=True)])
     noise = 0.02 * np.random.default_rng(0).standard_normal(len(time))
     columns = {"velocity": rate, "displacement": angle, "acceleration": accelerations, "rotary": True}
-    found = fit(Record("pendulum", time, torque(time) + noise, **columns), Exponential, **QUICK)
-    assert found.residuals is not None
-    assert "delay" not in found.residuals.kinds
-    sizes = {each.kind: each.amount for each in found.residuals.findings}
+    fitted = fit(Record("pendulum", time, torque(time) + noise, **columns), Exponential, **QUICK)
+    assert fitted.residuals is not None
+    assert "delay" not in fitted.residuals.kinds
+    sizes = {finding.kind: finding.amount for finding in fitted.residuals.findings}
     assert sizes["inertia"] == pytest.approx(inertia, rel=0.05)
     assert sizes["restoring"] == pytest.approx(weight, rel=0.05)
-    assert not any(each.verdict == Verdict.DETERMINED for each in found.parameters)
+    assert not any(parameter.verdict == Verdict.DETERMINED for parameter in fitted.parameters)
 
 
 @pytest.mark.parametrize(("kind", "sign"), [("late", 1), ("early", -1)])
@@ -212,7 +212,7 @@ def test_a_driven_pendulum_is_found_in_all_its_terms(noise):
     """I = c = 0.15, m g l = 3.3, friction 0.03, over 12 and 24 rad, from 0.4 rad on; what is left out is named."""
     true = {"mass": 0.15, "damping": 0.15, "coulomb_coefficient": 0.03}
     true |= {"gravity": 3.3 * np.cos(0.4), "gravity_cosine": -3.3 * np.sin(0.4)}
-    rng, time, made = np.random.default_rng(1), np.linspace(0.0, 20.0, 8_001), []
+    rng, time, records = np.random.default_rng(1), np.linspace(0.0, 20.0, 8_001), []
     for reach in (12.0, 24.0):
         waves = [
             (reach * share, 2 * np.pi * f, phase)
@@ -224,14 +224,14 @@ def test_a_driven_pendulum_is_found_in_all_its_terms(noise):
         torque = 0.15 * change + 0.15 * rate + 3.3 * np.sin(angle) + 0.03 * np.sign(rate)
         torque += noise * np.std(torque) * rng.standard_normal(len(time))
         columns = {"velocity": rate, "displacement": angle + 0.4, "acceleration": change}
-        made.append(Record(f"{reach:g} rad", time, torque, rotary=True, **columns))
-    one = fit(made, "coulomb", terms=("mass", "damping", "gravity", "gravity_cosine"), **QUICK)
+        records.append(Record(f"{reach:g} rad", time, torque, rotary=True, **columns))
+    one = fit(records, "coulomb", terms=("mass", "damping", "gravity", "gravity_cosine"), **QUICK)
     for name, value in true.items():
         error = one[name].standard_error
         assert abs(one[name].value - value) < max(4 * error, 1e-9)
         assert error < (0.01 if name != "coulomb_coefficient" else 0.05) * abs(value)
     assert one["gravity"].unit == "N m"
-    left_out = fit(made, "coulomb", terms="damping", **QUICK)
+    left_out = fit(records, "coulomb", terms="damping", **QUICK)
     assert {"inertia", "restoring"} <= set(left_out.residuals.kinds)
 
 
@@ -246,12 +246,12 @@ def test_a_spring_and_damping_of_each_direction_are_found_beside_a_law():
     force = force + parts["spring"] * place + parts["offset"] + parts["damping_forward"] * np.maximum(velocity, 0)
     force = force + parts["damping_back"] * np.minimum(velocity, 0)
     force = force + 0.01 * level * np.random.default_rng(0).standard_normal(len(force))
-    made = Record("beside", imposed.time, force, velocity=velocity, displacement=place)
+    record = Record("beside", imposed.time, force, velocity=velocity, displacement=place)
     held = {"viscous_damping": CONTACT.viscous_damping}
-    one = fit(made, CONTACT, fixed=held, terms=tuple(parts), **QUICK)
+    one = fit(record, CONTACT, fixed=held, terms=tuple(parts), **QUICK)
     for name, value in parts.items():
         assert abs(one[name].value - value) < 4 * one[name].standard_error < 0.1 * value
-    curve = steady_fit(made, "coulomb", terms=("damping_forward", "offset"), starts=1, intervals="covariance")
+    curve = steady_fit(record, "coulomb", terms=("damping_forward", "offset"), starts=1, intervals="covariance")
     assert curve["damping_forward"].value > 0.3 * parts["damping_forward"]
 
 
@@ -275,9 +275,9 @@ def test_no_mass_is_negative_and_the_weight_that_would_make_it_so_is_named():
 
 
 def test_a_delay_at_its_limit_is_named():
-    made = delayed_with_mass(0.0, 40 * 9.0 / 1_999)
-    one = fit(made, CONTACT, terms="delay", **QUICK)
-    assert any(each.parameter == "delay" for each in one.limits)
+    mass = delayed_with_mass(0.0, 40 * 9.0 / 1_999)
+    one = fit(mass, CONTACT, terms="delay", **QUICK)
+    assert any(limit.parameter == "delay" for limit in one.limits)
 
 
 def test_nothing_is_determined_beside_a_fault():
@@ -293,13 +293,13 @@ def test_nothing_is_determined_beside_a_fault():
 
 def test_outliers_that_the_loss_bears_are_no_doubt():
     made, record = faulty("glitches", seeds("glitches", 1)[0], 4_000, STATIC)
-    told = {
+    table = {
         loss: fit(record, made.law, terms=["mass"] * (made.mass > 0), loss=loss, **QUICK)
         for loss in ("linear", "soft_l1")
     }
-    assert told["linear"].residuals.doubtful
-    assert not told["soft_l1"].residuals.doubtful
-    assert "Outliers" in told["soft_l1"].summary()
+    assert table["linear"].residuals.doubtful
+    assert not table["soft_l1"].residuals.doubtful
+    assert "Outliers" in table["soft_l1"].summary()
 
 
 def test_a_force_that_rests_on_its_level_is_not_saturated():

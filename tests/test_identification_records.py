@@ -49,10 +49,10 @@ def record(
 
 
 def test_a_prior_counts_as_one_more_measurement():
-    made = record("a", mass=0.5)
-    alone = fit(made, "coulomb", terms="mass", **QUICK)["mass"]
+    entry = record("a", mass=0.5)
+    alone = fit(entry, "coulomb", terms="mass", **QUICK)["mass"]
     mean, deviation = alone.value + 1.5 * alone.standard_error, 0.7 * alone.standard_error
-    both = fit(made, "coulomb", terms="mass", priors={"mass": (mean, deviation)}, **QUICK)
+    both = fit(entry, "coulomb", terms="mass", priors={"mass": (mean, deviation)}, **QUICK)
     weights = np.array([alone.standard_error, deviation]) ** -2
     value = float(weights @ [alone.value, mean] / np.sum(weights))
     # the squares about a point beside the data's own are larger, by no more than (1 + 2)/n of themselves
@@ -63,30 +63,30 @@ def test_a_prior_counts_as_one_more_measurement():
 
 
 def test_a_prior_that_the_data_contradict_is_doubted():
-    found = fit(record("a", mass=0.5), "coulomb", terms="mass", priors={"mass": (0.7, 0.01)}, **QUICK)
-    assert "prior" in found.residuals.kinds
-    assert found["coulomb_coefficient"].verdict is Verdict.DOUBTED
+    fitted = fit(record("a", mass=0.5), "coulomb", terms="mass", priors={"mass": (0.7, 0.01)}, **QUICK)
+    assert "prior" in fitted.residuals.kinds
+    assert fitted["coulomb_coefficient"].verdict is Verdict.DOUBTED
 
 
 def test_adhesion_is_told_from_friction_by_the_load():
-    made = [record(f"N{load:g}", load=load, seed=k) for k, load in enumerate((5.0, 10.0, 20.0))]
-    adhering = [each.replaced(normal_force=each.normal_force - 2.0) for each in made]
-    found = fit(adhering, "coulomb", terms="adhesion", **QUICK)
-    assert 2.0 in found["adhesion"]
-    assert found["adhesion"].high - found["adhesion"].low < 0.2
-    assert LAW.coulomb_coefficient in found["coulomb_coefficient"]
+    records = [record(f"N{load:g}", load=load, seed=k) for k, load in enumerate((5.0, 10.0, 20.0))]
+    adhering = [entry.replaced(normal_force=entry.normal_force - 2.0) for entry in records]
+    fitted = fit(adhering, "coulomb", terms="adhesion", **QUICK)
+    assert 2.0 in fitted["adhesion"]
+    assert fitted["adhesion"].high - fitted["adhesion"].low < 0.2
+    assert LAW.coulomb_coefficient in fitted["coulomb_coefficient"]
 
 
 def test_offset_and_gain_differ_between_records_and_are_found_of_an_unseen_one():
-    made = [record("a", offset=0.3), record("b", seed=1, gain=1.2, offset=-0.4), record("c", seed=2, gain=0.9)]
+    values = [record("a", offset=0.3), record("b", seed=1, gain=1.2, offset=-0.4), record("c", seed=2, gain=0.9)]
     both = ["offset", "gain"]
-    found = fit(made, "coulomb", terms=both, by_record=both, held_out="c", **QUICK)
+    fitted = fit(values, "coulomb", terms=both, by_record=both, held_out="c", **QUICK)
     for name, value in {"offset": 0.3, "offset[b]": -0.4, "gain[b]": 1.2}.items():
-        assert value in found[name], name
-        assert found[name].determined, name
+        assert value in fitted[name], name
+        assert fitted[name].determined, name
     # what its begin leaves open adds a twentieth to the squares of the noise of 2 %
-    assert found.held_out_relative_rmse == pytest.approx(0.02, rel=0.15)
-    assert 0.6 * 801 < len(found.records[-1].time) < 801
+    assert fitted.held_out_relative_rmse == pytest.approx(0.02, rel=0.15)
+    assert 0.6 * 801 < len(fitted.records[-1].time) < 801
 
 
 def test_a_level_follows_a_condition_or_is_of_each_record():
@@ -94,24 +94,24 @@ def test_a_level_follows_a_condition_or_is_of_each_record():
         return 0.3 - 0.002 * (temperature - 40.0)
 
     conditions = {f"at{t:g}": {"temperature_C": t} for t in (20.0, 40.0, 60.0)}
-    made = [
-        record(name, seed=k, friction=level(each["temperature_C"]), conditions=each)
-        for k, (name, each) in enumerate(conditions.items())
+    records = [
+        record(name, seed=k, friction=level(condition["temperature_C"]), conditions=condition)
+        for k, (name, condition) in enumerate(conditions.items())
     ]
-    found = fit(made, "coulomb", along={"coulomb_coefficient": "temperature_C"}, **QUICK)
-    assert -0.002 in found["coulomb_coefficient.temperature_C"]
-    assert 0.3 in found["coulomb_coefficient"]
-    each = fit(made, "coulomb", by_record=["coulomb_coefficient"], **QUICK)
-    assert level(20.0) in each["coulomb_coefficient"]
-    assert level(60.0) in each["coulomb_coefficient[at60]"]
+    fitted = fit(records, "coulomb", along={"coulomb_coefficient": "temperature_C"}, **QUICK)
+    assert -0.002 in fitted["coulomb_coefficient.temperature_C"]
+    assert 0.3 in fitted["coulomb_coefficient"]
+    result = fit(records, "coulomb", by_record=["coulomb_coefficient"], **QUICK)
+    assert level(20.0) in result["coulomb_coefficient"]
+    assert level(60.0) in result["coulomb_coefficient[at60]"]
 
 
 def test_a_ripple_is_found_with_its_wavelength():
-    found = fit(record("a", wave=(0.1, 0.013)), "coulomb", terms="friction_ripple", **QUICK)
+    fitted = fit(record("a", wave=(0.1, 0.013)), "coulomb", terms="friction_ripple", **QUICK)
     for name, value in {"length": 0.013, "sine": 0.1, "cosine": 0.0}.items():
-        assert value in found[f"friction_ripple_{name}"], name
-    assert found["friction_ripple_length"].high / found["friction_ripple_length"].low < 1.02
-    assert not found.residuals.doubtful
+        assert value in fitted[f"friction_ripple_{name}"], name
+    assert fitted["friction_ripple_length"].high / fitted["friction_ripple_length"].low < 1.02
+    assert not fitted.residuals.doubtful
 
 
 @pytest.mark.parametrize(
@@ -137,8 +137,8 @@ def test_what_cannot_be_found_is_refused(settings, message):
 @pytest.fixture(scope="module")
 def drawn():
     pytest.importorskip("emcee")
-    found = fit(record("a", mass=0.5), "coulomb", terms="mass", priors={"mass": (0.5, 0.001)}, **QUICK)
-    return found, posterior(found, samples=400, seed=3)
+    fitted = fit(record("a", mass=0.5), "coulomb", terms="mass", priors={"mass": (0.5, 0.001)}, **QUICK)
+    return fitted, posterior(fitted, samples=400, seed=3)
 
 
 def test_samples_scatter_as_the_covariance_of_a_linear_fit_says(drawn):
@@ -209,20 +209,20 @@ def test_a_pair_of_terms_is_chosen_where_each_alone_gains_little():
     acceleration = -0.9 * np.sin(3.0 * time) - 0.196 * np.sin(7.0 * time)
     force = 3.0 * np.sign(velocity) + 2.0 * acceleration + 18.0 * place
     force = force + 0.05 * np.random.default_rng(5).standard_normal(len(time))
-    made = Record("a", time, force, velocity=velocity, displacement=place, acceleration=acceleration)
-    chosen = choose_terms(made, "coulomb", among=["offset", "mass", "spring", "drag", "delay"], **QUICK)
-    assert {*chosen.terms} == {"mass", "spring"}
-    assert 2.0 in chosen.fit["mass"]
-    assert 18.0 in chosen.fit["spring"]
+    entry = Record("a", time, force, velocity=velocity, displacement=place, acceleration=acceleration)
+    terms = choose_terms(entry, "coulomb", among=["offset", "mass", "spring", "drag", "delay"], **QUICK)
+    assert {*terms.terms} == {"mass", "spring"}
+    assert 2.0 in terms.fit["mass"]
+    assert 18.0 in terms.fit["spring"]
 
 
 def test_no_term_is_chosen_where_there_is_none():
-    chosen = choose_terms([record("a"), record("b", seed=1)], "coulomb", **QUICK)
-    assert chosen.terms == ()
-    assert chosen.tried[0].gain < 3.5
-    assert "none" in chosen.heading
+    terms = choose_terms([record("a"), record("b", seed=1)], "coulomb", **QUICK)
+    assert terms.terms == ()
+    assert terms.tried[0].gain < 3.5
+    assert "none" in terms.heading
 
 
 def test_a_ripple_is_chosen_with_what_lies_beside_it():
-    chosen = choose_terms(record("a", offset=0.2, wave=(0.1, 0.013)), "coulomb", **QUICK)
-    assert {*chosen.terms} == {"offset", "friction_ripple"}
+    terms = choose_terms(record("a", offset=0.2, wave=(0.1, 0.013)), "coulomb", **QUICK)
+    assert {*terms.terms} == {"offset", "friction_ripple"}

@@ -32,22 +32,22 @@ def test_white_noise_is_called_so():
 @pytest.mark.slow
 def test_half_a_sample_of_delay_is_found_and_can_be_searched_along():
     """It drove the damping of the bristles to zero, and the levels out of their intervals, without a word."""
-    made = record("delayed", 0)
-    one = told(made)
+    entry = record("delayed", 0)
+    one = told(entry)
     assert {"delay", "limit"} <= set(one.residuals.kinds)
     assert one.residuals.doubtful
-    assert 0.4 * made.interval < one.residuals.delay_s < 0.65 * made.interval
-    along = told(made, terms="delay")
+    assert 0.4 * entry.interval < one.residuals.delay_s < 0.65 * entry.interval
+    along = told(entry, terms="delay")
     assert along.relative_rmse < 0.85 * one.relative_rmse
     assert along["delay"].unit == "s"
-    assert 0.4 * made.interval < along["delay"].value < 0.65 * made.interval
+    assert 0.4 * entry.interval < along["delay"].value < 0.65 * entry.interval
     assert along.residuals.kinds == ()
 
 
 def test_a_swapped_sign_of_the_force_is_said():
     """It was called converged, at 99 %, and nothing else."""
-    made = record("white", 0)
-    one = told(made.replaced(force=-np.asarray(made.force)), "exponential")
+    entry = record("white", 0)
+    one = told(entry.replaced(force=-np.asarray(entry.force)), "exponential")
     assert one.residuals.work_ratio < -0.5
     assert "negative work" in one.summary()
 
@@ -62,7 +62,7 @@ def test_held_out_records_that_a_constant_predicts_better_are_said_and_doubt_the
     assert bad.held_out_relative_rmse > 1.0
     assert bad.residuals.kinds[0] == "held out"
     assert "(worse than a constant)" in bad.summary().splitlines()[0]
-    assert not any(each.verdict.value == "determined" for each in bad.parameters)
+    assert not any(parameter.verdict.value == "determined" for parameter in bad.parameters)
 
 
 def test_noise_that_grows_with_speed_is_said_and_the_intervals_allow_for_it():
@@ -88,16 +88,16 @@ def test_a_coarse_encoder_is_said_with_its_step():
 
 
 def test_noise_of_the_motion_that_moves_parameters_is_said():
-    made = record("white", 0)
-    noise = 3e-7 * np.random.default_rng(1).standard_normal(len(made))  # m
-    one = told(made.replaced(velocity=None, displacement=motion().displacement + noise))
+    entry = record("white", 0)
+    noise = 3e-7 * np.random.default_rng(1).standard_normal(len(entry))  # m
+    one = told(entry.replaced(velocity=None, displacement=motion().displacement + noise))
     assert "noisy motion" in one.residuals.kinds
 
 
 def test_a_drift_of_the_sensor_is_said():
-    made = record("white", 2)
-    drift = 0.3 * np.std(made.force) * made.time / made.time[-1]
-    one = told(made.replaced(force=made.force + drift))
+    entry = record("white", 2)
+    drift = 0.3 * np.std(entry.force) * entry.time / entry.time[-1]
+    one = told(entry.replaced(force=entry.force + drift))
     assert one.residuals.kinds == ("drift",)
 
 

@@ -181,7 +181,7 @@ def test_a_steady_fit_starts_from_the_laws_that_its_law_contains_too():
     wider = steady_fit(record, "anisotropic-exponential", starts=1, intervals="covariance")
     assert wider.relative_rmse <= plain.relative_rmse
     space = wider.problem.prediction.space
-    begun = [dict(zip(space.names, space.values(each.u), strict=True)) for each in wider.starts]
+    begun = [dict(zip(space.names, space.values(start.u), strict=True)) for start in wider.starts]
     (inner,) = [each for each in begun if each["back_ratio"] == 1.0]
     assert inner["static_coefficient"] == pytest.approx(plain["static_coefficient"].value, rel=0.05)
 
@@ -217,10 +217,10 @@ def test_a_limit_of_the_search_that_is_reached_is_named_and_opens_intervals(inte
     assert one["static_coefficient"].high == math.inf
     assert "static_coefficient is at 20 times coulomb_coefficient" in one.summary()
     assert plain(one)["limits"][0]["text"] == limit.text
-    given = fit(one.problem.prediction.records[0], LuGre(coulomb_coefficient=0.18), starts=1, start="relaxed",
+    fitted = fit(one.problem.prediction.records[0], LuGre(coulomb_coefficient=0.18), starts=1, start="relaxed",
                 bounds={"coulomb_coefficient": (0.17, 0.5)}, intervals=intervals)  # fmt: skip
-    assert ("coulomb_coefficient", "low", "given") in [(e.parameter, e.side, e.whose) for e in given.limits]
-    assert given["coulomb_coefficient"].low == 0.0
+    assert ("coulomb_coefficient", "low", "given") in [(e.parameter, e.side, e.whose) for e in fitted.limits]
+    assert fitted["coulomb_coefficient"].low == 0.0
 
 
 @pytest.mark.slow
@@ -250,10 +250,10 @@ def test_losses_are_those_of_scipy(kind):
     from scipy.optimize import least_squares
 
     errors, loss = np.array([0.02, -0.6, 0.69, 3.0, -40.0]), Loss(kind, 0.7)
-    found = least_squares(lambda x: errors * x, [1.0], loss=kind, f_scale=0.7, max_nfev=1, method="trf")
-    assert found.x == [1.0] or kind == "linear"
+    squares = least_squares(lambda x: errors * x, [1.0], loss=kind, f_scale=0.7, max_nfev=1, method="trf")
+    assert squares.x == [1.0] or kind == "linear"
     if kind != "linear":
-        assert loss.cost(errors) == pytest.approx(found.cost, rel=1e-14)
+        assert loss.cost(errors) == pytest.approx(squares.cost, rel=1e-14)
     assert loss.cost(np.stack((errors, 2.0 * errors))) == pytest.approx(
         [loss.cost(errors), loss.cost(2.0 * errors)], rel=1e-14
     )
@@ -272,6 +272,6 @@ def test_every_robust_loss_lets_outliers_pull_less(kind):
     spikes[::20] += 2.0 * np.sign(record.velocity[::20])
     record = dataclasses.replace(record, force=spikes)
     robust, squares = (fit(record, "exponential", loss=each, seed=1) for each in (kind, "linear"))
-    level = {each.name: each.value for each in robust.parameters}["coulomb_coefficient"]
-    drawn = {each.name: each.value for each in squares.parameters}["coulomb_coefficient"]
+    level = {parameter.name: parameter.value for parameter in robust.parameters}["coulomb_coefficient"]
+    drawn = {parameter.name: parameter.value for parameter in squares.parameters}["coulomb_coefficient"]
     assert abs(level - 0.3) < 0.01 < 0.05 < abs(drawn - 0.3)

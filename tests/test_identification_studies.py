@@ -96,7 +96,7 @@ def test_a_hidden_static_level_does_not_hold_the_coulomb_level_down():
 @pytest.mark.slow
 def test_laws_are_ranked_by_the_error_where_they_were_not_fitted(records):
     ranking = compare(records, [Exponential, LAW], starts=1, start="relaxed")
-    assert [each.law for each in ranking.laws] == ["lugre", "exponential"]
+    assert [law.law for law in ranking.laws] == ["lugre", "exponential"]
     assert ranking.best.aic == 0 == ranking.best.bic
     assert ranking.laws[1].aic > 100
     assert ranking.best.parameters == 6

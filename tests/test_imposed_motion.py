@@ -37,11 +37,11 @@ def two_phase_velocity(share, stroke, first, second, forward, back):
     jump = share * stroke * (1.0 / first + 1.0 / second)
     if forward * second <= jump:
         assert forward * second / back <= first
-        way = jump * second - 0.5 * forward * second**2 - (forward * second) ** 2 / (2.0 * back)
+        value = jump * second - 0.5 * forward * second**2 - (forward * second) ** 2 / (2.0 * back)
     else:
         assert jump / back <= first
-        way = jump**2 * (1.0 / forward + -1.0 / back) / 2.0
-    return way / (first + second)
+        value = jump**2 * (1.0 / forward + -1.0 / back) / 2.0
+    return value / (first + second)
 
 
 # share, stroke, durations, friction forward and back; the last ones stop within the second phase
@@ -54,7 +54,7 @@ TWO_PHASES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given", exhaustive_but([0, 3], [pytest.param(given) for given in TWO_PHASES]))
+@pytest.mark.parametrize("given", exhaustive_but([0, 3], [pytest.param(phase) for phase in TWO_PHASES]))
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)
@@ -62,11 +62,11 @@ def test_two_phases(given):
         assert expected == pytest.approx(0.115, abs=1e-15)
     if given == TWO_PHASES[1]:
         assert expected == pytest.approx(0.0254545454545, abs=1e-13)
-    found = vc.orbit(crawler(share, forward, back, two_phases(stroke, first, second)))
-    assert found.mean_velocity == pytest.approx(expected, abs=1e-13)
-    assert found.stable
-    assert not found.continuum
-    motion = found.motion()
+    orbit = vc.orbit(crawler(share, forward, back, two_phases(stroke, first, second)))
+    assert orbit.mean_velocity == pytest.approx(expected, abs=1e-13)
+    assert orbit.stable
+    assert not orbit.continuum
+    motion = orbit.motion()
     assert motion.certificate.ok, motion.certificate.failures
     assert motion.certificate.energy_residual <= 1e-14
 
@@ -95,23 +95,23 @@ def three_phase_velocity(share, friction, stroke, factor):
 )
 def test_three_phases(share, friction, stroke, factor, expected):
     """V = (s - 1)/(2 s) sqrt(2 mu k L s/(s + 1)), at the border where the body just rests in two of the phases."""
-    found = vc.orbit(best_three_phases(share, friction, stroke, factor))
-    assert found.mean_velocity == pytest.approx(three_phase_velocity(share, friction, stroke, factor), abs=1e-12)
-    assert found.mean_velocity == pytest.approx(expected, abs=1e-12)
+    orbit = vc.orbit(best_three_phases(share, friction, stroke, factor))
+    assert orbit.mean_velocity == pytest.approx(three_phase_velocity(share, friction, stroke, factor), abs=1e-12)
+    assert orbit.mean_velocity == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.slow
 def test_an_even_two_phase_motion_is_one_of_a_continuum():
     """Isotropic and t1 = t2: one multiplier is exactly 1, and every velocity between the phases is kept."""
     system = crawler(0.5, 0.1, 0.1, two_phases(0.4, 0.5, 0.5))
-    found = vc.orbit(system)
-    assert found.continuum
-    assert not found.stable
-    assert np.max(np.abs(found.multipliers - 1.0)) <= 1e-12
-    assert "continuum" in str(found)
+    orbit = vc.orbit(system)
+    assert orbit.continuum
+    assert not orbit.stable
+    assert np.max(np.abs(orbit.multipliers - 1.0)) <= 1e-12
+    assert "continuum" in str(orbit)
     other = vc.orbit(system, initial={"centre_velocity": 0.05})
     assert other.continuum
-    assert other.drift != pytest.approx(found.drift, abs=1e-3)
+    assert other.drift != pytest.approx(orbit.drift, abs=1e-3)
 
 
 @pytest.mark.slow
@@ -121,8 +121,8 @@ def test_an_even_two_phase_motion_is_one_of_a_continuum():
 )
 def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
     """X'' = cos(t) - p sgn X': the independent values, and the closed form where back friction holds (p- >= 1)."""
-    found = vc.orbit(crawler(0.5, forward, back, vc.Harmonic(amplitude=2.0)))
-    assert found.mean_velocity == pytest.approx(expected, abs=2e-12)
+    orbit = vc.orbit(crawler(0.5, forward, back, vc.Harmonic(amplitude=2.0)))
+    assert orbit.mean_velocity == pytest.approx(expected, abs=2e-12)
 
 
 @pytest.mark.slow
@@ -195,8 +195,8 @@ def test_an_imposed_velocity_is_known_to_the_tolerance():
         assert motion.certificate.ok, motion.certificate.failures
         assert motion.certificate.least_velocity > -0.2 * tolerance  # 0.07 at most in 240 random motions
         assert motion.state["position"] == pytest.approx(fine.state["position"], abs=10 * tolerance)
-    found = vc.ensemble(system, {"drive.amplitude": [0.712, 0.8]}, periods=10, window=10, tolerance=1e-6)
-    travel = found["mean_velocity"][0] * fine.end
+    results = vc.ensemble(system, {"drive.amplitude": [0.712, 0.8]}, periods=10, window=10, tolerance=1e-6)
+    travel = results["mean_velocity"][0] * fine.end
     assert travel == pytest.approx(fine.state["position"], abs=10 * 1e-6)
 
 
@@ -214,11 +214,11 @@ def test_measures_of_what_an_imposed_motion_takes():
     held = vc.System(vc.TwoMassCrawler(mass_ratio=2.0), vc.Coulomb(9.0, 9.0), vc.Harmonic(amplitude, frequency))
     names = ("peak_actuator_force", "largest_actuator_force", "least_actuator_force")
     names += ("peak_actuator_power", "mean_actuator_power")
-    found = vc.measured(vc.simulate(held, periods=2, tolerance=1e-12), names, window=1)
+    values = vc.measured(vc.simulate(held, periods=2, tolerance=1e-12), names, window=1)
     force = inner * amplitude * frequency**2
-    assert [found[name] for name in names[:3]] == pytest.approx([force, force, -force], rel=1e-9)
-    assert found["peak_actuator_power"] == pytest.approx(0.5 * force * amplitude * frequency, rel=1e-9)
-    assert found["mean_actuator_power"] == pytest.approx(0.0, abs=100 * 1e-12)  # as all works are held to
+    assert [values[name] for name in names[:3]] == pytest.approx([force, force, -force], rel=1e-9)
+    assert values["peak_actuator_power"] == pytest.approx(0.5 * force * amplitude * frequency, rel=1e-9)
+    assert values["mean_actuator_power"] == pytest.approx(0.0, abs=100 * 1e-12)  # as all works are held to
     assert {*names} < {*vc.measure_table(held)}
     assert not {*names} & {*vc.measure_table(vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic()))}
     assert {"peak_actuator_torque", *names} < {*vc.measure_table()}

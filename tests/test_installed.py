@@ -108,11 +108,11 @@ def test_strict_type_checkers_accept_a_users_script(distributions, tmp_path):
     )
     quiet = {"PYRIGHT_PYTHON_IGNORE_WARNINGS": "1"}
     (tmp_path / "wrong.py").write_text("import vibrocap as vc\n\nvc.simulate(vc.LuGre())\nvc.no_such_name\n")
-    with pytest.raises(AssertionError, match='"no_such_name" is not a known attribute') as said:
+    with pytest.raises(AssertionError, match='"no_such_name" is not a known attribute') as refusal:
         run(pyright, "-p", tmp_path, cwd=tmp_path, env=quiet)
-    found = re.findall(r"^ *(\S+\.py):(\d+):\d+ - (error|warning)", str(said.value), re.MULTILINE)
-    assert {Path(file).name for file, _, _ in found} == {"wrong.py"}  # nothing in the others
-    assert {line for _, line, kind in found if kind == "error"} == {"3", "4"}
+    matches = re.findall(r"^ *(\S+\.py):(\d+):\d+ - (error|warning)", str(refusal.value), re.MULTILINE)
+    assert {Path(file).name for file, _, _ in matches} == {"wrong.py"}  # nothing in the others
+    assert {line for _, line, kind in matches if kind == "error"} == {"3", "4"}
 
 
 @pytest.mark.parametrize("versions", exhaustive_but([1], PYTHONS))
@@ -140,12 +140,12 @@ def test_a_user_installs_the_wheel_and_runs_an_example(versions, distributions, 
     for line in asked:
         if line.startswith(("lab", "orbit")):  # which take long, and nothing but the core
             continue
-        said = subprocess.run(
+        result = subprocess.run(
             [str(commands / "vibrocap"), *line.split()],
             capture_output=True, text=True, check=False, cwd=place, env=CLEAN,
         )  # fmt: skip
-        assert said.returncode == 2, line
-        refused += re.findall(r"needs (.+); install with: .*venv.*python.* -m pip install (.+)", said.stderr)
+        assert result.returncode == 2, line
+        refused += re.findall(r"needs (.+); install with: .*venv.*python.* -m pip install (.+)", result.stderr)
     assert refused == [
         ("matplotlib", '"vibrocap[plot]"'),
         ("xarray and zarr", '"vibrocap[sweep]"'),

@@ -42,22 +42,22 @@ def moved(system, periods=3, tolerance=1e-9, **given):
 def test_coefficients_are_those_of_the_step_to_the_last_bit(system, order, monkeypatch):
     """The plain kernel tells the series that stands in its memory when a piece is kept."""
     recorded = equations(system)
-    given = recorded, parameter_values(system), [0.15, *[0.0] * (len(recorded.rates) - 1)], system.drive.period
+    values = recorded, parameter_values(system), [0.15, *[0.0] * (len(recorded.rates) - 1)], system.drive.period
     layout, advance = kernel(recorded, order, True, False)
-    place, states, seen = layout.places["SERIES"], layout.states, []
+    place, states, results = layout.places["SERIES"], layout.states, []
     names = advance.__globals__
     on_piece = names["on_piece"]
 
     def told(floats, *rest):
-        seen.append(floats[place : place + states * (order + 1)].reshape(states, -1).copy())
+        results.append(floats[place : place + states * (order + 1)].reshape(states, -1).copy())
         on_piece(floats, *rest)
 
     monkeypatch.setitem(names, "on_piece", told)
-    found = recorded_run(*given, Budget(0.6, 1e-9, 1000, 10**6), plain=True, order=order)
-    assert len(seen) == len(found.pieces) >= 5
-    assert np.array_equal(found.series[:], np.array(seen))
-    chosen = np.array([3, 3, 0, 4])
-    assert np.array_equal(found.series[chosen], np.array(seen)[chosen])
+    found = recorded_run(*values, Budget(0.6, 1e-9, 1000, 10**6), plain=True, order=order)
+    assert len(results) == len(found.pieces) >= 5
+    assert np.array_equal(found.series[:], np.array(results))
+    numbers = np.array([3, 3, 0, 4])
+    assert np.array_equal(found.series[numbers], np.array(results)[numbers])
     assert any(rate >= 0 for rate in found.rates) is not recorded.maybe_stiff
     assert system is not EM or found.rates == (1, -1, 3, -1)
 

@@ -50,11 +50,11 @@ def files(folder):
 
 def counting(monkeypatch):
     """How often machine code has been made."""
-    made = []
+    values = []
     module = sys.modules[compiler_name]
     original = module.object_code
-    monkeypatch.setattr(module, "object_code", lambda *arguments: made.append(1) or original(*arguments))
-    return made
+    monkeypatch.setattr(module, "object_code", lambda *arguments: values.append(1) or original(*arguments))
+    return values
 
 
 def test_a_kernel_is_made_once_and_kept_in_a_private_folder(folder, monkeypatch):
@@ -311,8 +311,8 @@ def test_the_lock_of_a_process_that_does_nothing_is_waited_for_a_while(folder, m
     monkeypatch.setattr(cache, "PATIENCE", 0.05)
     handle = os.open(folder / ".lock-0", os.O_RDWR | os.O_CREAT, 0o600)
     fcntl.flock(handle, fcntl.LOCK_EX)
-    said = rf"process {os.getpid()} .*has kept its lock" if sys.platform == "linux" else "has kept its lock"
-    with pytest.warns(RuntimeWarning, match=said), cache.one_process_at_a_time(f"{0:040}"):
+    text = rf"process {os.getpid()} .*has kept its lock" if sys.platform == "linux" else "has kept its lock"
+    with pytest.warns(RuntimeWarning, match=text), cache.one_process_at_a_time(f"{0:040}"):
         pass
     monkeypatch.setattr(cache, "PATIENCE", 60.0)
     monkeypatch.setattr(cache, "STOPPED", 0.05)

@@ -61,7 +61,7 @@ def paper(law, **given):
 def data():
     """The data of a small page: both laws of the paper."""
     presets = paper("exponential"), paper("lugre")
-    return bundle(Contents(tuple(each.case.system for each in presets), presets))
+    return bundle(Contents(tuple(preset.case.system for preset in presets), presets))
 
 
 @pytest.fixture(scope="module")
@@ -108,11 +108,11 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         inside = np.min(np.abs(rows[:, :1] - borders), axis=1) > 1e-6
         for name in ("angle", "velocity", "friction", "energy", "drive_power"):
             wanted = motion.at(rows[inside, 0], name.replace("drive_power", "drive_work"))
-            seen = rows[inside, one["names"].index(name)]
+            row = rows[inside, one["names"].index(name)]
             if name == "drive_power":
                 wanted = motion.at(rows[inside, 0], "drive") * motion.at(rows[inside, 0], "angle_rate")
             # the compiled kernel rounds otherwise: 1e-12 times the growth of errors over a few periods
-            assert np.max(np.abs(seen - wanted)) < 1e-9 * np.max(np.abs(wanted)), name
+            assert np.max(np.abs(row - wanted)) < 1e-9 * np.max(np.abs(wanted)), name
         balance = [motion.at(motion.end, f"{channel}_work")[0] for channel in motion.system.channels]
         assert one["works"][1:-1] == pytest.approx(balance, rel=1e-8, abs=1e-9)
         assert one["residual"] < 1e-7
@@ -147,9 +147,9 @@ def test_a_sampled_loop_in_the_page_is_that_of_the_plain_kernel(node):
         assert (one["final"], one["status"]) == (preset["check"]["state"], preset["check"]["status"])
         assert one["final"][0] == pytest.approx(case.simulate().state["position"], abs=1e-13)
         assert one["refused"].startswith("should be a whole part of the period 1 of the drive")
-        given = {"initial": case.initial, "periods": case.periods, "settle": 1e-6}
-        given |= {"tolerance": made["forms"][0]["tolerance"], "measures": ["largest_position"], "window": 10}
-        wanted = vc.ensemble(case.system, {"controller.proportional_gain": [3.0]}, **given)["largest_position"][0]
+        settings = {"initial": case.initial, "periods": case.periods, "settle": 1e-6}
+        settings |= {"tolerance": made["forms"][0]["tolerance"], "measures": ["largest_position"], "window": 10}
+        wanted = vc.ensemble(case.system, {"controller.proportional_gain": [3.0]}, **settings)["largest_position"][0]
         assert one["values"]["largest_position"] == pytest.approx(wanted, rel=1e-9)
     assert found[0]["final"][0] == pytest.approx(0.08388297959518, abs=2e-14)
 
@@ -188,8 +188,8 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     times, drive = np.array(found["drive"]).T
     inside = np.min(np.abs(times[:, None] - np.append(motion.piece_start, motion.end)), axis=1) > 1e-6
     assert np.max(np.abs(drive - motion.at(times, "drive"))[inside]) < 1e-12
-    given = {"initial": {"angle": 0.5}, "periods": 200, "settle": 1e-6, "tolerance": made["forms"][0]["tolerance"]}
-    wanted = vc.ensemble(system, {"drive.amplitude": [1.7]}, **given)
+    settings = {"initial": {"angle": 0.5}, "periods": 200, "settle": 1e-6, "tolerance": made["forms"][0]["tolerance"]}
+    wanted = vc.ensemble(system, {"drive.amplitude": [1.7]}, **settings)
     assert found["measured"]["response"] == wanted["response_period"][0] > 0
     assert found["measured"]["values"]["mean_velocity"] == pytest.approx(wanted["mean_velocity"][0], rel=1e-7, abs=1e-9)
 
@@ -259,7 +259,7 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     print(all);
     """)
     system = paper("exponential").case.system
-    names = [each["name"] for each in data["forms"][0]["measures"]]
+    names = [row["name"] for row in data["forms"][0]["measures"]]
     wanted = vc.ensemble(
         system,
         {"drive.amplitude": [1.5, 1.8]},
@@ -347,7 +347,7 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
         form = {name: part.name for name, part in system.parts.items()}
         form |= {"parameters": paths, "rules": rules(system, paths), "mirrored": mirrored(system, paths)}
         form |= {"corners": shape_of(system.drive)[0], "number": len(cases)}
-        tried, said, tables = [], [], []
+        tried, numbers, tables = [], [], []
         for number in range(60):
             given = dict(values)
             for path in draw.sample(paths, min(len(paths), 1 + number % 4)):
@@ -356,12 +356,12 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
             tables.append(None)
             try:
                 one = system.with_parameters(given)
-                said.append(([], one.mirrored))
+                numbers.append(([], one.mirrored))
                 tables[-1] = shape_of(one.drive)[1]
             except (ParameterError, ArgumentError) as error:
-                said.append(([(each.field, each.text) for each in error.complaints], None))
+                numbers.append(([(complaint.field, complaint.text) for complaint in error.complaints], None))
         cases.append({"form": form, "parts": parts, "tried": tried, "tables": tables})
-        wanted.append(said)
+        wanted.append(numbers)
     found = node(RULES, cases, [case["form"] for case in cases])
     refused, answers = 0, []
     for case, one, other in zip(cases, found, wanted, strict=True):
@@ -373,7 +373,7 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
             overflows = any(abs(value) > 1e200 for value in given)  # symmetry is decided by numbers of the equations
             assert mirrors in (None, twins) or overflows, where
             words = {numberless(text) for _, text in package}
-            words |= {"should be at least 0" for each in words if "finite number >= 0" in each}
+            words |= {"should be at least 0" for word in words if "finite number >= 0" in word}
             assert not shown or words & {numberless(text) for _, text in shown}, (shown, package)
     assert refused > 600
     assert min(map(answers.count, (True, False))) > 60  # of drives of many pieces
@@ -385,10 +385,10 @@ def shape_of(drive):
         return None, []
     segments, width = drive.segments(), drive.degree + 1
     record = {"segments": len(segments), "coefficients": width, "rounding": ROUNDING, "parts": "1"}
-    ends = itertools.accumulate(each.length for each in segments)
+    ends = itertools.accumulate(segment.length for segment in segments)
     padded = [
-        [end, *each.coefficients, *[0.0] * (width - len(each.coefficients))]
-        for end, each in zip(ends, segments, strict=True)
+        [end, *segment.coefficients, *[0.0] * (width - len(segment.coefficients))]
+        for end, segment in zip(ends, segments, strict=True)
     ]
     return record, [number for row in padded for number in row]
 
@@ -465,8 +465,8 @@ def test_laws_of_further_contacts_are_shared(node):
 @needs_node
 def test_a_mechanism_is_shared_with_its_description(node, tmp_path, monkeypatch):
     """The TOML of the page is a case by itself, and the page reads it; in Python its class comes from that case."""
-    given = vc.read_case(EXAMPLES / "clutch-slips-twice.toml", periods=2)
-    made = bundle(Contents((given.system,), (Preset("clutch", "clutch", "", given),)))
+    case = vc.read_case(EXAMPLES / "clutch-slips-twice.toml", periods=2)
+    made = bundle(Contents((case.system,), (Preset("clutch", "clutch", "", case),)))
     text, python, command, again = node(
         """
     const made = JSON.parse(fs.readFileSync(process.argv[3])), model = new Model(made), other = new Model(made);
@@ -478,7 +478,7 @@ def test_a_mechanism_is_shared_with_its_description(node, tmp_path, monkeypatch)
     )
     assert again == [[], True]
     case, names = case_from_text(text), {}
-    assert case.system == given.system.with_parameters({"drives.clamp.amplitude": 0.5})
+    assert case.system == case.system.with_parameters({"drives.clamp.amplitude": 0.5})
     assert command.startswith("# case.toml: ")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
@@ -684,7 +684,7 @@ def test_a_page_asks_for_nothing_and_holds_every_script(data):
 
 def test_the_policy_of_a_page_allows_its_own_scripts_alone(data):
     text = page(data)
-    policy = dict(each.split(" ", 1) for each in re.search(r'Policy" content="([^"]*)"', text)[1].split("; "))
+    policy = dict(word.split(" ", 1) for word in re.search(r'Policy" content="([^"]*)"', text)[1].split("; "))
     assert policy["default-src"] == "'none'"
     assert "unsafe-inline" not in str(policy)
     assert "'unsafe-eval'" not in str(policy)
@@ -701,7 +701,7 @@ def test_the_forms_of_a_page(tmp_path):
     """By default those of the paper; a case brings its own parts; laws by name come in their stead."""
 
     def parts(chosen):
-        return [(each.machine.name, each.friction.name, each.drive.name) for each in chosen.forms]
+        return [(form.machine.name, form.friction.name, form.drive.name) for form in chosen.forms]
 
     usual = parts(contents())
     assert usual[0] == ("pendulum-capsule", "exponential", "harmonic")
@@ -712,8 +712,8 @@ def test_the_forms_of_a_page(tmp_path):
     assert {machine for machine, _, _ in parts(contents(own))} == {"oscillator"}  # no other machine, unless asked for
     only = parts(contents(law_names=["coulomb"], drive_names=["harmonic"]))
     assert [law for _, law, _ in only] == ["coulomb", "smoothed-coulomb"]
-    assert [each.parts[0] for each in contents(machine_names=["oscillator"]).presets] == ["oscillator"]
-    keys = [each.key for each in contents(file_preset(EXAMPLES / "mirror-twin.toml"), examples=EXAMPLES).presets]
+    assert [preset.parts[0] for preset in contents(machine_names=["oscillator"]).presets] == ["oscillator"]
+    keys = [preset.key for preset in contents(file_preset(EXAMPLES / "mirror-twin.toml"), examples=EXAMPLES).presets]
     assert keys[0] == "mirror-twin"
     assert len(keys) == len(set(keys)) > 5  # a case of the gallery stands there once
 

@@ -119,7 +119,7 @@ def ends_of(chromium, tmp_path, monkeypatch):
         places, (first, *_) = [i for i, _ in opened.values()], cases.values()
         monkeypatch.setattr(
             "vibrocap.lab.bundle.browser_module",
-            lambda pairs: browser_module([each if i in places else each[:1] for i, each in enumerate(pairs)]),
+            lambda pairs: browser_module([pair if i in places else pair[:1] for i, pair in enumerate(pairs)]),
         )
         monkeypatch.setattr("vibrocap.lab.presets.end_of", lambda case: end_of(case) if case is first else None)
         presets = tuple(Preset(name, name, "", case) for name, (_, case) in opened.items())
@@ -132,7 +132,7 @@ def ends_of(chromium, tmp_path, monkeypatch):
             assert chromium.js("lab.model.form.machine") == preset.key
         chromium.js("checked(lab)")
         assert chromium.wait("document.body.dataset.check") == "same"
-        given = [
+        settings = [
             {
                 "parameters": list(parameter_values(case.system)),
                 "initial": [float(case.initial.get(name, 0.0)) for name in case.system.state_names],
@@ -141,9 +141,9 @@ def ends_of(chromium, tmp_path, monkeypatch):
             }
             for case in cases.values()
         ]
-        found = [ending(**each) for each in chromium.js(ALL.replace("GIVEN", json.dumps(given)))]
+        endings = [ending(**each) for each in chromium.js(ALL.replace("GIVEN", json.dumps(settings)))]
         assert chromium.complaints() == []
-        return dict(zip(cases, found, strict=True))
+        return dict(zip(cases, endings, strict=True))
 
     return run
 
@@ -319,8 +319,8 @@ def test_a_file_is_dropped_and_what_is_copied_runs(shown, tmp_path):
 
 def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
     """With the settings of its address, and again in another one."""
-    given = "preset=paper-5-8-exponential&machine.stiffness=2.1&run.periods=20&view=map&map.size=32"
-    changed(shown, lambda: shown.js(f"location.hash = 'v=1&{given}'"))
+    text = "preset=paper-5-8-exponential&machine.stiffness=2.1&run.periods=20&view=map&map.size=32"
+    changed(shown, lambda: shown.js(f"location.hash = 'v=1&{text}'"))
     shown.wait("document.body.dataset.map", 120)
     assert shown.js("lab.fields.set.map.cells.size") == 32 * 32
     values = shown.js("[...lab.fields.set.map.cells.values()].filter((c) => c.found.response > 0).length")
@@ -356,8 +356,8 @@ def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
 def test_a_map_in_si_says_its_units(chromium, usual):
     """Its axes, its ranges and its measure; labels of controls speak of no ratios."""
     scales = 0.2, 0.25, 0.16
-    given = "preset=paper-5-8-exponential&units=SI&scales=0.2,0.25,0.16&run.periods=20&view=map&map.size=16"
-    chromium.open(f"{usual}#v=1&{given}&map.x=drive.frequency,0.8,1.2", 1280, 900)
+    words = "preset=paper-5-8-exponential&units=SI&scales=0.2,0.25,0.16&run.periods=20&view=map&map.size=16"
+    chromium.open(f"{usual}#v=1&{words}&map.x=drive.frequency,0.8,1.2", 1280, 900)
     chromium.wait("document.body.dataset.map", 120)
     hertz, speed = 1 / (2 * math.pi * scales[2]), scales[1] / scales[2]
     torque = scales[0] * speed**2
@@ -405,8 +405,8 @@ def test_a_law_of_ones_own_is_in_its_page(chromium, tmp_path):
         '[drive]\nwaveform = "harmonic"\n[run]\nperiods = 8\n'
     )
     out = tmp_path / "own.html"
-    given = ["--parts", str(tmp_path / "mylaws.py"), "--laws", "halved", "--drives", "harmonic", "--out", str(out)]
-    assert main(["lab", str(case), *given]) == 0
+    values = ["--parts", str(tmp_path / "mylaws.py"), "--laws", "halved", "--drives", "harmonic", "--out", str(out)]
+    assert main(["lab", str(case), *values]) == 0
     chromium.events.clear()
     chromium.open(out.as_uri())
     chromium.wait(SETTLED)

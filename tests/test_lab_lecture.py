@@ -124,10 +124,10 @@ def test_paper_shows_the_motion_its_numbers_and_its_address(opened):
     assert "#ffffff" in drawn
     assert "#171b21" not in drawn
     page("Emulation.setEmulatedMedia", media="print")
-    seen = (
+    text = (
         "[...document.querySelectorAll('header, main, footer, nav, button, canvas')].filter((each) => each.offsetWidth)"
     )
-    assert page.js(f"{seen}.length") == 0
+    assert page.js(f"{text}.length") == 0
     width, height = page.js(
         f"(({{ width, height }}) => [width, height])({ON_PAPER}.querySelector('circle').getBoundingClientRect())"
     )
@@ -167,9 +167,9 @@ def test_a_word_on_paper_has_no_unit_and_every_axis_has_a_scale(opened):
 def test_a_page_on_a_disk_gives_its_case_in_place_of_a_link(opened):
     page = opened("usual", "#v=1&preset=paper-5-8-exponential&drive.amplitude=2")
     page.js("document.getElementById('link').click()")
-    said = page.wait("document.getElementById('notice').textContent")
-    assert "nobody else can follow a link. Send the file usual.html itself" in said
-    assert "#v=1&preset=paper-5-8-exponential&drive.amplitude=2 behind its name" in said
+    wait = page.wait("document.getElementById('notice').textContent")
+    assert "nobody else can follow a link. Send the file usual.html itself" in wait
+    assert "#v=1&preset=paper-5-8-exponential&drive.amplitude=2 behind its name" in wait
     assert page.js("lab.copied") == page.js("asToml(lab.model)")
     assert "amplitude = 2.0" in page.js("lab.copied")
 
@@ -178,15 +178,15 @@ def test_each_contact_tells_how_long_it_sticks(opened):
     """The first creeps, the last rests: its share of the stretch on show is that of the motion."""
     page = opened("crawler")
     cards = "[...document.querySelectorAll('#readouts div')].map((each) => each.textContent)"
-    told = {f"contact {i}": text for text in page.js(cards) for i in (1, 2, 3) if f"Stuck, contact {i}" in text}
-    assert "never" in told["contact 1"]
-    assert "never" in told["contact 2"]
+    table = {f"contact {i}": text for text in page.js(cards) for i in (1, 2, 3) if f"Stuck, contact {i}" in text}
+    assert "never" in table["contact 1"]
+    assert "never" in table["contact 2"]
     share = page.js("lab.shown.stuck[2]")
     motion = vc.simulate(systems()["crawler"], periods=4)
     window = page.js("lab.shown.from"), motion.end
     assert share == pytest.approx(vc.stick_fraction(motion, window=window, contact=3), abs=1e-6)
     assert share > 0.01
-    assert f"{100 * share:.4g}"[:4] in told["contact 3"]
+    assert f"{100 * share:.4g}"[:4] in table["contact 3"]
 
 
 def test_what_smoothing_would_say_shows_its_width_and_offers_others(opened):
@@ -199,7 +199,7 @@ def test_what_smoothing_would_say_shows_its_width_and_offers_others(opened):
     assert page.js(f"{widths}.map((each) => each.textContent)") == ["0.1", "0.01", "0.001"]
     changed(page, lambda: page.js(f"{widths}[1].click()"))
     assert "smoothed-exponential (width 0.01)" in page.js(card)
-    exact, smooth = (page.js(f"lab.{each}.drift") for each in ("shown", "other"))
+    exact, smooth = (page.js(f"lab.{name}.drift") for name in ("shown", "other"))
     law = vc.Exponential()
     from vibrocap.physics.friction.smoothed import smoothed
 
@@ -251,10 +251,10 @@ def test_no_other_script_runs_in_a_page_and_it_reaches_no_address(opened):
     assert page.js("window.strange === undefined")
     page.js("fetch('https://example.org/').catch(() => {})")
     page.js("1")
-    said = page.complaints()
-    assert any("script-src" in each for each in said)
-    assert any("connect-src" in each or "default-src" in each for each in said)
-    assert not any(each.startswith("asked for") for each in said)
+    complaints = page.complaints()
+    assert any("script-src" in complaint for complaint in complaints)
+    assert any("connect-src" in complaint or "default-src" in complaint for complaint in complaints)
+    assert not any(complaint.startswith("asked for") for complaint in complaints)
     page.events.clear()
 
 

@@ -82,17 +82,19 @@ def test_every_measure_of_a_lane_is_that_of_the_motion_alone(name):
     travels = system.machine.cyclic is not None
     measures = [each for each in vc.measure_table(system) if travels or each not in undefined_measures(system)]
     options = {"initial": start, "periods": periods, "tolerance": 1e-11}
-    found = vc.ensemble(system, {path: values}, measures=measures, window=periods, **options)
-    assert not found["status"].any()
+    results = vc.ensemble(system, {path: values}, measures=measures, window=periods, **options)
+    assert not results["status"].any()
     for i, value in enumerate(values):
         motion = vc.simulate(system.with_parameters({path: value}), **options)
         assert motion.certificate.ok, motion.certificate.failures
         assert len(motion.events) > 3
         alone = vc.measured(motion, measures, window=periods)
         for measure in measures:
-            given, wanted = found[measure][i], alone[measure]
+            result, wanted = results[measure][i], alone[measure]
             close = (
-                given == wanted if isinstance(wanted, str) else given == pytest.approx(wanted, 1e-8, 1e-9, nan_ok=True)
+                result == wanted
+                if isinstance(wanted, str)
+                else result == pytest.approx(wanted, 1e-8, 1e-9, nan_ok=True)
             )
-            assert close, (measure, given, wanted)
-    assert np.ptp(found["contact_sliding_work"]) > 1e-3
+            assert close, (measure, result, wanted)
+    assert np.ptp(results["contact_sliding_work"]) > 1e-3

@@ -89,8 +89,8 @@ def test_an_unknown_law_is_refused():
 
 @each_law
 def test_law_keeps_its_contract(law):
-    said = {clause.__name__: clause(law) for clause in (*LAW_CLAUSES, recorded)}
-    assert {name: words for name, words in said.items() if words is not None} == {}
+    table = {clause.__name__: clause(law) for clause in (*LAW_CLAUSES, recorded)}
+    assert {name: words for name, words in table.items() if words is not None} == {}
 
 
 # --- the equations ---------------------------------------------------------------------------------------------------
@@ -108,8 +108,8 @@ def test_steady_force_is_the_force_that_a_constant_velocity_settles_to(law):
         in_direction = (side,) if "forward_ratio" in law.__dataclass_fields__ else ()
         slow, exponent = 1e-7, getattr(law, "shape_exponent", 1.0)
         if exponent > 1.0:  # Dahl's approach 1 - r = [1 + (i - 1) x/Y]^(-1/(i - 1))
-            way = 1e3 * abs(velocity) / law.internal_scales(load)[0]
-            slow += 1.1 * (1.0 + (exponent - 1.0) * way) ** (-1.0 / (exponent - 1.0))
+            value = 1e3 * abs(velocity) / law.internal_scales(load)[0]
+            slow += 1.1 * (1.0 + (exponent - 1.0) * value) ** (-1.0 / (exponent - 1.0))
         expected = side * law.steady_force(abs(velocity), load, *in_direction)
         assert force == pytest.approx(expected, rel=slow)
 
@@ -139,15 +139,15 @@ def test_a_law_that_is_not_passive_gives_energy_somewhere():
 @each_dynamic_law
 def test_only_a_joint_that_closes_makes_the_force_jump(law):
     """The force is continuous from piece to piece, but where the joint of a backlash closes on a damped contact."""
-    seen = set()
+    members = set()
     for draw in draws(4):
         side, load = draw.choice((1, -1)), draw.uniform(0.5, 2.0)
         internal = random_internal(law, 0.0, -side, load, draw)
         found = stroke(law, 0.2 * side, 1.0, internal, load=load, samples=2, turned=True)
         for _time, which, before, after in found.switches:
-            seen.add(which)
+            members.add(which)
             assert abs(law.switches(0.2 * side, before, side, load)[which]) <= 1e-6
             if "engaged" not in law.internal or which != 1:
                 jump = law.force(0.2 * side, after, side, load)[0] - law.force(0.2 * side, before, side, load)[0]
                 assert abs(jump) <= 1e-5 * load
-    assert len(seen) >= min(1, len(law.switched))
+    assert len(members) >= min(1, len(law.switched))

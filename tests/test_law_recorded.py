@@ -37,9 +37,9 @@ def test_recorded_law_is_the_law_and_its_derivative_that_of_its_values(law):
         _, _, side, _ = random_motion(law, draw)
         velocity = side * draw.uniform(0.05, 0.5)
         internal = random_internal(law, velocity, side, 1.3, draw)
-        found = evaluate(expressions, 0.0, (velocity, *internal), side, ())
+        values = evaluate(expressions, 0.0, (velocity, *internal), side, ())
         expected = recorded(law, velocity, internal, side, 1.3)
-        assert np.allclose(found, expected, rtol=64 * EPSILON, atol=64 * EPSILON)
+        assert np.allclose(values, expected, rtol=64 * EPSILON, atol=64 * EPSILON)
         scales = (0.1, *law.internal_scales(1.3))
         for state in continuous:
             slopes = evaluate([derivative(e, state) for e in expressions], 0.0, (velocity, *internal), side, ())
@@ -83,8 +83,8 @@ def test_series_of_a_law_solve_its_equations(law):
             v = Real(course[0] + course[1] * s + course[2] * s * s)
             states = tuple(Real(mp.polyval(row[::-1], s)) for row in series[: len(z)])
             force, rates = law.force(v, states, side, 1.3)
-            found = (*rates, force, *law.switches(v, states, side, 1.3))
-            return [value.value if isinstance(value, Real) else mp.mpf(value) for value in found]
+            values = (*rates, force, *law.switches(v, states, side, 1.3))
+            return [value.value if isinstance(value, Real) else mp.mpf(value) for value in values]
 
         for i, row in enumerate(series):
             exact = mp.taylor(lambda s, i=i: said(s)[i], 0, ORDER - 1)

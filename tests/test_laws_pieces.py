@@ -17,16 +17,16 @@ SPEED = 0.01
 
 def strokes_between(law, turns, *, speed=SPEED, load=1.0, internal=None, samples=400):
     """Strokes at constant speed from place 0 to each of the places in turn; each begins with a reversal."""
-    found, place = [], 0.0
+    strokes, place = [], 0.0
     for i, target in enumerate(turns):
         velocity = math.copysign(speed, target - place)
         duration = abs(target - place) / speed
         turned = i > 0
-        found.append(
+        strokes.append(
             stroke(law, velocity, duration, internal, load=load, turned=turned, samples=samples, tolerance=1e-11)
         )
-        internal, place = found[-1].end, target
-    return found
+        internal, place = strokes[-1].end, target
+    return strokes
 
 
 # --- Bouc-Wen --------------------------------------------------------------------------------------------------------

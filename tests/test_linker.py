@@ -68,19 +68,21 @@ def test_steppers_are_linked(law):
         for held_input in (False, True):
             asked = with_held_input(system) if held_input else system
             recorded = equations(asked)
-            given = recorded.observables, 1e-9, held_input, parameter_values(asked)
-            stepper_kernel(recorded, *given).text.check()
+            values = recorded.observables, 1e-9, held_input, parameter_values(asked)
+            stepper_kernel(recorded, *values).text.check()
 
 
 def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():
     wanted, answers = outline(HOOKS).functions, set()
     for module in KERNEL_MODULES:
-        given = outline(link.kernel_source(module)).functions
-        answers |= given.keys()
-        assert {name: given[name] for name in given if name in wanted} == {n: wanted[n] for n in wanted if n in given}
+        functions = outline(link.kernel_source(module)).functions
+        answers |= functions.keys()
+        assert {name: functions[name] for name in functions if name in wanted} == {
+            n: wanted[n] for n in wanted if n in functions
+        }
         for section in SECTIONS:  # of which what has no answer of its own stands and falls together
             must = {name for name in section if name not in link._answers()}
-            assert must <= given.keys() or not set(section) & given.keys(), (module, section)
+            assert must <= functions.keys() or not set(section) & functions.keys(), (module, section)
     assert wanted.keys() <= answers
     assert sorted(wanted) == sorted(name for section in SECTIONS for name in section)
     documented = [node for node in ast.parse(HOOKS).body if isinstance(node, ast.FunctionDef)]

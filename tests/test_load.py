@@ -81,7 +81,7 @@ def test_state_is_that_of_an_independent_solver():
 @pytest.mark.slow
 def test_mean_load_of_a_steady_motion_is_the_weight():
     for system in (second_row("dynamic"), capsule(law=vc.LuGre())):
-        found = vc.ensemble(
+        results = vc.ensemble(
             system,
             over={"drive.frequency": np.array([0.8, 1.0, 1.3])},
             initial=START,
@@ -90,10 +90,10 @@ def test_mean_load_of_a_steady_motion_is_the_weight():
             tolerance=1e-12,
             measures=("mean_reaction", "least_reaction", "largest_reaction"),
         )
-        assert np.all(found["settled"])
+        assert np.all(results["settled"])
         # The window is one response period; the momentum at its ends differs by what is not settled.
-        assert found["mean_reaction"] == pytest.approx(system.machine.mass_ratio + 1.0, abs=1e-10)
-        assert np.all((found["least_reaction"] < 3.0) & (found["largest_reaction"] > 4.0))
+        assert results["mean_reaction"] == pytest.approx(system.machine.mass_ratio + 1.0, abs=1e-10)
+        assert np.all((results["least_reaction"] < 3.0) & (results["largest_reaction"] > 4.0))
 
 
 def bracket(mass_ratio, coefficient):
@@ -199,7 +199,7 @@ def test_statuses_of_ensembles_are_those_of_single_runs():
     ratios = np.concatenate((draw.uniform(0.1, 3.0, 12), draw.uniform(0.01, 0.06, 12)))
     over = {"machine.mass_ratio": ratios, "drive.amplitude": draw.uniform(0.2, 2.5, 24)}
     system = capsule(law=vc.Exponential())
-    found = vc.ensemble(system, over=over, initial=START, periods=6, window=2, tolerance=1e-9)
+    results = vc.ensemble(system, over=over, initial=START, periods=6, window=2, tolerance=1e-9)
     single = []
     for i in range(24):
         one = system.with_parameters({path: float(values[i]) for path, values in over.items()})
@@ -207,7 +207,7 @@ def test_statuses_of_ensembles_are_those_of_single_runs():
             single.append(vc.simulate(one, periods=6, initial=START, tolerance=1e-9).run_status)
         except ArgumentError:  # of a load that is negative at the start
             single.append(vc.Status.LIFT_OFF)
-    assert [list(vc.Status)[code] for code in found["status"]] == single
+    assert [list(vc.Status)[code] for code in results["status"]] == single
     assert {vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.PARADOX} == set(single)
 
 
@@ -242,13 +242,13 @@ def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, cap
     system = capsule(law=vc.LuGre(), amplitude=1.8, mass_ratio=0.5)
     vc.save_case(system, case)
     assert main(["simulate", str(case), "--periods", "5", "--json"]) == INCOMPLETE
-    found = json.loads(capsys.readouterr().out)
-    assert found["status"] == "lift off"
-    assert found["events"]["lift_off"] == 1
-    assert found["certificate"]["least_reaction"] == pytest.approx(0.0, abs=1e-8)
+    content = json.loads(capsys.readouterr().out)
+    assert content["status"] == "lift off"
+    assert content["events"]["lift_off"] == 1
+    assert content["certificate"]["least_reaction"] == pytest.approx(0.0, abs=1e-8)
     works = ("drive", "damper", "contact_sliding", "bristle_loss", "contact_storage")
-    assert found["energy"]["stored"] == pytest.approx(sum(found["energy"][name] for name in works), abs=1e-9)
-    assert abs(found["energy"]["contact_storage"]) > 1e-6
+    assert content["energy"]["stored"] == pytest.approx(sum(content["energy"][name] for name in works), abs=1e-9)
+    assert abs(content["energy"]["contact_storage"]) > 1e-6
 
 
 @pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=lambda law: law.name)
@@ -311,11 +311,11 @@ def test_runs_that_would_lift_off_are_told_from_those_that_touch_zero(law, ampli
 
 def test_every_study_of_a_constant_load_watches_the_true_one():
     """But not where the least value is measured, or where the load is the true one."""
-    given = {"cases": None, "design": None, "initial": None, "settings": SETTINGS}
+    settings = {"cases": None, "design": None, "initial": None, "settings": SETTINGS}
     for load, measures, watch in (
         ("weight", ("drift",), ("hidden_lift_off",)),
         ("weight", ("least_reaction",), ()),
         ("dynamic", ("drift",), ()),
     ):
-        plan = planned_study(capsule(load), {"machine.mass_ratio": [0.2, 2.5]}, measures=measures, **given)
+        plan = planned_study(capsule(load), {"machine.mass_ratio": [0.2, 2.5]}, measures=measures, **settings)
         assert plan.measures == (*measures, *watch)

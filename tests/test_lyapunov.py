@@ -23,8 +23,8 @@ CHAOTIC = vc.System(vc.PendulumCapsule(stiffness=0.6, damping=0.3), vc.Exponenti
 
 def test_a_run_that_fails_has_no_certified_exponent(monkeypatch):
     monkeypatch.setattr(lyapunov, "MOST_STEPS", 0)
-    found = lyapunov_exponent(oscillator(0.1), transient=20, periods=20)
-    assert (found.finished, found.certified, found.periods) == (False, False, 0)
+    exponent = lyapunov_exponent(oscillator(0.1), transient=20, periods=20)
+    assert (exponent.finished, exponent.certified, exponent.periods) == (False, False, 0)
 
 
 def oscillator(damping, stiffness=1.0):
@@ -37,10 +37,10 @@ def plain(monkeypatch):
 
 
 def logistic(r, count, start=0.3):
-    found = [start]
+    values = [start]
     for _ in range(count + 500):
-        found.append(r * found[-1] * (1.0 - found[-1]))
-    return np.array(found[-count:])
+        values.append(r * values[-1] * (1.0 - values[-1]))
+    return np.array(values[-count:])
 
 
 # --- the 0-1 test ----------------------------------------------------------------------------------------------------
@@ -93,10 +93,10 @@ def test_what_is_no_series_is_refused(series, complaint):
 def test_damped_linear_oscillator(plain):
     """x'' + c x' + k x = drive: the exponents are the roots of s^2 + c s + k, here real; their sum is -c anyway."""
     with np.errstate(all="ignore"):
-        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=40, transient=0, tolerance=1e-11)
-    assert found.finished
-    assert found.spectrum == pytest.approx([-0.25, -1.0], abs=2e-9)
-    assert found.spectrum[0] == found.value
+        exponent = lyapunov_exponent(oscillator(1.25, 0.25), periods=40, transient=0, tolerance=1e-11)
+    assert exponent.finished
+    assert exponent.spectrum == pytest.approx([-0.25, -1.0], abs=2e-9)
+    assert exponent.spectrum[0] == exponent.value
 
 
 @pytest.mark.slow
@@ -104,16 +104,18 @@ def test_damped_linear_oscillator(plain):
 def test_exponent_of_an_orbit_is_its_multiplier(law):
     system = capsule(law)
     orbit = vc.orbit(system, initial=START)
-    found = lyapunov_exponent(system, orbit.state, transient=10)
+    exponent = lyapunov_exponent(system, orbit.state, transient=10)
     expected = math.log(abs(orbit.multipliers[0])) / orbit.period
     if law.kind == "set-valued":  # a pair of complex ones: within the error, and their sum without any
-        assert abs(found.value - expected) < found.error < 1e-3
-        assert found.spectrum[:2].sum() == pytest.approx(2.0 * expected, abs=1e-8)
-        assert found.spectrum[2] == -math.inf  # what sticking forgets
+        assert abs(exponent.value - expected) < exponent.error < 1e-3
+        assert exponent.spectrum[:2].sum() == pytest.approx(2.0 * expected, abs=1e-8)
+        assert exponent.spectrum[2] == -math.inf  # what sticking forgets
     else:
-        assert found.value == pytest.approx(expected, abs=1e-9)
-        assert found.error < 1e-9
-        assert found.spectrum[1:3].mean() == pytest.approx(math.log(abs(orbit.multipliers[1])) / orbit.period, abs=1e-6)
+        assert exponent.value == pytest.approx(expected, abs=1e-9)
+        assert exponent.error < 1e-9
+        assert exponent.spectrum[1:3].mean() == pytest.approx(
+            math.log(abs(orbit.multipliers[1])) / orbit.period, abs=1e-6
+        )
 
 
 # --- classes ---------------------------------------------------------------------------------------------------------
@@ -139,11 +141,11 @@ def test_classes_of_motions():
 @pytest.mark.slow
 def test_two_frequencies_without_a_common_period_are_quasi_periodic():
     """An undamped oscillator at sqrt(2) under a drive at 1: nothing grows, nothing decays."""
-    found = classify(oscillator(0.0, 2.0), {"position": 1.0}, settle_periods=100)
-    assert found.kind == "quasi-periodic"
-    assert found.lyapunov is not None
-    assert abs(found.lyapunov.value) < found.lyapunov.error < 1e-3
-    assert found.lyapunov.spectrum.sum() == pytest.approx(0.0, abs=1e-10)
+    kind = classify(oscillator(0.0, 2.0), {"position": 1.0}, settle_periods=100)
+    assert kind.kind == "quasi-periodic"
+    assert kind.lyapunov is not None
+    assert abs(kind.lyapunov.value) < kind.lyapunov.error < 1e-3
+    assert kind.lyapunov.spectrum.sum() == pytest.approx(0.0, abs=1e-10)
 
 
 def decided(value, error, chaos, stays=True):

@@ -333,10 +333,10 @@ def test_colours_are_logarithmic_only_where_all_numbers_are_positive():
 
 def test_a_line_explains_no_band_that_holds_no_run():
     line = study().isel({TORQUE: 0, MASS: [1, 2, 3]})
-    words = lambda dataset: [text.get_text() for each in figure(dataset).legends for text in each.get_texts()]  # noqa: E731
-    assert not any("no travel" in each for each in words(line))
+    words = lambda dataset: [text.get_text() for legend in figure(dataset).legends for text in legend.get_texts()]  # noqa: E731
+    assert not any("no travel" in word for word in words(line))
     with_rest = line.assign(mean_velocity=line["mean_velocity"].copy(data=[0.1, 0.0, 0.1]))
-    assert any("no travel" in each for each in words(with_rest))
+    assert any("no travel" in word for word in words(with_rest))
 
 
 @pytest.mark.slow
@@ -409,7 +409,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
     dataset["mode_sequence"][:] = "FB"
     dataset["mode_sequence"][8:] = "S"
     ax = figure(dataset, border="mode_sequence").axes[0]
-    lines = [each for each in ax.collections if isinstance(each, LineCollection)]
+    lines = [collection for collection in ax.collections if isinstance(collection, LineCollection)]
     assert len(lines) == 2  # black with a white rim
     segments = np.array(lines[0].get_segments())
     assert set(segments[:, :, 0].ravel()) == {7.5}
@@ -510,7 +510,7 @@ def test_one_axis_with_words_names_them_upright():
 def test_design_is_drawn_as_dots():
     flat = study().stack(run=(MASS, TORQUE)).reset_index("run")
     fig = figure(flat)
-    dots = {each.get_label(): each for each in fig.axes[0].collections}
+    dots = {collection.get_label(): collection for collection in fig.axes[0].collections}
     assert len(dots["failed"].get_offsets()) == 13
     assert len(dots["not settled"].get_offsets()) == 20
     assert len(dots["values"].get_offsets()) == 192 - 13 - 6 - 12

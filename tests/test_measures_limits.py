@@ -71,26 +71,26 @@ def test_no_boundary_velocity_without_memory():
 
 
 def test_offset_points_of_the_paper_with_viscous_friction():
-    found = vc.offset_points(vc.LuGre(viscous_damping=0.4))
-    assert found.exist
-    assert found.lower == pytest.approx(0.006696630374612, rel=1e-12)  # digits of PHYSICS, erratum 4
-    assert found.upper == pytest.approx(0.181821489161179, rel=1e-12)
-    assert found.printed_lower == pytest.approx(1 / 150, rel=ROUNDING)
-    assert found.ratio == pytest.approx(15.0, rel=ROUNDING)
-    assert found.greatest_viscous_damping == pytest.approx(0.3 * math.sqrt(2 / math.e) / 0.1, rel=ROUNDING)
-    assert found.greatest_viscous_damping == pytest.approx(2.5733, abs=5e-5)
+    points = vc.offset_points(vc.LuGre(viscous_damping=0.4))
+    assert points.exist
+    assert points.lower == pytest.approx(0.006696630374612, rel=1e-12)  # digits of PHYSICS, erratum 4
+    assert points.upper == pytest.approx(0.181821489161179, rel=1e-12)
+    assert points.printed_lower == pytest.approx(1 / 150, rel=ROUNDING)
+    assert points.ratio == pytest.approx(15.0, rel=ROUNDING)
+    assert points.greatest_viscous_damping == pytest.approx(0.3 * math.sqrt(2 / math.e) / 0.1, rel=ROUNDING)
+    assert points.greatest_viscous_damping == pytest.approx(2.5733, abs=5e-5)
     # For alpha = 2 the printed recursion is the right one.
-    for recursion in (found.printed_upper, found.corrected_upper):
+    for recursion in (points.printed_upper, points.corrected_upper):
         assert recursion.converged
-        assert recursion.value == pytest.approx(found.upper, rel=1e-14)
+        assert recursion.value == pytest.approx(points.upper, rel=1e-14)
 
 
 def test_no_offset_points_at_the_printed_values():
-    found = vc.frictional_limits(vc.LuGre()).offset
-    assert (found.exist, found.lower, found.upper, found.ratio) == (False, None, None, None)
-    assert found.printed_lower == 0.0
-    assert not found.printed_upper.converged
-    assert "falls at every speed" in found.reason
+    offset = vc.frictional_limits(vc.LuGre()).offset
+    assert (offset.exist, offset.lower, offset.upper, offset.ratio) == (False, None, None, None)
+    assert offset.printed_lower == 0.0
+    assert not offset.printed_upper.converged
+    assert "falls at every speed" in offset.reason
 
 
 @pytest.mark.parametrize("exponent", [1.05, 1.3, 1.5, 2.0, 3.0, 8.0])
@@ -98,18 +98,18 @@ def test_no_offset_points_at_the_printed_values():
 def test_offset_points_have_slope_zero_and_the_closed_form(exponent, load):
     """For any alpha > 1, x^alpha = -m W(-C^(-1/m)/m) with m = (alpha-1)/alpha."""
     law = vc.LuGre(viscous_damping=0.4, stribeck_exponent=exponent)
-    found = vc.offset_points(law, load)
+    points = vc.offset_points(law, load)
     m = (exponent - 1.0) / exponent
-    for value, branch in ((found.lower, 0), (found.upper, -1)):
-        w = lambertw(-(found.ratio ** (-1.0 / m)) / m, branch).real
+    for value, branch in ((points.lower, 0), (points.upper, -1)):
+        w = lambertw(-(points.ratio ** (-1.0 / m)) / m, branch).real
         # exp(y) of y = ln x^alpha near -100 loses two digits.
         assert value == pytest.approx(0.1 * (-m * w) ** (1.0 / exponent), rel=1e-12)
         assert vc.steady_slope(law, load, value) == pytest.approx(0.0, abs=1e-12)
-    assert vc.steady_slope(law, load, 0.5 * found.lower) > 0.0 > vc.steady_slope(law, load, 2.0 * found.lower)
-    assert vc.steady_slope(law, load, 0.9 * found.upper) < 0.0 < vc.steady_slope(law, load, 1.1 * found.upper)
-    assert found.corrected_upper.value == pytest.approx(found.upper, rel=1e-13)
+    assert vc.steady_slope(law, load, 0.5 * points.lower) > 0.0 > vc.steady_slope(law, load, 2.0 * points.lower)
+    assert vc.steady_slope(law, load, 0.9 * points.upper) < 0.0 < vc.steady_slope(law, load, 1.1 * points.upper)
+    assert points.corrected_upper.value == pytest.approx(points.upper, rel=1e-13)
     if exponent != 2.0:
-        assert found.printed_upper.value is None or abs(found.printed_upper.value / found.upper - 1.0) > 1e-2
+        assert points.printed_upper.value is None or abs(points.printed_upper.value / points.upper - 1.0) > 1e-2
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.3, 2.0, 3.0])
@@ -129,36 +129,36 @@ def test_greatest_viscous_damping_is_where_offset_points_end(exponent):
 
 
 def test_exactly_at_the_greatest_viscous_damping():
-    found = vc.offset_points(vc.LuGre(viscous_damping=0.3 * math.sqrt(2 / math.e) / 0.1))
+    points = vc.offset_points(vc.LuGre(viscous_damping=0.3 * math.sqrt(2 / math.e) / 0.1))
     # C is sqrt(2 e) to rounding, so both points are there and meet to the root of it.
-    assert found.exist
-    assert found.lower == pytest.approx(0.1 / math.sqrt(2), rel=1e-7)
-    assert found.upper == pytest.approx(0.1 / math.sqrt(2), rel=1e-7)
+    assert points.exist
+    assert points.lower == pytest.approx(0.1 / math.sqrt(2), rel=1e-7)
+    assert points.upper == pytest.approx(0.1 / math.sqrt(2), rel=1e-7)
 
 
 @pytest.mark.parametrize("exponent", [0.4, 0.7, 1.0])
 def test_up_to_exponent_one_there_is_no_lower_point(exponent):
     law = vc.LuGre(viscous_damping=0.4, stribeck_exponent=exponent)
-    found = vc.offset_points(law)
-    assert found.exist
-    assert found.lower is None
-    assert vc.steady_slope(law, 1.0, found.upper) == pytest.approx(0.0, abs=1e-13)
+    points = vc.offset_points(law)
+    assert points.exist
+    assert points.lower is None
+    assert vc.steady_slope(law, 1.0, points.upper) == pytest.approx(0.0, abs=1e-13)
     if exponent == 1.0:
-        assert found.upper == pytest.approx(0.1 * math.log(7.5), rel=ROUNDING)
+        assert points.upper == pytest.approx(0.1 * math.log(7.5), rel=ROUNDING)
 
 
 def test_no_droop_no_offset_points():
-    found = vc.offset_points(vc.LuGre(static_coefficient=0.15, viscous_damping=0.4))
-    assert not found.exist
-    assert "rises at every speed" in found.reason
+    points = vc.offset_points(vc.LuGre(static_coefficient=0.15, viscous_damping=0.4))
+    assert not points.exist
+    assert "rises at every speed" in points.reason
     assert "flat" in vc.offset_points(vc.LuGre(static_coefficient=0.15)).reason
 
 
 def test_extreme_parameters_neither_overflow_nor_hang():
     for exponent in (0.01, 0.5, 1.0001, 1.001, 30.0):
         for viscous in (1e-12, 1e-3, 2.9, 1e3, 1e12):
-            found = vc.frictional_limits(vc.LuGre(stribeck_exponent=exponent, viscous_damping=viscous))
-            json.dumps(dataclasses.asdict(found), allow_nan=False)
+            limits = vc.frictional_limits(vc.LuGre(stribeck_exponent=exponent, viscous_damping=viscous))
+            json.dumps(dataclasses.asdict(limits), allow_nan=False)
 
 
 def test_wrong_questions_are_refused():

@@ -101,8 +101,8 @@ def test_quasi_static_bristles():
     g, force, amplitude = 0.3, 0.25, 0.5
 
     def friction(t, side):
-        way = amplitude - side * amplitude * np.cos(t)  # from the last reversal; X = -A cos t here
-        return side * force * (1.0 - (1.0 + math.tanh(amplitude / g)) * np.exp(-way / g))
+        cos = amplitude - side * amplitude * np.cos(t)  # from the last reversal; X = -A cos t here
+        return side * force * (1.0 - (1.0 + math.tanh(amplitude / g)) * np.exp(-cos / g))
 
     position = Signal(((amplitude, 1.0, math.pi),))
     motion = made_up_motion(vc.LuGre(), position, friction, rests=math.pi * np.arange(9))
@@ -256,6 +256,6 @@ def test_loops_of_a_velocity_that_is_imposed_in_part_are_over_that_velocity():
     velocity, friction = motion.at(times, "contact_velocity"), motion.at(times, "friction")
     expected = float(np.sum(0.5 * (friction[1:] + friction[:-1]) * np.diff(velocity)))
     assert vc.friction_loop(motion).velocity_area == pytest.approx(expected, abs=1e-5)
-    found = vc.measured(motion, ["velocity_loop_area"], window=1)
-    assert found["velocity_loop_area"] == pytest.approx(vc.friction_loop(motion).velocity_area, abs=1e-12)
+    values = vc.measured(motion, ["velocity_loop_area"], window=1)
+    assert values["velocity_loop_area"] == pytest.approx(vc.friction_loop(motion).velocity_area, abs=1e-12)
     assert abs(expected) < 1e-3

@@ -80,8 +80,8 @@ def test_what_cannot_be_measured_is_refused(made_up, call, complaint):
 
 
 def test_a_short_run_cannot_tell():
-    found = vc.settling(with_map(np.zeros(10)))
-    assert (found.settled, found.residual, found.remaining) == (False, None, None)
+    verdict = vc.settling(with_map(np.zeros(10)))
+    assert (verdict.settled, verdict.residual, verdict.remaining) == (False, None, None)
     assert vc.settling(with_map(np.zeros(11))).settled
 
 
@@ -90,25 +90,25 @@ def test_a_short_run_cannot_tell():
 def test_settled_means_a_small_distance_not_a_small_step(multiplier, distance):
     """s_k = s + distance at the end: the steps are distance (1/|r| - 1), a thousandth of it for r = 0.999."""
     k = np.arange(41)
-    found = vc.settling(with_map(0.5 * distance * multiplier ** (k - 40.0), tolerance=1e-12))
+    verdict = vc.settling(with_map(0.5 * distance * multiplier ** (k - 40.0), tolerance=1e-12))
     # `velocity` is twice the angle, so it is `distance` away from its limit. A geometric sequence is bounded exactly,
     # whether it alternates (by n = 2) or not (by n = 1); n = 1 bounds an alternating one by (1+|r|)/(1-|r|) as much.
-    assert found.settled == (distance < 1e-6)
-    assert found.remaining is not None
-    assert found.remaining >= distance * (1 - 1e-9)
-    if multiplier > 0 or not found.settled:
-        assert found.remaining == pytest.approx(distance, rel=1e-9)
+    assert verdict.settled == (distance < 1e-6)
+    assert verdict.remaining is not None
+    assert verdict.remaining >= distance * (1 - 1e-9)
+    if multiplier > 0 or not verdict.settled:
+        assert verdict.remaining == pytest.approx(distance, rel=1e-9)
     assert any(
-        found.ratio == pytest.approx(abs(multiplier) ** n, rel=1e-9) for n in ((1,) if multiplier > 0 else (1, 2))
+        verdict.ratio == pytest.approx(abs(multiplier) ** n, rel=1e-9) for n in ((1,) if multiplier > 0 else (1, 2))
     )
-    if found.settled:
-        assert found.period == 1
+    if verdict.settled:
+        assert verdict.period == 1
 
 
 def test_since_is_where_the_motion_came_within_the_threshold():
     k = np.arange(60)
-    found = vc.settling(with_map(0.5 * 0.5**k, tolerance=1e-12))  # velocity at 0.5^k of its end
-    assert found.since == 20  # 2^-20 = 9.5e-7 <= 1e-6 < 2^-19
+    verdict = vc.settling(with_map(0.5 * 0.5**k, tolerance=1e-12))  # velocity at 0.5^k of its end
+    assert verdict.since == 20  # 2^-20 = 9.5e-7 <= 1e-6 < 2^-19
 
 
 def test_mean_velocity_is_settled_only_if_its_window_is():
@@ -120,8 +120,8 @@ def test_mean_velocity_is_settled_only_if_its_window_is():
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 8, 16])
 def test_period_of_a_repeating_map(n):
     cycle = np.random.default_rng(n).normal(size=n)
-    found = vc.settling(with_map(np.tile(cycle, 130)[:130]))
-    assert (found.settled, found.period, found.since) == (True, n, 0)
+    verdict = vc.settling(with_map(np.tile(cycle, 130)[:130]))
+    assert (verdict.settled, verdict.period, verdict.since) == (True, n, 0)
 
 
 def test_noise_of_the_integration_counts_as_rest_and_more_does_not():
@@ -134,8 +134,8 @@ def test_a_fast_transient_does_not_hide_a_slow_one():
     """1e-5 of a mode of multiplier 0.99 is left when one of 0.05 has just died: blocks alone would call it settled."""
     k = np.arange(14)
     slow = 1e-5 * 0.99 ** (k - 13.0)
-    found = vc.settling(with_map(0.5 * (slow + 0.05**k), tolerance=1e-12))
-    assert not found.settled
+    verdict = vc.settling(with_map(0.5 * (slow + 0.05**k), tolerance=1e-12))
+    assert not verdict.settled
 
 
 def logistic(count, parameter=4.0, x=0.3):

@@ -92,8 +92,8 @@ def test_rates_and_loads_are_those_of_a_class(name, other, changes):
     for _ in range(20):
         t, y = draw.uniform(0.0, 3.0), tuple(draw.uniform(-1.0, 1.0) for _ in machine.states)
         force, frictions = draw.uniform(-1.0, 1.0), tuple(draw.uniform(-1.0, 1.0) for _ in machine.contact_states)
-        found = machine.rates(t, y, mass * force, tuple(mass * each for each in frictions))
-        assert found == pytest.approx(other.rates(t, y, force, frictions), rel=1e-12, abs=1e-12)
+        rates = machine.rates(t, y, mass * force, tuple(mass * friction for friction in frictions))
+        assert rates == pytest.approx(other.rates(t, y, force, frictions), rel=1e-12, abs=1e-12)
     if name == "feeder-conveys":  # N = m (g - b Omega^2 sin(Omega t + psi))
         lift = other.lift * other.rate**2 * np.sin(other.rate * t + other.phase)
         n, *_ = machine.contacts(t, y, 0.0)[0].reaction
@@ -121,7 +121,7 @@ def test_other_parts_are_those_of_a_class(text, other):
     for name in ("states", "channels", "symmetric", "cyclic", "strikes_ground", "follows_load"):
         assert getattr(machine, name) == getattr(other, name), name
     machine, other = (
-        each.driven_by(vc.Harmonic(0.7, 1.3), [each.default for each in other.signals.values()])
+        each.driven_by(vc.Harmonic(0.7, 1.3), [signal.default for signal in other.signals.values()])
         for each in (machine, other)
     )
     for _ in range(20):
@@ -178,28 +178,28 @@ def test_a_signal_without_a_drive_is_zero_and_strange_ones_are_named():
     ):
         with pytest.raises(CaseError) as error:
             case_from_dict(tables | {"drives": changes})
-        assert any(each.startswith(said) for each in error.value.complaints), error.value.complaints
+        assert any(complaint.startswith(said) for complaint in error.value.complaints), error.value.complaints
 
 
 def test_laws_are_named_by_their_contacts():
     """[frictions.NAME] of the body that rubs; the others have [friction]; wrong values are named by that section."""
     tables = tomllib.loads((EXAMPLES / "plates-creep.toml").read_text(encoding="utf-8"))
-    by_number = {name: each for name, each in tables.items() if not name.startswith("friction")}
+    by_number = {name: table for name, table in tables.items() if not name.startswith("friction")}
     usual, own = {"law": "coulomb", "coulomb_coefficient": 0.2, "static_coefficient": 0.2}, {"law": "exponential"}
     for name, laws in (("upper plate", (usual, own)), ("lower plate", (own, usual))):
         system = case_from_dict(by_number | {"friction": usual, "frictions": {name: own}}).system
-        assert tuple(each.name for each in system.laws) == tuple(each["law"] for each in laws)
+        assert tuple(law.name for law in system.laws) == tuple(law["law"] for law in laws)
         path = f"frictions.{name}.static_coefficient"
         assert system.parameter(path) == vc.Exponential().static_coefficient
         changed = case_from_dict(by_number | {"friction": usual}).system.with_parameters({path: 0.3})
-        assert [each.static_coefficient for each in changed.laws] == [0.3 if each is own else 0.2 for each in laws]
+        assert [law.static_coefficient for law in changed.laws] == [0.3 if law is own else 0.2 for law in laws]
     both = case_from_dict(by_number | {"frictions": {"lower plate": usual, "upper plate": own}}).system
     assert both == vc.System(
         both.machine, {"upper plate": vc.Exponential(), "lower plate": vc.Coulomb(0.2, 0.2)}, both.drive
     )
     over = {"frictions.lower plate.static_coefficient": [0.2, 0.3]}
-    found = vc.sweep(case_from_dict(by_number | {"friction": usual}), over, measures=["mean_velocity"], periods=3)
-    assert dict(found.sizes) == {"friction.static_coefficient": 2}
+    study = vc.sweep(case_from_dict(by_number | {"friction": usual}), over, measures=["mean_velocity"], periods=3)
+    assert dict(study.sizes) == {"friction.static_coefficient": 2}
     for section, said in (
         ({"upper plate": own | {"static_coefficient": -1.0}}, "frictions.upper plate.static_coefficient: should be"),
         ({"upper plate": {"law": "slippery"}}, "frictions.upper plate.law: no law is called"),
@@ -207,7 +207,7 @@ def test_laws_are_named_by_their_contacts():
     ):
         with pytest.raises(CaseError) as error:
             case_from_dict(by_number | {"friction": usual, "frictions": section})
-        assert any(each.startswith(said) for each in error.value.complaints), error.value.complaints
+        assert any(complaint.startswith(said) for complaint in error.value.complaints), error.value.complaints
     with pytest.raises(CaseError, match=r"frictions\.upper plate: is there already, by its number"):
         case_from_dict(by_number | {"friction": usual, "friction_2": own, "frictions": {"upper plate": own}})
 
@@ -295,11 +295,11 @@ def test_dimensions():
     ],
 )
 def test_terms_of_other_dimensions_are_named(name, path, value, said):
-    found = complaints(changed(name, (path, value)))[0]
+    complaint = complaints(changed(name, (path, value)))[0]
     *way, number, key = path.split(".")
     place = f"{'.'.join(way)}[{int(number) + 1}].{key}" if number.isdigit() else "mechanism.contact[1].load"
-    assert found.startswith(place + ":")
-    assert said in found
+    assert complaint.startswith(place + ":")
+    assert said in complaint
 
 
 def test_values_in_si_have_no_defaults():
@@ -375,7 +375,7 @@ def test_equations_that_are_too_large_are_refused_soon():
     tables["mechanism"]["mass"][0]["x"] = path.replace("mass", "one")
     tables["mechanism"]["parameters"]["one"] = {"default": 1.0, "unit": "1/m"}
     begun = time.process_time()
-    assert any("too large" in each or "singular" in each for each in complaints(tables))
+    assert any("too large" in complaint or "singular" in complaint for complaint in complaints(tables))
     assert time.process_time() - begun < 10.0
 
 
@@ -383,18 +383,18 @@ def fuzzed(seeds):
     """How many cases of faulty mechanisms are accepted; all others are refused by fields of the case."""
     accepted = 0
     for seed in seeds:
-        begun, found = time.process_time(), ()
+        begun, results = time.process_time(), ()
         try:
             case_from_dict(faulty(seed))
             accepted += 1
         except CaseError as error:
-            found = error.complaints
-        sections = {each.field.partition(".")[0] for each in found}
+            results = error.complaints
+        sections = {result.field.partition(".")[0] for result in results}
         assert sections <= {"mechanism", "machine", "initial", "friction", "frictions", "drive", "drives"}, (
             seed,
-            found,
+            results,
         )
-        assert all(len(each) < 1500 for each in found), (seed, found)
+        assert all(len(result) < 1500 for result in results), (seed, results)
         assert time.process_time() - begun < 10.0, seed
     return accepted
 

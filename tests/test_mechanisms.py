@@ -232,14 +232,14 @@ class Lagrange:
         rows = [equation(c) for c in (*q.values(), *lifts)]
         slides = [plain(sp.sympify(path).diff(t)) for path, _ in e.contacts]
         bends = [plain(sp.sympify(path).diff(t, 2)) for path, _ in e.contacts]
-        given = [plain(load) for _, load in e.contacts]
-        pairs = zip((load for _, load in e.contacts), given, strict=True)
+        plains = [plain(load) for _, load in e.contacts]
+        pairs = zip((load for _, load in e.contacts), plains, strict=True)
         loads = [rows[len(q) + lifts.index(load)] if load in lifts else x for load, x in pairs]
         linear = [sp.Matrix(x) for x in (rows[: len(q)], slides, bends, loads)]
-        found = [linear[0].jacobian(more), linear[1].jacobian(rates)]
+        values = [linear[0].jacobian(more), linear[1].jacobian(rates)]
         still = [x.subs(dict.fromkeys(more, 0)) for x in linear]
-        found += [-still[0], linear[1].subs(dict.fromkeys(rates, 0)), still[2], still[3], linear[3].jacobian(more)]
-        self.compute = sp.lambdify([t, *places, *rates, force], found, "numpy", cse=True)
+        values += [-still[0], linear[1].subs(dict.fromkeys(rates, 0)), still[2], still[3], linear[3].jacobian(more)]
+        self.compute = sp.lambdify([t, *places, *rates, force], values, "numpy", cse=True)
 
     def at(self, t, y, force):
         """(M, slopes of paths, h, rate of paths at rest, their curvature, loads without q'', their slopes), q'."""
@@ -248,7 +248,7 @@ class Lagrange:
         q = [state[name] for name in self.names]
         _, S, _, moved, *_ = (np.asarray(x, float) for x in self.compute(t, *q, *[0.0] * n, force))
         rates = list(type(self.machine).kind().rates.values())
-        A, right = np.eye(n), np.array([state[each] for each in rates])
+        A, right = np.eye(n), np.array([state[rate] for rate in rates])
         for c, name in enumerate(self.machine.contact_states):
             A[rates.index(name)], right[rates.index(name)] = S[c], state[name] - moved[c, 0]
         w = np.linalg.solve(A, right)
@@ -259,9 +259,9 @@ class Lagrange:
         """(y' by name, loads), given the friction forces."""
         (M, S, h, _, bend, loads, by), w = self.at(t, y, force)
         a = np.linalg.solve(M, h[:, 0] - S.T @ np.array(frictions))
-        found = dict(zip(self.names, w, strict=True)) | dict(zip(self.kind_rates, a, strict=True))
-        found |= dict(zip(self.machine.contact_states, S @ a + bend[:, 0], strict=True))
-        return found, loads[:, 0] + by @ a
+        table = dict(zip(self.names, w, strict=True)) | dict(zip(self.kind_rates, a, strict=True))
+        table |= dict(zip(self.machine.contact_states, S @ a + bend[:, 0], strict=True))
+        return table, loads[:, 0] + by @ a
 
     @property
     def kind_rates(self):
@@ -285,11 +285,11 @@ def test_described_machines_obey_lagrange(kind):
         size = 1.0 + max(map(abs, rates.values()))
         worst = max(worst, *(abs(rates[name] - own[name]) / size for name in rates))
         if machine.follows_load:
-            reactions = [each.reaction for each in machine.contacts(t, y, force)]
-            found = [n + sum(s * r for s, r in zip(more, frictions, strict=True)) for n, *more in reactions]
+            reactions = [contact.reaction for contact in machine.contacts(t, y, force)]
+            totals = [n + sum(s * r for s, r in zip(more, frictions, strict=True)) for n, *more in reactions]
         else:
-            found = machine.loads()
-        worst = max(worst, *(abs(a - b) / size for a, b in zip(found, loads, strict=True)))
+            totals = machine.loads()
+        worst = max(worst, *(abs(a - b) / size for a, b in zip(totals, loads, strict=True)))
     assert worst <= ROUNDING
 
 
@@ -373,7 +373,7 @@ def test_a_constant_factor_is_in_the_coefficients(load):
         vc.System(Smooth(normal_load=load), vc.Exponential(0.2, 0.4), vc.Harmonic(1.2, 1.0)),
         vc.System(vc.PendulumCapsule(normal_load=load), vc.Exponential(0.1, 0.2), vc.Harmonic(1.2, 1.0)),
     )
-    one, other = (vc.simulate(each, periods=6, initial={"angle": 0.3}) for each in systems)
+    one, other = (vc.simulate(system, periods=6, initial={"angle": 0.3}) for system in systems)
     assert one.certificate.ok
     assert one.event_times == pytest.approx(other.event_times, abs=1e-12)
     assert one["velocity"] == pytest.approx(other["velocity"], abs=1e-12)
@@ -381,9 +381,9 @@ def test_a_constant_factor_is_in_the_coefficients(load):
 
 
 def test_orbits_close_modulo_the_period_of_friction_along_the_ground():
-    found = vc.orbit(pushed(Washboard()))
-    assert found.winding == {"position": 2}  # two periods of the ground in one of the drive
-    assert found.stable
+    orbit = vc.orbit(pushed(Washboard()))
+    assert orbit.winding == {"position": 2}  # two periods of the ground in one of the drive
+    assert orbit.stable
 
 
 def test_drag_is_quadratic_above_its_speed():

@@ -58,7 +58,7 @@ def test_every_body_stands_where_the_scene_has_it(machine):
         place, arm, element = np.zeros(3), np.zeros(3), root.find(f".//body[@name='{body.name}']")
         while element is not None and element.tag == "body":
             place += np.array(element.get("pos").split(), float)
-            element = next((each for each in root.iter("body") if element in list(each)), None)
+            element = next((letter for letter in root.iter("body") if element in list(letter)), None)
         arm += np.array(root.find(f".//body[@name='{body.name}']/geom").get("pos").split(), float)
         np.testing.assert_allclose((place + arm)[[0, 2]], drawn[body.name].points[0], atol=1e-15)
     start = root.find("keyframe/key")
@@ -114,8 +114,10 @@ def test_coulomb_with_one_level_is_said_whole():
 
 def test_the_level_of_a_law_with_two_directions_is_the_mean_of_both():
     law = vc.anisotropic(vc.Coulomb)(0.3, 0.3, back_ratio=2.0)
-    found = ET.fromstring(mujoco_model(Case(system_of(vc.PendulumCapsule(normal_load=2.0), law))).text)
-    assert float(found.find(".//joint[@name='capsule']").get("frictionloss")) == pytest.approx(2.0 * 0.45, rel=1e-15)
+    fromstring = ET.fromstring(mujoco_model(Case(system_of(vc.PendulumCapsule(normal_load=2.0), law))).text)
+    assert float(fromstring.find(".//joint[@name='capsule']").get("frictionloss")) == pytest.approx(
+        2.0 * 0.45, rel=1e-15
+    )
 
 
 def test_a_model_in_si_counts_in_si():
@@ -202,7 +204,7 @@ def test_every_kind_of_machine_comes_near(name, machine, units):
         scales = type(machine).si_scales(**dict(zip(fields, (0.02, 0.04, 0.05), strict=False)))
     law = vc.Exponential(static_coefficient=0.2, coulomb_coefficient=0.1, decay_rate=2.0)
     system = system_of(machine, law, units=scales)
-    start = {each: 0.3 for each in system.state_names if each in ("displacement", "angle", "position", "position_2")}
+    start = {name: 0.3 for name in system.state_names if name in ("displacement", "angle", "position", "position_2")}
     case = Case(system, start, periods=2, tolerance=1e-10)
     time = 1.0 if scales is None else scales.time_s
     (error,) = ending_errors(case, name, [5e-4 * time])
@@ -228,12 +230,12 @@ def test_the_documented_table_is_what_mujoco_does(step, how, position, travel):
     pytest.importorskip("mujoco", reason=needs_mujoco)
     from vibrocap.exchange.mujoco_motion import mujoco_ending
 
-    tight, found = how == "tight", []
+    tight, endings = how == "tight", []
     for case in (loss_case(), contact_case()):
         model = mujoco_model(case, float(step) * 1e-3, tight)
-        found.append(mujoco_ending(case, model, case.simulate().dimensionless.end, rewritten=True))
-    assert found[0].place == pytest.approx(float(position), abs=2e-3)  # half of the last digit, thrice
-    assert found[1].drift == pytest.approx(float(travel), abs=2e-4)
+        endings.append(mujoco_ending(case, model, case.simulate().dimensionless.end, rewritten=True))
+    assert endings[0].place == pytest.approx(float(position), abs=2e-3)  # half of the last digit, thrice
+    assert endings[1].drift == pytest.approx(float(travel), abs=2e-4)
 
 
 def test_the_table_has_its_rows():
@@ -271,7 +273,7 @@ def test_a_case_in_si_is_judged_in_si(tmp_path, capsys):
     read_case("examples/bench-in-si.toml", periods=2).save(case)
     assert main(["export", str(case), "--to", "mjcf", "--judge", "--out", str(tmp_path / "capsule.xml")]) == 0
     rows = [row.split() for row in capsys.readouterr().out.splitlines() if " m" in row and "MuJoCo cannot" not in row]
-    exact, rewritten = (next(row for row in rows if each in row) for each in ("exact", "rewritten"))
+    exact, rewritten = (next(row for row in rows if name in row) for name in ("exact", "rewritten"))
     motion = read_case(case).simulate()
     assert exact[1:3] == [f"{motion.state['position']:.6g}", "m"]
     place = float(rewritten[rewritten.index("m") - 1])

@@ -30,11 +30,11 @@ def multipliers(mu, machine=MACHINE, period=1.0):
     drive = vc.Harmonic(amplitude=0.0, frequency=2.0 * np.pi / period)
     system = vc.System(machine, vc.Coulomb(mu, mu), drive)
     start = steady_sliding(machine, mu)
-    found = vc.orbit(system, initial=start)
-    found = found.passed or found  # what grows leaves it, and settles nowhere
+    orbit = vc.orbit(system, initial=start)
+    orbit = orbit.passed or orbit  # what grows leaves it, and settles nowhere
     for name, value in start.items():
-        assert found.state[name] == pytest.approx(value, abs=1e-12)
-    return found.multipliers
+        assert orbit.state[name] == pytest.approx(value, abs=1e-12)
+    return orbit.multipliers
 
 
 @pytest.mark.slow

@@ -91,8 +91,8 @@ def test_a_limited_torque_under_bristles_is_what_another_solver_says():
 
     start = [0.1, 0.0, 0.0, 0.0, 0.0]
     exact = scipy.integrate.solve_ivp(rates, (0.0, motion.end), start, "DOP853", rtol=1e-10, atol=1e-12, max_step=0.01)
-    found = [motion.state[name] for name in ("angle", "angle_rate", "position", "velocity", "bristle")]
-    assert found == pytest.approx(exact.y[:, -1], abs=2e-8)
+    states = [motion.state[name] for name in ("angle", "angle_rate", "position", "velocity", "bristle")]
+    assert states == pytest.approx(exact.y[:, -1], abs=2e-8)
     assert np.max(np.abs(motion["drive"])) == 0.8
     assert {"command_saturated", "command_unsaturated"} <= {event.kind for event in motion.events}
 
@@ -291,11 +291,11 @@ def test_without_static_friction_a_servo_comes_to_rest_in_the_limit_and_nothing_
     stops = np.array([event.state["position"] for event in motion.events if event.kind == "stick"])
     assert stops[1:] / stops[:-1] == pytest.approx([shrinking()] * (len(stops) - 1), rel=1e-9)
     assert shrinking() == pytest.approx(-0.452093368595, abs=1e-11)
-    found = vc.orbit(system, initial=START)
-    assert found.status is OrbitStatus.COMES_TO_REST
-    assert not found.stable
-    assert not found.unstable
-    assert len(found.multipliers) == 0
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.status is OrbitStatus.COMES_TO_REST
+    assert not orbit.stable
+    assert not orbit.unstable
+    assert len(orbit.multipliers) == 0
     (rest,) = vc.equilibria(system)
     assert (rest.kind, rest.dimension) == ("rest", 1)
     assert (rest.least["integral_command"], rest.most["integral_command"]) == pytest.approx((-1.0, 1.0), abs=1e-12)

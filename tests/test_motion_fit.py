@@ -64,16 +64,16 @@ def exact() -> list[vc.Record]:
 
 def test_exact_records_give_the_parameters_back(exact):
     """Of a start that is known no more than by its samples; the second record is predicted."""
-    found = vc.fit_motion(BLOCK, exact, WITHIN, held_out="second", starts=16)
+    fitted = vc.fit_motion(BLOCK, exact, WITHIN, held_out="second", starts=16)
     for path, value in TRUTH.items():
-        assert found[path].value == pytest.approx(value, rel=1e-6)
-    assert found.converged
-    assert found.rms["first"] < 1e-7
-    assert found.rms["second"] < 1e-6
-    assert found.held_out == ("second",)
-    assert found.starts["first"]["sliding_velocity"] == pytest.approx(0.0, abs=1e-6)
-    assert found.case().system.parameter("machine.mass") == found["machine.mass"].value
-    assert found.case().system.drive == BLOCK.drive
+        assert fitted[path].value == pytest.approx(value, rel=1e-6)
+    assert fitted.converged
+    assert fitted.rms["first"] < 1e-7
+    assert fitted.rms["second"] < 1e-6
+    assert fitted.held_out == ("second",)
+    assert fitted.starts["first"]["sliding_velocity"] == pytest.approx(0.0, abs=1e-6)
+    assert fitted.case().system.parameter("machine.mass") == fitted["machine.mass"].value
+    assert fitted.case().system.drive == BLOCK.drive
 
 
 @pytest.mark.slow
@@ -81,12 +81,12 @@ def test_a_wrong_model_is_doubted(exact):
     """A block without its spring: what it leaves is no noise, and its prediction is named where it is worthless."""
     loose = BLOCK.with_parameters({"machine.stiffness": 0.0})
     within = {path: ends for path, ends in WITHIN.items() if path != "machine.stiffness"}
-    found = vc.fit_motion(loose, exact, within, held_out="second", starts=16)
-    assert found.noise_ratio > 10.0
-    assert not [each.path for each in found.parameters if each.verdict is Verdict.DETERMINED]
-    assert "lack something" in found.facts["doubt"]
-    assert found.relative["second"] > 0.9
-    worse = dataclasses.replace(found, relative=found.relative | {"second": 1.0})
+    fitted = vc.fit_motion(loose, exact, within, held_out="second", starts=16)
+    assert fitted.noise_ratio > 10.0
+    assert not [parameter.path for parameter in fitted.parameters if parameter.verdict is Verdict.DETERMINED]
+    assert "lack something" in fitted.facts["doubt"]
+    assert fitted.relative["second"] > 0.9
+    worse = dataclasses.replace(fitted, relative=fitted.relative | {"second": 1.0})
     assert "no better than a constant" in worse.facts["second"]
 
 
@@ -97,15 +97,15 @@ def test_motions_that_end_early_are_not_trusted():
     calm = record(capsule, "calm", time, 0.5 * multisine(1, time))
     wild = vc.Record("wild", time, 2.0 * multisine(2, time), displacement=np.sin(time))
     asked = {"friction.coulomb_coefficient": (0.05, 0.25)}
-    found = vc.fit_motion(capsule, [calm, wild], asked, held_out="wild", starts=4)
-    assert found.not_trusted == {"wild": "lift off"}
-    assert "held out, the motion is not to be trusted: lift off" in found.facts["wild"]
-    assert np.isnan([found.rms["wild"], found.relative["wild"], *found.band["wild"]]).all()
-    assert np.isnan(found.predicted["wild"][-1])
-    assert found.rms["calm"] < 1e-4
-    assert 0.1 in found["friction.coulomb_coefficient"]
-    found = vc.fit_motion(capsule, [calm, wild], asked, starts=4)
-    (parameter,) = found.parameters
+    fitted = vc.fit_motion(capsule, [calm, wild], asked, held_out="wild", starts=4)
+    assert fitted.not_trusted == {"wild": "lift off"}
+    assert "held out, the motion is not to be trusted: lift off" in fitted.facts["wild"]
+    assert np.isnan([fitted.rms["wild"], fitted.relative["wild"], *fitted.band["wild"]]).all()
+    assert np.isnan(fitted.predicted["wild"][-1])
+    assert fitted.rms["calm"] < 1e-4
+    assert 0.1 in fitted["friction.coulomb_coefficient"]
+    fitted = vc.fit_motion(capsule, [calm, wild], asked, starts=4)
+    (parameter,) = fitted.parameters
     assert parameter.verdict is Verdict.UNTRUSTED
     assert np.isnan([parameter.low, parameter.high, parameter.standard_error]).all()
 
@@ -162,8 +162,8 @@ def test_samples_of_a_fitted_case_stand_by_their_paths_and_units():
     assert (samples.names[0], samples.units[0], samples.law_name) == ("machine.mass", "1", "")
     mass = fitted["machine.mass"]
     assert abs(np.mean(samples["machine.mass"]) - mass.value) < 4.0 * mass.standard_error / np.sqrt(samples.effective)
-    found = vc.robustness(TRUE_BLOCK, {"machine": samples}, "position_range", samples=8)
-    assert found.deviation > 0.0
+    spread = vc.robustness(TRUE_BLOCK, {"machine": samples}, "position_range", samples=8)
+    assert spread.deviation > 0.0
 
 
 @pytest.mark.parametrize(
@@ -192,11 +192,11 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     assert (
         main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png"), "--report"]) == 0
     )
-    told = json.loads(capsys.readouterr().out)
-    assert told["records"]["second"]["held_out"] is True
-    assert told["parameters"][0]["value"] == pytest.approx(TRUTH["machine.mass"], rel=1e-4)
+    content = json.loads(capsys.readouterr().out)
+    assert content["records"]["second"]["held_out"] is True
+    assert content["parameters"][0]["value"] == pytest.approx(TRUTH["machine.mass"], rel=1e-4)
     fitted = vc.read_case(tmp_path / "out" / "fitted.toml")
-    assert fitted.system.parameter("machine.mass") == told["parameters"][0]["value"]
+    assert fitted.system.parameter("machine.mass") == content["parameters"][0]["value"]
     rows = (tmp_path / "out" / "predicted.csv").read_text().splitlines()
     assert rows[0] == "record,held_out,time,measured,predicted,band"
     assert len(rows) == 1 + 401 + 361

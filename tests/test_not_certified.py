@@ -174,9 +174,9 @@ CAPSULE = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(amplitud
 
 
 def test_ensembles_and_studies_say_so_and_keep_their_measures(nothing_passes):
-    found = vc.ensemble(CAPSULE, {"machine.mass_ratio": [2.0, 3.0]}, periods=20, settle=1e-6)
-    assert {list(vc.Status)[code] for code in found["status"]} == {vc.Status.NOT_CERTIFIED}
-    assert np.all(np.isfinite(found["mean_velocity"]))
+    results = vc.ensemble(CAPSULE, {"machine.mass_ratio": [2.0, 3.0]}, periods=20, settle=1e-6)
+    assert {list(vc.Status)[code] for code in results["status"]} == {vc.Status.NOT_CERTIFIED}
+    assert np.all(np.isfinite(results["mean_velocity"]))
     dataset = vc.sweep(
         CAPSULE, {"machine.mass_ratio": [2.0, 3.0], "drive.amplitude": [1.0, 1.8]}, periods=4, tolerance=1e-8, settle=0
     )
@@ -187,12 +187,12 @@ def test_ensembles_and_studies_say_so_and_keep_their_measures(nothing_passes):
 
 
 def test_orbits_and_branches_say_so(nothing_passes):
-    found = vc.orbit(CAPSULE, initial=START)
-    assert found.status.value == "not certified"
-    assert found.closes
-    assert found.residual < 1e-9
-    assert "certificate" in found.status.advice
-    branch = vc.branch(CAPSULE, "machine.mass_ratio", (2.4, 2.6), orbit=found, points=3, towards="up")
+    orbit = vc.orbit(CAPSULE, initial=START)
+    assert orbit.status.value == "not certified"
+    assert orbit.closes
+    assert orbit.residual < 1e-9
+    assert "certificate" in orbit.status.advice
+    branch = vc.branch(CAPSULE, "machine.mass_ratio", (2.4, 2.6), orbit=orbit, points=3, towards="up")
     assert len(branch) > 1
     assert not branch.certified.any()
     assert f"{len(branch)} points" in str(branch)
@@ -201,10 +201,10 @@ def test_orbits_and_branches_say_so(nothing_passes):
 
 
 def test_basins_and_diagrams_say_so(nothing_passes):
-    found = vc.basins(CAPSULE, {"angle": (-1.0, 1.0), "angle_rate": (-1.0, 1.0)}, 2, settle_periods=60)
-    assert np.all(found.label == -5)
-    assert np.all(found.direction == -5)
-    assert found.attractors == ()
+    cells = vc.basins(CAPSULE, {"angle": (-1.0, 1.0), "angle_rate": (-1.0, 1.0)}, 2, settle_periods=60)
+    assert np.all(cells.label == -5)
+    assert np.all(cells.direction == -5)
+    assert cells.attractors == ()
     diagram = vc.bifurcation_diagram(CAPSULE, "machine.mass_ratio", (2.4, 2.5), 2, starts=1, settle_periods=60)
     assert np.all(diagram.response_period == -2)
 
@@ -221,9 +221,9 @@ def test_an_orbit_whose_works_contradict_its_forces_is_not_certified():
             sliding, bristle = vc.Coulomb.losses(self, velocity, internal, side, load)
             return 0.5 * sliding, bristle
 
-    found = vc.orbit(vc.System(vc.PendulumCapsule(), Forgetful(), vc.Harmonic(amplitude=1.2)), initial=START)
-    assert found.status.value == "not certified"
-    assert {each.field for each in found.motion().certificate.verdicts if not each.ok} == {"energy_residual"}
+    orbit = vc.orbit(vc.System(vc.PendulumCapsule(), Forgetful(), vc.Harmonic(amplitude=1.2)), initial=START)
+    assert orbit.status.value == "not certified"
+    assert {verdict.field for verdict in orbit.motion().certificate.verdicts if not verdict.ok} == {"energy_residual"}
 
 
 def changed(kind: type[Law], draw: np.random.Generator) -> Law:
@@ -256,8 +256,8 @@ def test_no_false_alarm_in_a_thousand_plausible_runs(kind):
         values |= {"initial.angle": draw.uniform(-1.0, 1.0)}
         for path, value in values.items():
             over.setdefault(path, []).append(value)
-    found = vc.ensemble(system, over, periods=10, window=1, tolerance=1e-7)
-    assert np.sum(found["status"] == 0) == 1000
+    results = vc.ensemble(system, over, periods=10, window=1, tolerance=1e-7)
+    assert np.sum(results["status"] == 0) == 1000
 
 
 @pytest.mark.slow

@@ -100,8 +100,8 @@ def test_multipliers_are_those_of_differences(law, seed):
     system, start = random_system(law, seed)
     map_ = StroboscopicMap(system, 1e-12)
     scales = map_.scales(map_.parameters())
-    found = map_.images(start[None], map_.parameters()[None])
-    exact = found.jacobian[0] * scales / scales[:, None]
+    images = map_.images(start[None], map_.parameters()[None])
+    exact = images.jacobian[0] * scales / scales[:, None]
     expected = differences(system, start)
     assert exact == pytest.approx(expected, abs=1e-6 * max(1.0, np.max(np.abs(expected))))
     ours, theirs = (np.sort(np.abs(np.linalg.eigvals(matrix))) for matrix in (exact, expected))
@@ -115,9 +115,9 @@ def test_product_of_the_multipliers_is_the_integrated_divergence():
     Bristles so soft that their multiplier is not lost in rounding.
     """
     system = system_with(vc.LuGre(bristle_stiffness=1.0, bristle_damping=0.1))
-    found = vc.orbit(system, initial=START)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    recording, motion = equations(system), found.motion(tolerance=1e-12)
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    recording, motion = equations(system), orbit.motion(tolerance=1e-12)
     n = len(recording.rates)
     nodes, weights = np.polynomial.legendre.leggauss(16)
     pieces = len(motion.piece_start)
@@ -135,59 +135,59 @@ def test_product_of_the_multipliers_is_the_integrated_divergence():
     )
     divergence = sum(np.broadcast_to(trace, (pieces, 16)) for trace in traces)
     integral = float(np.sum((divergence @ weights) * 0.5 * motion.piece_length))
-    assert math.log(abs(np.prod(found.multipliers))) == pytest.approx(integral, abs=1e-6)
+    assert math.log(abs(np.prod(orbit.multipliers))) == pytest.approx(integral, abs=1e-6)
 
 
 # --- orbits ----------------------------------------------------------------------------------------------------------
 
 
 def test_orbit_closes_and_drifts_as_the_simulation_does():
-    found = near_orbit(system_with(vc.Exponential()), NEAR["exponential"])
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.residual < 1e-11
-    assert found.drift == pytest.approx(DRIFTS["exponential"], abs=5e-8)
-    assert found.stable
-    assert found.symmetric is False
-    assert found.multipliers[-1] == 0.0  # sticking forgets a direction
-    assert found.state["position"] == 0.0
+    orbit = near_orbit(system_with(vc.Exponential()), NEAR["exponential"])
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.residual < 1e-11
+    assert orbit.drift == pytest.approx(DRIFTS["exponential"], abs=5e-8)
+    assert orbit.stable
+    assert orbit.symmetric is False
+    assert orbit.multipliers[-1] == 0.0  # sticking forgets a direction
+    assert orbit.state["position"] == 0.0
 
 
 def test_symmetric_orbit_among_the_twins_is_found_unstable_and_does_not_drift():
-    found = near_orbit(system_with(vc.Exponential()), NEAR["exponential"], half=True)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.symmetric
-    assert found.drift == 0.0
-    assert not found.stable
-    assert found.multipliers[0].real > 1.5
+    orbit = near_orbit(system_with(vc.Exponential()), NEAR["exponential"], half=True)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.symmetric
+    assert orbit.drift == 0.0
+    assert not orbit.stable
+    assert orbit.multipliers[0].real > 1.5
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_drift_is_that_of_a_long_simulation_and_the_twin_goes_the_other_way(law):
     system = system_with(LAWS[law])
-    found = vc.orbit(system, initial=START)
-    assert found.response_period == 1
-    assert found.drift == pytest.approx(DRIFTS[law], abs=1e-5 if law == "lugre" else 5e-8)
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.response_period == 1
+    assert orbit.drift == pytest.approx(DRIFTS[law], abs=1e-5 if law == "lugre" else 5e-8)
     _, sections = period_marks(system, periods=2000, initial=START, tolerance=1e-12)
     column = system.state_names.index("position")
-    assert found.drift == pytest.approx(sections[-1][column] - sections[-2][column], abs=1e-10)
-    twin = found.twin()
+    assert orbit.drift == pytest.approx(sections[-1][column] - sections[-2][column], abs=1e-10)
+    twin = orbit.twin()
     assert twin.status is vc.OrbitStatus.CONVERGED
-    assert twin.drift == pytest.approx(-found.drift, abs=1e-12)
-    assert np.abs(twin.multipliers) == pytest.approx(np.abs(found.multipliers), abs=1e-8)
-    motion = found.motion()
-    assert motion["position"][-1] == pytest.approx(found.drift, abs=1e-10)
-    assert found.mode_sequence == {"exponential": "FBSB", "lugre": "FBFB"}[law]
+    assert twin.drift == pytest.approx(-orbit.drift, abs=1e-12)
+    assert np.abs(twin.multipliers) == pytest.approx(np.abs(orbit.multipliers), abs=1e-8)
+    motion = orbit.motion()
+    assert motion["position"][-1] == pytest.approx(orbit.drift, abs=1e-10)
+    assert orbit.mode_sequence == {"exponential": "FBSB", "lugre": "FBFB"}[law]
 
 
 @pytest.mark.slow
 def test_symmetric_motions_are_recognised():
     system = system_with(vc.Exponential(), **{"machine.stiffness": 4.0, "machine.damping": 1.2})
-    found = vc.orbit(system, initial=START)
-    assert found.symmetric
-    assert found.drift == 0.0
-    assert found.stable
-    assert found.twin() is found
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.symmetric
+    assert orbit.drift == 0.0
+    assert orbit.stable
+    assert orbit.twin() is orbit
 
 
 # --- systems that nothing drives in time -----------------------------------------------------------------------------
@@ -202,13 +202,13 @@ def test_block_on_a_belt_with_static_and_kinetic_friction():
         vc.Coulomb(static_coefficient=1.5, coulomb_coefficient=1.0),
         vc.Constant(),
     )
-    found = vc.orbit(belt, settle_periods=200)
+    orbit = vc.orbit(belt, settle_periods=200)
     w = math.sqrt(k)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.period == pytest.approx(
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.period == pytest.approx(
         2 * level / speed + 2 / w * (math.pi - math.atan(w * level / speed)), abs=1e-12
     )
-    assert list(found.multipliers) == [0.0]
+    assert list(orbit.multipliers) == [0.0]
 
 
 # --- what goes wrong -------------------------------------------------------------------------------------------------
@@ -216,18 +216,18 @@ def test_block_on_a_belt_with_static_and_kinetic_friction():
 
 def test_a_search_that_ends_early_says_so_and_gives_its_last_state(monkeypatch):
     monkeypatch.setattr(shooting, "MOST_STEPS", 1)
-    found = near_orbit(system_with(vc.Exponential()), {"angle": 1.5, "angle_rate": -1.0})
-    assert found.status is vc.OrbitStatus.NOT_CONVERGED
-    assert "nearer" in found.status.advice
-    assert 1e-9 < found.residual < 10.0
+    orbit = near_orbit(system_with(vc.Exponential()), {"angle": 1.5, "angle_rate": -1.0})
+    assert orbit.status is vc.OrbitStatus.NOT_CONVERGED
+    assert "nearer" in orbit.status.advice
+    assert 1e-9 < orbit.residual < 10.0
 
 
 def test_a_run_that_fails_is_no_orbit(monkeypatch):
     monkeypatch.setattr(stroboscopic_map, "MOST_STEPS", 5)
-    found = near_orbit(system_with(vc.Exponential()), NEAR["exponential"])
-    assert found.status is vc.OrbitStatus.RUN_FAILED
-    assert found.mode_sequence == ""
-    lost = dataclasses.replace(found, state=dict.fromkeys(found.state, math.nan))
+    orbit = near_orbit(system_with(vc.Exponential()), NEAR["exponential"])
+    assert orbit.status is vc.OrbitStatus.RUN_FAILED
+    assert orbit.mode_sequence == ""
+    lost = dataclasses.replace(orbit, state=dict.fromkeys(orbit.state, math.nan))
     assert lost.mode_sequence == ""
     with pytest.raises(ValueError, match="orbit: has no motion, as no state of it is known: run failed"):
         lost.motion()

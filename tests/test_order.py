@@ -121,18 +121,18 @@ def test_an_implicit_step_to_a_reversal_ends_at_rest(exact_reversing):
     """The step has the length at which its own end is at rest; its dense output is less exact, which shows."""
     kernel = kernel_of(REVERSING)
     polished_step = kernel["polished_step"]
-    found, guessed = [], []
+    sizes, guessed = [], []
 
     def noted(floats, ints, lane, h, longest):
         event, length = polished_step(floats, ints, lane, h, longest)
         if event == 1 and ints[kernel["STIFF"] + lane] == 1:
             guessed.append(abs(kernel["end_velocity"](floats, ints, lane, h)))
-            found.append(abs(kernel["end_velocity"](floats, ints, lane, length)))
+            sizes.append(abs(kernel["end_velocity"](floats, ints, lane, length)))
         return event, length
 
     implicit_error(kernel, 60, exact_reversing, lambda *_: {"polished_step": noted})
-    assert len(found) == 3
-    assert max(found) <= 1e-15
+    assert len(sizes) == 3
+    assert max(sizes) <= 1e-15
     assert min(guessed) > 1e-12
 
 

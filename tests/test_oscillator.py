@@ -188,18 +188,18 @@ def test_a_mass_without_a_spring_travels():
     assert orbit.drift == pytest.approx(gained[0], rel=1e-9)
     assert abs(gained[1]) <= 1e-9
     over = {"machine.stiffness": [0.0, 0.5]}
-    found = vc.ensemble(system, over, measures=["mean_velocity"], periods=60, settle=1e-6)
-    assert found["mean_velocity"] == pytest.approx([orbit.mean_velocity, math.nan], rel=1e-5, nan_ok=True)
-    assert found["settled"][0]
+    results = vc.ensemble(system, over, measures=["mean_velocity"], periods=60, settle=1e-6)
+    assert results["mean_velocity"] == pytest.approx([orbit.mean_velocity, math.nan], rel=1e-5, nan_ok=True)
+    assert results["settled"][0]
 
 
 def test_measures_of_a_stored_motion(pulled):
-    found = vc.measured(pulled, ["largest_position", "least_position", "belt_work", "response_period"], settle=1e-6)
-    assert found["largest_position"] - found["least_position"] == pytest.approx(
+    values = vc.measured(pulled, ["largest_position", "least_position", "belt_work", "response_period"], settle=1e-6)
+    assert values["largest_position"] - values["least_position"] == pytest.approx(
         2 * math.sqrt(0.0625 + 0.005), rel=1e-12
     )
-    assert found["belt_work"] == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
-    assert found["response_period"] == 1
+    assert values["belt_work"] == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
+    assert values["response_period"] == 1
 
 
 # --- others' reference values ----------------------------------------------------------------------------------------
@@ -213,8 +213,8 @@ def test_where_a_driven_block_begins_to_stick(static, frequency):
     """x'' + 0.1 x' + x = 1.5 cos(omega t) - friction: the orbit that never sticks ends at that frequency."""
     machine = Oscillator(stiffness=1.0, damping=0.1, belt_speed=0.0)
     system = vc.System(machine, Coulomb(1.0, static), vc.Harmonic(amplitude=1.5))
-    found = vc.branch(system, "drive.frequency", (0.7, 0.85), initial={"position": 2.0})
-    (place,) = found.special_points
+    branch = vc.branch(system, "drive.frequency", (0.7, 0.85), initial={"position": 2.0})
+    (place,) = branch.special_points
     assert place.kind.value == "change of mode sequence"
     assert place.parameter == pytest.approx(frequency, abs=1e-9)
     if static == 1.0:

@@ -142,8 +142,8 @@ def test_a_machine_has_channels_of_its_own_and_no_damper(folder, capsys):
     assert main(["simulate", "case.toml", "--parts", "magnet.py"]) == OK
     assert "work of coil" in capsys.readouterr().out
     system = vc.System(made(damping=0.2), vc.Coulomb(), vc.Harmonic())
-    found = vc.energy_balance(vc.simulate(system, periods=10), periods=2)
-    assert found.per_period.own == {"coil": pytest.approx(0.5 * found.own["coil"])}
+    balance = vc.energy_balance(vc.simulate(system, periods=10), periods=2)
+    assert balance.per_period.own == {"coil": pytest.approx(0.5 * balance.own["coil"])}
     assert "coil_work" in vc.measure_table(system)
     vc.plot(vc.simulate(system, periods=2))
     sweep = ["sweep", "case.toml", "--over", "drive.amplitude=1:2:2", "--measure", "coil_work", "--out", "s"]
@@ -210,7 +210,7 @@ def test_a_fault_in_a_part_is_said_with_its_line(folder, capsys):
     (folder / "typo.py").write_text(text)
     (folder / "case.toml").write_text(CASE.replace("long-tail", "typo"))
     assert main(["simulate", "case.toml", "--parts", "typo.py", "--parts", "mylaws.py"]) == WRONG_INPUT
-    line = next(number for number, each in enumerate(text.splitlines(), 1) if "levl" in each)
+    line = next(number for number, line in enumerate(text.splitlines(), 1) if "levl" in line)
     assert f"typo.py, line {line}, in force: AttributeError: 'Bad' object has no" in capsys.readouterr().err
 
 
@@ -228,8 +228,8 @@ def test_a_number_for_each_channel_and_state_is_asked_for(folder, capsys):
     Path("magnet.py").write_text(MAGNET.replace('"coil", "belt"', '"coil"'), encoding="utf-8")
     Path("case.toml").write_text(HARVESTER, encoding="utf-8")
     assert main(["simulate", "case.toml", "--parts", "magnet.py"]) == WRONG_INPUT
-    said = "harvester: powers: should be 2 numbers, one for each of channels (drive, coil), got 3"
-    assert said in capsys.readouterr().err
+    text = "harvester: powers: should be 2 numbers, one for each of channels (drive, coil), got 3"
+    assert text in capsys.readouterr().err
 
 
 # --- Python -----------------------------------------------------------------------------------------------------------
@@ -343,11 +343,11 @@ def test_parts_of_installed_packages_are_known_and_a_broken_one_is_a_warning(ins
     package(installed, "greedy-laws", "greedy_laws", law_text(GOOD, name="lugre"), "greedy_laws")
     with pytest.warns(RuntimeWarning, match="parts of the package") as caught:
         known = dict(catalogue.laws())
-    said = sorted(str(each.message) for each in caught)
-    assert len(said) == 3
-    assert "package broken-laws: the entry point 'broken_laws' cannot be loaded: ModuleNotFoundError" in said[0]
-    assert "package greedy-laws: greedy_laws.Bad is left out: its name 'lugre' is taken" in said[1]
-    assert "package odd-laws: the entry point 'odd_laws' is left out: Bad: force: is missing" in said[2]
+    ordered = sorted(str(each.message) for each in caught)
+    assert len(ordered) == 3
+    assert "package broken-laws: the entry point 'broken_laws' cannot be loaded: ModuleNotFoundError" in ordered[0]
+    assert "package greedy-laws: greedy_laws.Bad is left out: its name 'lugre' is taken" in ordered[1]
+    assert "package odd-laws: the entry point 'odd_laws' is left out: Bad: force: is missing" in ordered[2]
     assert known["lugre"] is vc.LuGre
     assert case_from_text(CASE).system.friction.low == 0.15
     with pytest.raises(ValueError, match="'long-tail' exists already, good_laws"):
@@ -420,5 +420,5 @@ def test_the_fingerprint_of_a_part_changes_with_its_functions_and_with_nothing_e
         return Own
 
     assert part_fingerprint(defined(1.0, 2.0)) == part_fingerprint(defined(1.0, 2.0))
-    prints = {part_fingerprint(defined(*given)) for given in ((1.0, 2.0), (1.5, 2.0), (1.0, 3.0))}
+    prints = {part_fingerprint(defined(*values)) for values in ((1.0, 2.0), (1.5, 2.0), (1.0, 3.0))}
     assert len(prints) == 3

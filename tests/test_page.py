@@ -137,9 +137,9 @@ def test_every_kind_of_picture_fits_a_column_and_a_page(kind, width, header):
 @pytest.mark.slow
 @pytest.mark.parametrize("width", exhaustive_but([0], [*WIDTHS]))
 def test_the_errors_of_a_fit_are_drawn_at_both_widths(width):
-    found = vc.steady_fit(RUBBED, "exponential", held_out="fast")
+    fitted = vc.steady_fit(RUBBED, "exponential", held_out="fast")
     with on_page(width):
-        assert crowded(finished(residual_figure(found))) == []
+        assert crowded(finished(residual_figure(fitted))) == []
 
 
 @pytest.mark.slow
@@ -153,7 +153,7 @@ def test_a_caption_takes_the_place_of_the_header():
 @pytest.mark.parametrize("kind", ["equilibria", "diagram"])
 def test_diagrams_over_a_parameter_name_the_others(kind):
     heading = vc.figure(RESULTS[kind]())._suptitle.get_text()
-    assert all(each in heading for each in (r"$\eta_{c}$", "$c$", "$N$"))
+    assert all(name in heading for name in (r"$\eta_{c}$", "$c$", "$N$"))
     assert "$v_{b}$" not in heading  # which varies
 
 
@@ -219,17 +219,17 @@ def test_fits_and_records_take_a_width_too(tmp_path):
 def test_the_command_line_takes_a_width_and_a_style_sheet(tmp_path, capsys):
     sheet = tmp_path / "journal.mplstyle"
     sheet.write_text("savefig.dpi: 100\n")
-    given = ["friction", "lugre", "--plot", str(tmp_path / "law.png")]
-    assert main([*given, "--width", "column", "--style", str(sheet)]) == 0
+    values = ["friction", "lugre", "--plot", str(tmp_path / "law.png")]
+    assert main([*values, "--width", "column", "--style", str(sheet)]) == 0
     high, wide = matplotlib.image.imread(tmp_path / "law.png").shape[:2]
     assert wide == 340
-    assert main([*given, "--width", "column", "--style", str(sheet), "--no-header"]) == 0
+    assert main([*values, "--width", "column", "--style", str(sheet), "--no-header"]) == 0
     assert matplotlib.image.imread(tmp_path / "law.png").shape[0] < high
     (tmp_path / "other.mplstyle").write_text("no setting\n")
     wrong = {"--width": "colum", "--style": str(tmp_path / "other.mplstyle")}
     for option, value in wrong.items():
         capsys.readouterr()
-        assert main([*given, option, value]) == 2
+        assert main([*values, option, value]) == 2
         assert option in capsys.readouterr().err
     assert matplotlib.rcParams["savefig.dpi"] != 100
 

@@ -294,9 +294,9 @@ def test_an_unknown_figure_is_refused():
 def test_figures_5_to_11_stand_under_the_load_that_the_pendulum_makes(runs):
     assert tuple(f"load{number:02d}" for number in range(5, 12)) == LOADED
     for key in LOADED:
-        found = loaded_figure(runs, key)
-        assert found.sentence.endswith(".")
-        assert all(math.isfinite(value) for value in found.numbers.values())
+        figure = loaded_figure(runs, key)
+        assert figure.sentence.endswith(".")
+        assert all(math.isfinite(value) for value in figure.numbers.values())
         for panel in FIGURES[key](runs).panels:
             roles = {(curve.role, curve.weight < 1.0) for curve in panel.curves if curve.role in SHORT.values()}
             assert (not any(pale for _, pale in roles)) or {pale for _, pale in roles} == {True, False}
@@ -329,8 +329,8 @@ def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
     panels = FIGURES["load09"](runs).panels
     for panel, count, light in ((panels[0], SWEEP_POINTS, False), (panels[3], LIGHT_POINTS, True)):
         for short, name in names.items():
-            (shown,) = [each for each in panel.curves if each.role == short and each.weight == 1.0]
-            ended = np.concatenate([each.x for each in panel.endings if each.role == short])
+            (shown,) = [curve for curve in panel.curves if curve.role == short and curve.weight == 1.0]
+            ended = np.concatenate([ending.x for ending in panel.endings if ending.role == short])
             assert sorted([*shown.x, *ended]) == [run.mass_ratio for run in runs.loaded_sweep(name, light)]
             assert len(shown.x) + len(ended) == count
             assert ended.size

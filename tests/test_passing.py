@@ -85,9 +85,9 @@ def test_modulo_something_every_value_so_far_apart_counts(motion):
 def test_of_a_motion_in_si_value_and_times_are_in_si(motion):
     in_si = vc.simulate(dataclasses.replace(CAPSULE, units=vc.PendulumScales(0.2, 0.1)), periods=6.3)
     factor = in_si.system.si.factor
-    found = in_si.crossings("position", -0.5 * factor("position"))
-    assert found / factor("time") == pytest.approx(motion.crossings("position", -0.5), rel=1e-12)
-    assert len(found)
+    crossings = in_si.crossings("position", -0.5 * factor("position"))
+    assert crossings / factor("time") == pytest.approx(motion.crossings("position", -0.5), rel=1e-12)
+    assert len(crossings)
 
 
 def test_bad_input_is_named(motion):

@@ -145,8 +145,8 @@ def test_lugre_condition_is_necessary_too():
             recorded = recorded_law(law)
             deflection = np.linspace(-1, 1, 801)[None] * law.internal_scales(1.0)[0]
             speeds = law.stribeck_velocity * np.geomspace(1e-6, 1e8, 561)
-            found = worst_chatter(powers(recorded, deflection, np.ones(801), speeds), np.ones(1))
-            assert (found is not None) == exists, (values, factor)
+            chatter = worst_chatter(powers(recorded, deflection, np.ones(801), speeds), np.ones(1))
+            assert (chatter is not None) == exists, (values, factor)
             assert law.passive == (not exists)
 
 

@@ -70,8 +70,8 @@ def test_smoothed_laws_keep_their_digits(shape):
     t, y, end = 0.0, np.array(start), periods * drive.period
     while t < end:
         since, side = t + 1e-9, np.sign(y[1] if abs(y[1]) > 1e-12 else rates(t, y)[1])
-        found = solve_ivp(rates, (t, end), y, method="DOP853", rtol=1e-13, atol=1e-14, max_step=0.02, events=rest)
-        t, y = found.t[-1], found.y[:, -1]
+        solution = solve_ivp(rates, (t, end), y, method="DOP853", rtol=1e-13, atol=1e-14, max_step=0.02, events=rest)
+        t, y = solution.t[-1], solution.y[:, -1]
     motion = vc.simulate(
         system, periods=periods, initial=dict(zip(system.state_names, start, strict=True)), tolerance=1e-11
     )

@@ -104,7 +104,7 @@ def test_pyplot_stays_out_of_it(results):
 def test_a_notebook_shows_what_is_returned(results):
     """A figure, and axes of its own, without being told of Matplotlib; axes that were given stay as they were."""
     pictures = {getattr(drawn(results["law"]), "_repr_png_")() for drawn in (vc.figure, vc.plot)}  # noqa: B009
-    assert [each[:4] for each in pictures] == [b"\x89PNG", b"\x89PNG"]
+    assert [picture[:4] for picture in pictures] == [b"\x89PNG", b"\x89PNG"]
     assert not hasattr(vc.plot(results["law"], ax=Figure().subplots()), "_repr_png_")
 
 
@@ -267,9 +267,11 @@ def test_impacts_are_marked_under_the_velocity():
 def test_modes_are_explained_as_far_as_they_occur():
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.01, 0.01), vc.Harmonic(amplitude=3.0)), periods=3)
     (ax,) = [ax for ax in vc.figure(motion).axes if ax.get_title(loc="left") == "Modes"]
-    seen = {int(each.side) for contact in (1, 2) for each in motion.phases_of(contact) if each.end > motion.start_time}
+    numbers = {
+        int(each.side) for contact in (1, 2) for each in motion.phases_of(contact) if each.end > motion.start_time
+    }
     words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == [word for side, word in ((1, "forward"), (0, "stuck"), (-1, "back")) if side in seen]
+    assert words == [word for side, word in ((1, "forward"), (0, "stuck"), (-1, "back")) if side in numbers]
     assert len(words) == 2
 
 
@@ -316,7 +318,7 @@ def test_film_shows_a_slope_as_one(uphill):
     ends = scene.axes.transData.inverted().transform(ground.get_transform().transform(ground.get_xydata()))
     rise = np.diff(ends, axis=0)[0]
     assert np.arctan2(rise[1], rise[0]) == pytest.approx(SLOPE, rel=1e-12)  # uphill to the right, as it is forward
-    assert f"inclined by {np.degrees(SLOPE):.3g}°" in [each.get_text() for each in scene.axes.texts][-1]
+    assert f"inclined by {np.degrees(SLOPE):.3g}°" in [text.get_text() for text in scene.axes.texts][-1]
 
 
 def test_no_number_of_the_ground_stands_under_an_arrow(uphill):
@@ -344,12 +346,12 @@ def test_what_a_film_draws_does_not_grow_with_the_travel():
     assert len(scenes[1].numbers) < 200
     for scene in scenes:
         scene.show(1)
-        labels = [(each.get_position()[0], each.get_text()) for each in scene.numbers]
+        labels = [(number.get_position()[0], number.get_text()) for number in scene.numbers]
         for place, text in labels:
             assert float(text) == pytest.approx(place + scene.camera[1], rel=1e-3, abs=1e-9)
-        seen = [each.get_window_extent() for each in scene.numbers if each.get_visible()]
+        extents = [number.get_window_extent() for number in scene.numbers if number.get_visible()]
         frame, words = scene.figure.bbox, scene.small_print.get_window_extent()
-        assert not any(each.overlaps(words) or each.x0 < frame.x0 or each.x1 > frame.x1 for each in seen)
+        assert not any(extent.overlaps(words) or extent.x0 < frame.x0 or extent.x1 > frame.x1 for extent in extents)
 
 
 def test_film_of_a_case_in_si_is_in_seconds():
@@ -377,7 +379,7 @@ def test_loads_and_rests_of_every_contact_are_drawn():
         motion.period,
         [[p for p in motion.phases_of(i) if p.side == 0 and p.end > motion.period] for i in (1, 2)],
     )
-    lasted = [sum(phase.end - max(phase.start, start) for phase in each) for each in rests]
+    lasted = [sum(phase.end - max(phase.start, start) for phase in rest) for rest in rests]
     assert shaded == pytest.approx([*lasted, lasted[1]], rel=1e-9)
     assert abs(lasted[0] - lasted[1]) > 0.01
     scene = Scene(motion, np.array([1.0, 2.0]))

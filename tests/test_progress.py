@@ -45,16 +45,16 @@ def test_bar_is_shown_and_goes(terminal):
 
 
 def test_motion_with_a_bar_is_the_motion_without_one(terminal):
-    given = {"periods": 2, "initial": {"angle": 1.0}}
-    assert vc.simulate(SYSTEM, **given, progress=True) == vc.simulate(SYSTEM, **given, progress=False)
+    settings = {"periods": 2, "initial": {"angle": 1.0}}
+    assert vc.simulate(SYSTEM, **settings, progress=True) == vc.simulate(SYSTEM, **settings, progress=False)
     assert vc.orbit(SYSTEM, initial={"angle": 1.0}, progress=True) == vc.orbit(SYSTEM, initial={"angle": 1.0})
 
 
 def test_bar_says_so_while_equations_are_compiled(terminal, monkeypatch):
-    said = []
+    descriptions = []
 
     def object_code(text, target):
-        said.append(progress._bars[0]._description())
+        descriptions.append(progress._bars[0]._description())
         return b""
 
     monkeypatch.setattr(compiler, "object_code", object_code)
@@ -64,8 +64,8 @@ def test_bar_says_so_while_equations_are_compiled(terminal, monkeypatch):
     monkeypatch.setattr(compiler.cache, "keep", lambda name, code: None)
     with progress.bar("Simulating"):
         compiler.compiled("nothing that was ever compiled", "advance")
-        said.append(progress._bars[0]._description())
-    assert said == ["Simulating: compiling", "Simulating"]
+        descriptions.append(progress._bars[0]._description())
+    assert descriptions == ["Simulating: compiling", "Simulating"]
 
 
 def test_function_is_called_with_the_share_done():
@@ -91,8 +91,8 @@ def test_done_of_so_many_becomes_a_share():
     def counts(*, progress=None):
         return progress
 
-    given = []
-    assert counts(progress=given.append).__self__ is given
+    results = []
+    assert counts(progress=results.append).__self__ is results
     assert counts() is None
     assert counts(progress=True).func is progress._count
 

@@ -32,30 +32,30 @@ def with_value(values, at, value):
 
 def test_a_record_keeps_what_it_was_given_and_cannot_be_written_to():
     force = FORCE.copy()
-    made = record(force=force, normal_force=100)
+    entry = record(force=force, normal_force=100)
     force[0] = 7.0
-    np.testing.assert_array_equal(made.force, FORCE)
-    assert made.normal_force == 100.0
-    assert made.acceleration is None
+    np.testing.assert_array_equal(entry.force, FORCE)
+    assert entry.normal_force == 100.0
+    assert entry.acceleration is None
     with pytest.raises(ValueError, match="read-only"):
-        made.force[0] = 1.0
+        entry.force[0] = 1.0
 
 
 def test_lists_and_single_precision_become_doubles():
-    made = record(time=TIME.tolist(), force=FORCE.astype(np.float32))
-    assert made.time.dtype == made.force.dtype == np.float64
+    entry = record(time=TIME.tolist(), force=FORCE.astype(np.float32))
+    assert entry.time.dtype == entry.force.dtype == np.float64
 
 
 def test_sampling():
-    made = record()
-    assert len(made) == N
-    assert made.even
-    assert made.duration == 2.0
-    assert made.interval == pytest.approx(2.0 / (N - 1), rel=1e-12)
-    assert made.sampling_rate == pytest.approx((N - 1) / 2.0, rel=1e-12)
-    late = with_value(TIME, 50, TIME[50] + 0.02 * made.interval)
+    entry = record()
+    assert len(entry) == N
+    assert entry.even
+    assert entry.duration == 2.0
+    assert entry.interval == pytest.approx(2.0 / (N - 1), rel=1e-12)
+    assert entry.sampling_rate == pytest.approx((N - 1) / 2.0, rel=1e-12)
+    late = with_value(TIME, 50, TIME[50] + 0.02 * entry.interval)
     assert not record(time=late).even
-    assert record(time=with_value(TIME, 50, TIME[50] + 0.005 * made.interval)).even
+    assert record(time=with_value(TIME, 50, TIME[50] + 0.005 * entry.interval)).even
 
 
 def test_between_keeps_the_samples_within_ends_included():
@@ -69,9 +69,9 @@ def test_between_keeps_the_samples_within_ends_included():
 
 
 def test_thinned_keeps_every_nth_sample():
-    made = record(normal_force=100.0).thinned(3)
-    np.testing.assert_array_equal(made.force, FORCE[::3])
-    assert made.normal_force == 100.0
+    thinned = record(normal_force=100.0).thinned(3)
+    np.testing.assert_array_equal(thinned.force, FORCE[::3])
+    assert thinned.normal_force == 100.0
     for every in (0, -1, 1.5, True):
         with pytest.raises(ValueError, match="every should be a whole number >= 1"):
             record().thinned(every)
@@ -83,9 +83,9 @@ def test_what_is_too_short_after_slicing_is_refused():
 
 
 def test_a_record_is_pickled_whole():
-    made = pickle.loads(pickle.dumps(record(conditions={"mass_kg": 2})))
-    np.testing.assert_array_equal(made.force, FORCE)
-    assert made.conditions == {"mass_kg": 2.0}
+    content = pickle.loads(pickle.dumps(record(conditions={"mass_kg": 2})))
+    np.testing.assert_array_equal(content.force, FORCE)
+    assert content.conditions == {"mass_kg": 2.0}
 
 
 def test_words():

@@ -13,19 +13,19 @@ from vibrocap.records.reading.readers import read_records
 
 def test_rotary_damper():
     records = rotary_damper(published_folder("arts-rotary-damper"))
-    assert [(each.name, len(each)) for each in records] == [
+    assert [(record.name, len(record)) for record in records] == [
         ("harmonic_02", 14337),
         ("harmonic_07", 14337),
         ("harmonic_08", 7169),
         ("harmonic_11", 14337),
         ("eq_KocaeliMCE_window", 8192),
     ]
-    for each in records:
-        assert each.even
-        assert each.sampling_rate == pytest.approx(1024.0, rel=1e-9)
-        assert 14e3 < each.force.max() < 21e3
-        assert -24e3 < each.force.min() < -19e3
-    peaks = [1e3 * np.max(np.abs(each.displacement)) for each in records[:4]]
+    for entry in records:
+        assert entry.even
+        assert entry.sampling_rate == pytest.approx(1024.0, rel=1e-9)
+        assert 14e3 < entry.force.max() < 21e3
+        assert -24e3 < entry.force.min() < -19e3
+    peaks = [1e3 * np.max(np.abs(record.displacement)) for record in records[:4]]
     assert peaks == pytest.approx([19, 39, 39, 59], abs=1.0)
     # Their velocity is a derivative of their displacement; ours agrees to the float32 in which it is kept.
     derived = prepared(records[0].replaced(velocity=None), cutoff=50.0)
@@ -37,7 +37,7 @@ def test_paper_stick_slip():
     records = {each.name: each for each in paper_stick_slip(published_folder("paper-stick-slip"))}
     lengths = {"k168_v42": 80000, "k168_v1100": 28721, "k168_v4300": 7521}
     lengths |= {"k1002_v42": 80000, "k1002_v1100": 28641, "k1002_v4300": 7521}
-    assert {name: len(each) for name, each in records.items()} == lengths
+    assert {name: len(record) for name, record in records.items()} == lengths
     slow = records["k168_v42"]
     assert slow.conditions["pulling_speed_m_per_s"] == 42e-6
     assert slow.normal_force == pytest.approx(30.7e-3 * 9.81, rel=1e-12)
@@ -88,7 +88,7 @@ def test_originals_of_the_rotary_damper(tmp_path):
     table = np.column_stack([np.arange(COUNT) / 1024.0, 1e4 * SWEEP, 0.01 * SWEEP, 0.1 * SWEEP])
     np.save(tmp_path / "validation" / "KocaeliMCE.npy", table)
     records = rotary_damper(tmp_path)
-    assert [each.name for each in records] == ["harmonic_02", "harmonic_10", "eq_KocaeliMCE_window"]
+    assert [record.name for record in records] == ["harmonic_02", "harmonic_10", "eq_KocaeliMCE_window"]
     np.testing.assert_array_equal(records[1].force, 2e4 * SWEEP + 10)
     np.testing.assert_array_equal(records[2].velocity, 0.1 * SWEEP[6144:14336])
     assert records[2].time[1] == 1.0 / 1024.0

@@ -112,8 +112,8 @@ def test_a_column_of_records(written):
 def test_several_files(tmp_path):
     for name in ("a.csv", "b.csv"):
         (tmp_path / name).write_text(csv(GOOD))
-    made = read_records([tmp_path / "a.csv", tmp_path / "b.csv"])
-    assert [each.name for each in made] == ["a", "b"]
+    records = read_records([tmp_path / "a.csv", tmp_path / "b.csv"])
+    assert [record.name for record in records] == ["a", "b"]
     assert read_records(tmp_path / "a.csv", name="mine")[0].name == "mine"
     assert "name: is for one record, but there are 2" in refused(
         read_records, [tmp_path / "a.csv", tmp_path / "b.csv"], name="mine"
@@ -248,13 +248,13 @@ def test_time_from_a_rate(written):
 
 
 def test_units_table_is_consistent():
-    assert set(DIMENSIONS) == {each for dims in QUANTITIES.values() for each in dims}
+    assert set(DIMENSIONS) == {dim for dims in QUANTITIES.values() for dim in dims}
     for dimension, units in DIMENSIONS.items():
         for unit in units:
-            found = unit_named(unit)
-            assert found is not None
-            assert (found.name, found.dimension) == (unit, dimension)
-            assert (found.factor == 1.0) == (unit == units[0])  # the SI unit stands first
+            named = unit_named(unit)
+            assert named is not None
+            assert (named.name, named.dimension) == (unit, dimension)
+            assert (named.factor == 1.0) == (unit == units[0])  # the SI unit stands first
     for quantity in QUANTITIES:
         assert si_unit(quantity).dimension == QUANTITIES[quantity][0]
 
@@ -271,8 +271,8 @@ def test_units_table_is_consistent():
     ],
 )
 def test_spellings_of_units(text, meant):
-    found = unit_named(text)
-    assert (found and found.name) == meant
+    named = unit_named(text)
+    assert (named and named.name) == meant
 
 
 def test_sizes_of_units():
@@ -307,9 +307,9 @@ def test_units_of_the_heading_are_converted(written, heading, field, factor):
     """None of these was known before: they were read as SI without a word."""
     columns = {"time": "t", "force": "F", "velocity": "v", "displacement": "x"} | {field: heading}
     values = {"time": TIME, "force": FORCE, "velocity": VELOCITY, "displacement": DISPLACEMENT}
-    given = {name: values[field] for field, name in columns.items()}
-    given.pop("v" if field == "displacement" else columns["displacement"])
-    (made,) = written(csv(given))
+    table = {name: values[field] for field, name in columns.items()}
+    table.pop("v" if field == "displacement" else columns["displacement"])
+    (made,) = written(csv(table))
     np.testing.assert_allclose(getattr(made, field), factor * values[field], rtol=1e-14)
     turning = any(word in heading for word in ("deg", "rpm", "torque"))
     assert made.rotary == turning
@@ -570,10 +570,10 @@ def test_a_workbook_is_read_as_a_text(tmp_path):
         for row in zip(TIME.tolist(), FORCE.tolist(), (factor * VELOCITY).tolist(), strict=True):
             sheet.append([*row, "ok"])
     book.save(tmp_path / "rig.xlsx")
-    made = read_records(tmp_path / "rig.xlsx")
-    assert [each.name for each in made] == ["slow", "fast"]
-    np.testing.assert_allclose(made[1].velocity, 2e-3 * VELOCITY, rtol=1e-15)
-    np.testing.assert_allclose(made[1].force, 1e3 * FORCE, rtol=1e-15)
+    records = read_records(tmp_path / "rig.xlsx")
+    assert [record.name for record in records] == ["slow", "fast"]
+    np.testing.assert_allclose(records[1].velocity, 2e-3 * VELOCITY, rtol=1e-15)
+    np.testing.assert_allclose(records[1].force, 1e3 * FORCE, rtol=1e-15)
     (tmp_path / "damaged.xlsx").write_bytes((tmp_path / "rig.xlsx").read_bytes()[:-200])
     assert "cannot be read as .xlsx" in refused(read_records, tmp_path / "damaged.xlsx")
     openpyxl.Workbook().save(tmp_path / "none.xlsx")
@@ -621,13 +621,13 @@ MATRIX = np.column_stack([FORCE, DISPLACEMENT, VELOCITY])
 def test_layouts_of_numpy_files(tmp_path, arrays, names):
     path = tmp_path / "data.npz"
     np.savez(path, **arrays, mass_kg=2.0, operator="someone")
-    made = read_records(path)
-    assert [each.name for each in made] == names
-    for each in made:
-        np.testing.assert_allclose(each.time, TIME, rtol=1e-14, atol=1e-15)
-        np.testing.assert_array_equal(each.force, FORCE)
-        np.testing.assert_array_equal(each.velocity, VELOCITY)
-        assert each.conditions == {"mass_kg": 2.0}
+    records = read_records(path)
+    assert [record.name for record in records] == names
+    for entry in records:
+        np.testing.assert_allclose(entry.time, TIME, rtol=1e-14, atol=1e-15)
+        np.testing.assert_array_equal(entry.force, FORCE)
+        np.testing.assert_array_equal(entry.velocity, VELOCITY)
+        assert entry.conditions == {"mass_kg": 2.0}
 
 
 def test_numpy_files_that_cannot_be_used(tmp_path):

@@ -139,9 +139,9 @@ def test_a_width_counts_only_if_narrower_ones_are_as_good(made_up):
     ],
 )
 def test_wrong_arguments_are_named(arguments, words):
-    given = {"system": SYSTEM, "initial": START, "periods": 2} | arguments
+    settings = {"system": SYSTEM, "initial": START, "periods": 2} | arguments
     with pytest.raises(ValueError, match=words):
-        regularisation_error(given.pop("system"), **given)
+        regularisation_error(settings.pop("system"), **settings)
 
 
 def test_errors_that_cannot_be_asked_for():
@@ -185,10 +185,10 @@ def test_smoothed_runs_are_those_of_an_independent_solver(shape):
         return SYSTEM.machine.rates(t, y, SYSTEM.drive.value(t), (force,))
 
     for run in report.runs:
-        found = solve_ivp(
+        solution = solve_ivp(
             rates, (0.0, 20.0 * math.pi), [math.pi / 3, 0, 0, 0], "DOP853", args=(run.width,), rtol=1e-11, atol=1e-13
         )
-        assert run.value == pytest.approx(found.y[2, -1], abs=1e-6)
+        assert run.value == pytest.approx(solution.y[2, -1], abs=1e-6)
         assert run.noise < 1e-6
 
 
@@ -197,6 +197,6 @@ def test_all_contacts_are_smoothed():
     """Only the first was: its error was that of a machine of which one contact still sticks."""
     system = vc.System(vc.TwoBodyCrawler(), [vc.Coulomb(0.1, 0.1), vc.Coulomb(0.1, 0.1)], vc.Harmonic(amplitude=0.6))
     alike = vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.1, 0.1), vc.Harmonic(amplitude=0.6))
-    found = [regularisation_error(each, "largest_displacement", [1e-2], periods=2) for each in (system, alike)]
-    assert found[0].errors == pytest.approx(found[1].errors, rel=1e-12)
-    assert abs(found[0].errors[0]) > 1e-5
+    errors = [regularisation_error(each, "largest_displacement", [1e-2], periods=2) for each in (system, alike)]
+    assert errors[0].errors == pytest.approx(errors[1].errors, rel=1e-12)
+    assert abs(errors[0].errors[0]) > 1e-5

@@ -91,14 +91,14 @@ def test_the_first_tiles_are_spread_over_a_study():
     """However many are done, they tell the cost of the others where that changes along the study."""
     for count in (1, 2, 3, 10, 97, 360):
         tiles = [(i,) for i in range(count)]
-        found = spread(tiles)
-        assert sorted(found) == tiles
+        robustness = spread(tiles)
+        assert sorted(robustness) == tiles
         for done in range(5, count):
-            share = sum(index[0] for index in found[:done]) / done / ((count - 1) / 2.0)
+            share = sum(index[0] for index in robustness[:done]) / done / ((count - 1) / 2.0)
             assert abs(share - 1.0) < 0.45
     cost = np.exp(np.linspace(0.0, 4.0, 100))  # the last tiles cost fifty times the first
     order = [index[0] for index in spread([(i,) for i in range(100)])]
     for done in (5, 10, 20, 50):
-        told = cost[order[:done]].sum() * 100 / done
-        assert 0.6 < told / cost.sum() < 1.6
+        total = cost[order[:done]].sum() * 100 / done
+        assert 0.6 < total / cost.sum() < 1.6
         assert cost[:done].sum() * 100 / done < 0.5 * cost.sum()  # as the order of storage would tell

@@ -100,18 +100,18 @@ def test_a_result_shows_itself_in_a_notebook(results, kind):
 def test_results_without_a_picture_show_themselves_too():
     """Citations, designs and their like: a heading and a table, where there was a TypeError."""
     pytest.importorskip("pymoo")
-    found = (
+    values = (
         vc.cite(SYSTEM),
         vc.robustness(SYSTEM, {"machine.damping": (0.9, 1.1)}, samples=8, initial={"angle": 1.0}),
         vc.optimise(SYSTEM, {"machine.damping": (0.9, 1.1)}, starts=[{"angle": 1.0}], evaluations=8, refinement=4),
         vc.pareto_front(SYSTEM, {"drive.amplitude": (0.01, 0.02)}, evaluations=4),  # it only sticks: no design
         *vc.performance_bounds(SYSTEM),
     )
-    for each in found:
-        page = each._repr_html_()
+    for value in values:
+        page = value._repr_html_()
         assert page.count("<table>") == 1
         assert "<img" not in page
-        assert pickle.loads(pickle.dumps(each)) == each
+        assert pickle.loads(pickle.dumps(value)) == value
 
 
 def test_a_result_shows_itself_without_matplotlib(results, monkeypatch):

@@ -21,14 +21,14 @@ START = {"position": 1.0, "position_2": 1.0}
 )
 def test_two_sticks_of_block_1_make_one_turn(belt, period):
     """Periods of an independent event-driven solver."""
-    found = vc.orbit(two_blocks(belt), initial=START, settle_periods=120)
-    assert (found.status, found.returns) == (OrbitStatus.CONVERGED, 2)
-    assert found.period == pytest.approx(period, abs=6e-8)
+    orbit = vc.orbit(two_blocks(belt), initial=START, settle_periods=120)
+    assert (orbit.status, orbit.returns) == (OrbitStatus.CONVERGED, 2)
+    assert orbit.period == pytest.approx(period, abs=6e-8)
     # a simulation from its state keeps the period
-    sticks = vc.Section("stick", 1).times(found.motion(15.0 * found.period / 10.0))[::2]
-    assert np.diff(sticks) == pytest.approx([found.period] * (len(sticks) - 1), abs=1e-10)
-    assert found.stable
-    assert len(found.multipliers) == 3
+    sticks = vc.Section("stick", 1).times(orbit.motion(15.0 * orbit.period / 10.0))[::2]
+    assert np.diff(sticks) == pytest.approx([orbit.period] * (len(sticks) - 1), abs=1e-10)
+    assert orbit.stable
+    assert len(orbit.multipliers) == 3
 
 
 @pytest.mark.slow
@@ -41,10 +41,10 @@ def test_two_sticks_of_block_1_make_one_turn(belt, period):
 def test_the_section_does_not_matter(section):
     """The same cycle from whichever section it passes, its length and multipliers to rounding."""
     known = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
-    found = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120, section=section)
-    assert found.status is OrbitStatus.CONVERGED
-    assert found.period == pytest.approx(known.period, abs=1e-10)
-    assert abs(found.multipliers[0]) == pytest.approx(abs(known.multipliers[0]), abs=1e-8)
+    orbit = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120, section=section)
+    assert orbit.status is OrbitStatus.CONVERGED
+    assert orbit.period == pytest.approx(known.period, abs=1e-10)
+    assert abs(orbit.multipliers[0]) == pytest.approx(abs(known.multipliers[0]), abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -56,13 +56,13 @@ def test_the_section_does_not_matter(section):
     ],
 )
 def test_what_does_not_close_says_why_and_shows_no_stability(given, status):
-    found = vc.orbit(two_blocks(0.2), **{"initial": START, "settle_periods": 120, **given})
-    assert found.status is status
-    assert not found.stable
-    assert not found.unstable
-    assert len(found.multipliers) == 0
-    assert found.failed
-    assert found.heading.startswith("no closed steady motion")
+    orbit = vc.orbit(two_blocks(0.2), **{"initial": START, "settle_periods": 120, **given})
+    assert orbit.status is status
+    assert not orbit.stable
+    assert not orbit.unstable
+    assert len(orbit.multipliers) == 0
+    assert orbit.failed
+    assert orbit.heading.startswith("no closed steady motion")
 
 
 def creeping(law, **machine):
@@ -74,10 +74,10 @@ def test_a_cycle_in_which_nothing_sticks_or_turns_round(stiffness, period):
     """Without a section as with one: the middle of a state is passed by every cycle."""
     system = creeping(vc.RateAndStateAgeing(0.3, 0.03, 0.06, 0.01, 0.1), stiffness=stiffness, belt_speed=-0.05)
     start = {"position": -0.2 if stiffness == 2.0 else -0.02, "sliding_velocity": 0.05, "log_age": 0.5}
-    found = vc.orbit(system, initial=start, settle_periods=200)
-    assert found.status is OrbitStatus.CONVERGED
-    assert found.period == pytest.approx(period, abs=1e-8)
-    assert {each.kind for each in found.motion(5.0 * found.period).events} <= {"start", "end"}
+    orbit = vc.orbit(system, initial=start, settle_periods=200)
+    assert orbit.status is OrbitStatus.CONVERGED
+    assert orbit.period == pytest.approx(period, abs=1e-8)
+    assert {event.kind for event in orbit.motion(5.0 * orbit.period).events} <= {"start", "end"}
 
 
 @pytest.mark.slow
@@ -87,10 +87,10 @@ def test_a_cycle_of_laboratory_friction_too_stiff_for_tangents():
     machine = {"mass": 10.0, "stiffness": 4e6, "belt_speed": -1e-6, "normal_load": 1e4}
     system = vc.System(vc.Oscillator(**machine), law, vc.Constant(0.0, duration=50.0))
     start = {"position": -1.5e-3, "sliding_velocity": 1e-6, "log_age": 0.3}
-    found = vc.orbit(system, initial=start, settle_periods=200)
-    assert found.status is OrbitStatus.CONVERGED
-    assert found.period == pytest.approx(356.98407567, abs=1e-6)
-    assert found.stable
+    orbit = vc.orbit(system, initial=start, settle_periods=200)
+    assert orbit.status is OrbitStatus.CONVERGED
+    assert orbit.period == pytest.approx(356.98407567, abs=1e-6)
+    assert orbit.stable
 
 
 @pytest.mark.parametrize(
@@ -121,9 +121,9 @@ def test_steady_sliding_is_no_rest(system, start, status):
 
 @pytest.mark.slow
 def test_an_orbit_whose_motion_is_not_certified_shows_no_stability():
-    found = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
-    refused = dataclasses.replace(found, status=OrbitStatus.NOT_CERTIFIED)
-    assert found.stable
+    orbit = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
+    refused = dataclasses.replace(orbit, status=OrbitStatus.NOT_CERTIFIED)
+    assert orbit.stable
     assert not refused.stable
     assert "not known" in str(refused)
     assert view(refused)["stability"] == "not known"

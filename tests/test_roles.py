@@ -93,20 +93,24 @@ def test_every_role_that_fits_know_is_one_that_can_be_declared():
 def test_a_law_with_names_of_its_own_is_fitted_by_its_roles(record):
     """It starts where the data are, not at its own values, and its static level stays above the other."""
     chosen = parametrisation(Own, data_scales([samples(record)]))
-    assert {each.name: each.partner for each in chosen.space.coordinates} == {"low": "", "knee": "", "high": "low"}
+    assert {coordinate.name: coordinate.partner for coordinate in chosen.space.coordinates} == {
+        "low": "",
+        "knee": "",
+        "high": "low",
+    }
     assert chosen.template.low < 0.5
     assert chosen.template.knee < 0.5
-    found = fit(record, Own, starts=2, intervals="covariance")
+    fitted = fit(record, Own, starts=2, intervals="covariance")
     for name, true in (("low", 0.15), ("high", 0.45), ("knee", 0.05)):
-        assert true in found[name], name
-    assert [found[name].unit for name in ("low", "high", "knee")] == ["N", "N", "m/s"]
+        assert true in fitted[name], name
+    assert [fitted[name].unit for name in ("low", "high", "knee")] == ["N", "N", "m/s"]
 
 
 def test_a_law_that_declares_nothing_is_fitted_from_its_own_values(record):
     assert role(WithoutRoles, "knee") is UNKNOWN
-    found = fit(record, WithoutRoles, starts=2, intervals="covariance")
-    assert found["knee"].unit == ""
-    assert found.law.low == pytest.approx(0.15, rel=0.1)
+    fitted = fit(record, WithoutRoles, starts=2, intervals="covariance")
+    assert fitted["knee"].unit == ""
+    assert fitted.law.low == pytest.approx(0.15, rel=0.1)
 
 
 def test_what_has_no_known_dimension_is_not_converted():

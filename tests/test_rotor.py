@@ -51,25 +51,25 @@ def turn_of(orbit):
 @pytest.mark.slow
 @pytest.mark.parametrize("load", exhaustive_but([1], [*PUBLISHED]))
 def test_a_turn_is_that_of_an_independent_solver(load):
-    found = vc.orbit(rotor(load), initial=START, settle_periods=100)
-    assert found.closes
-    assert found.stable
-    assert found.winding == {"angle": 1}
-    assert (found.period, found.drift) == pytest.approx(PUBLISHED[load], abs=1e-11)
-    assert gained(found) == pytest.approx(turn_of(found), abs=1e-10)
-    motion = found.motion()
-    own = [motion.state[name] - found.state[name] for name in ("angle", "position")]
-    assert own == pytest.approx([TURN, found.drift], abs=1e-10)
-    assert "1 turn(s) of angle" in str(found)
+    orbit = vc.orbit(rotor(load), initial=START, settle_periods=100)
+    assert orbit.closes
+    assert orbit.stable
+    assert orbit.winding == {"angle": 1}
+    assert (orbit.period, orbit.drift) == pytest.approx(PUBLISHED[load], abs=1e-11)
+    assert gained(orbit) == pytest.approx(turn_of(orbit), abs=1e-10)
+    motion = orbit.motion()
+    own = [motion.state[name] - orbit.state[name] for name in ("angle", "position")]
+    assert own == pytest.approx([TURN, orbit.drift], abs=1e-10)
+    assert "1 turn(s) of angle" in str(orbit)
 
 
 @pytest.mark.slow
 def test_what_turns_by_whole_turns_has_settled():
     """One whose angle grows by 2 pi a period has settled as one that rests has; one that creeps has not."""
     motion = vc.simulate(pulsed(), periods=60, initial=START)
-    found = settling(motion)
-    assert found.settled
-    assert found.period == 1
+    verdict = settling(motion)
+    assert verdict.settled
+    assert verdict.period == 1
     assert vc.winding(motion) == pytest.approx({"angle": 2.0}, abs=1e-9)
     assert motion.state["angle"] > 100 * TURN
     # A planted fault: the same marks without the turns taken off never repeat.
@@ -94,17 +94,17 @@ class Unturned:
 @pytest.mark.slow
 def test_runs_in_company_settle_as_stored_ones_and_tell_their_winding():
     amplitudes = [0.8, 1.2, 1.6, 2.4]
-    found = vc.ensemble(
+    results = vc.ensemble(
         pulsed(), {"drive.amplitude": amplitudes}, measures=("winding_angle", "drift"), periods=300, settle=1e-6,
         initial=START,
     )  # fmt: skip
     for k, amplitude in enumerate(amplitudes):
         motion = vc.simulate(pulsed(amplitude=amplitude), periods=300, initial=START, tolerance=1e-8)
         alone = settling(motion, threshold=1e-6)
-        assert (found["settled"][k], found["response_period"][k]) == (alone.settled, alone.period)
+        assert (results["settled"][k], results["response_period"][k]) == (alone.settled, alone.period)
         gained = motion.sections[-1] - motion.sections[-1 - alone.period]
-        assert found["winding_angle"][k] * alone.period == winding(motion.system, gained)["angle"]
-    assert len({*found["winding_angle"]}) >= 3
+        assert results["winding_angle"][k] * alone.period == winding(motion.system, gained)["angle"]
+    assert len({*results["winding_angle"]}) >= 3
 
 
 @pytest.mark.slow
@@ -117,17 +117,17 @@ def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
     again = vc.shoot(pulsed(), far)
     assert again.closes
     assert again.state == pytest.approx(one.state, abs=1e-9)
-    found = vc.branch(pulsed(), "drive.amplitude", (1.57, 1.66), orbit=one, points=60)
-    assert len(found) > 20
-    assert set(found.winding.ravel()) == {2}
-    assert found.certified.all()
-    for point in (0, len(found) // 2, -1):
-        system = pulsed(amplitude=float(found.parameter[point]))
-        start = dict(zip(system.state_names, found.states[point], strict=True))
+    branch = vc.branch(pulsed(), "drive.amplitude", (1.57, 1.66), orbit=one, points=60)
+    assert len(branch) > 20
+    assert set(branch.winding.ravel()) == {2}
+    assert branch.certified.all()
+    for point in (0, len(branch) // 2, -1):
+        system = pulsed(amplitude=float(branch.parameter[point]))
+        start = dict(zip(system.state_names, branch.states[point], strict=True))
         motion = vc.simulate(system, periods=1, initial=start, tolerance=1e-12)
-        gained = np.array(list(motion.state.values())) - found.states[point]
-        assert gained == pytest.approx([2 * TURN, 0.0, found.drift[point], 0.0], abs=1e-9)
-    table = found.to_xarray()
+        gained = np.array(list(motion.state.values())) - branch.states[point]
+        assert gained == pytest.approx([2 * TURN, 0.0, branch.drift[point], 0.0], abs=1e-9)
+    table = branch.to_xarray()
     assert set(table["winding_angle"].values) == {2}
 
 
@@ -136,10 +136,10 @@ def test_a_rotor_that_has_stopped_comes_to_rest():
     """It turned seven times before: what it did on the way is no cycle, nor does it ask for more returns."""
     stopping = rotor(drive=vc.Constant(force=0.3), damping=0.2)
     for start in ({"angle": 0.1}, {"angle": 0.1, "angle_rate": 5.0}):
-        found = vc.orbit(stopping, initial=start, settle_periods=400)
-        assert found.status is vc.OrbitStatus.COMES_TO_REST
-        assert not found.closes
-        assert "stability" not in str(found) or "not known" in str(found)
+        orbit = vc.orbit(stopping, initial=start, settle_periods=400)
+        assert orbit.status is vc.OrbitStatus.COMES_TO_REST
+        assert not orbit.closes
+        assert "stability" not in str(orbit) or "not known" in str(orbit)
     again = vc.orbit(rotor(drive=vc.Constant(force=0.6), damping=0.2), initial=START, settle_periods=100)
     assert (again.period, again.drift) == pytest.approx((2.368956199, -0.1710018514), abs=1e-8)
 
@@ -186,9 +186,9 @@ def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
 
 @pytest.mark.slow
 def test_starts_lead_to_attractors_of_one_and_two_turns():
-    found = vc.attractors(pulsed(), 60)
-    assert sorted(each.motion.winding["angle"] for each in found.attractors) == [1.0, 2.0]
-    assert found.ranges["angle"] == pytest.approx((-math.pi, math.pi))
+    steady = vc.attractors(pulsed(), 60)
+    assert sorted(attractor.motion.winding["angle"] for attractor in steady.attractors) == [1.0, 2.0]
+    assert steady.ranges["angle"] == pytest.approx((-math.pi, math.pi))
     planes = [
         vc.basins(pulsed(), {"angle": (low, low + TURN), "angle_rate": (-1.0, 2.0)}, 8) for low in (0.0, 3 * TURN)
     ]
@@ -201,17 +201,17 @@ def test_starts_lead_to_attractors_of_one_and_two_turns():
 def test_a_mirrored_motion_is_one_modulo_turns():
     """Under an odd drive a motion that swings through the top by half a turn each way is its own mirror image."""
     system = rotor(drive=vc.Harmonic(amplitude=2.2, frequency=1.0))
-    found = vc.orbit(system, initial=START)
-    assert found.closes
-    assert found.symmetric
-    assert found.drift == 0.0
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.closes
+    assert orbit.symmetric
+    assert orbit.drift == 0.0
     taken = vc.ensemble(
         system, {"drive.amplitude": [2.2]}, measures=("symmetric", "winding_angle"), periods=200, settle=1e-6,
-        initial={"angle": found.state["angle"] + 3 * TURN},
+        initial={"angle": orbit.state["angle"] + 3 * TURN},
     )  # fmt: skip
     assert (taken["symmetric"][0], taken["winding_angle"][0]) == (1.0, 0.0)
-    unlike = vc.shoot(system, found.mirrored_state)
-    assert unlike.state == pytest.approx(found.state, abs=1e-8)
+    unlike = vc.shoot(system, orbit.mirrored_state)
+    assert unlike.state == pytest.approx(orbit.state, abs=1e-8)
 
 
 def test_states_are_brought_back_to_the_first_turn():
@@ -230,14 +230,14 @@ def test_commands_tell_the_winding(tmp_path, capsys):
         'static_coefficient = 0.15\n[drive]\nwaveform = "square"\namplitude = 1.6\nfrequency = 0.7\nduty = 0.8\n'
         "[initial]\nangle = 0.1\n[run]\nperiods = 60\n"
     )
-    told = []
+    windings = []
     for command in ("simulate", "orbit"):
         assert main([command, str(case), "--json"]) == OK
-        told.append(json.loads(capsys.readouterr().out)["winding"])
+        windings.append(json.loads(capsys.readouterr().out)["winding"])
         assert main([command, str(case)]) == OK
         assert {"simulate": "turns of angle", "orbit": "2 turn(s) of angle"}[command] in capsys.readouterr().out
-    assert told[0] == pytest.approx({"angle": 2.0}, abs=1e-8)
-    assert told[1] == {"angle": 2}
+    assert windings[0] == pytest.approx({"angle": 2.0}, abs=1e-8)
+    assert windings[1] == {"angle": 2}
 
 
 def test_a_kernel_remembers_both_coordinates_of_an_angle():

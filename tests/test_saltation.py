@@ -39,10 +39,10 @@ def plain():
 
 def test_a_crawler_that_turns_forgets_a_part_of_a_push(plain):
     """Two reversals in a period: the derivative is that of an independent map, and nothing else closes the orbit."""
-    found = vc.shoot(TURNING, {"centre_velocity": 0.23}, map_=plain)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.multipliers == pytest.approx([MULTIPLIER], abs=2e-8)
-    assert found.iterations <= 4
+    orbit = vc.shoot(TURNING, {"centre_velocity": 0.23}, map_=plain)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.multipliers == pytest.approx([MULTIPLIER], abs=2e-8)
+    assert orbit.iterations <= 4
 
 
 def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
@@ -64,25 +64,25 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
             (got := sound(*given, **named)) and dataclasses.replace(got, jacobian=0.5 * got.jacobian)
         ),
     )
-    found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
-    assert found.status is vc.OrbitStatus.CONTRADICTED
-    assert "multipliers" in found.status.advice
-    assert found.facts["stability"] == "stability not known"
+    orbit = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
+    assert orbit.status is vc.OrbitStatus.CONTRADICTED
+    assert "multipliers" in orbit.status.advice
+    assert orbit.facts["stability"] == "stability not known"
 
 
 def test_a_slope_against_the_order_of_motions_closes_nothing(monkeypatch):
     """Planted: a saltation that overdoes what follows a reversal, so that motions pass one another at one of two."""
     original, right = link.kernel_source, "-= rate * floats[DELAY + lane]"
     assert right in original("events.tangents")
-    found = []
+    attempts = []
     for text in (right, "-= 12.0 * rate * floats[DELAY + lane]"):
         with monkeypatch.context() as planted, np.errstate(all="ignore"):
             planted.setattr(link, "kernel_source", lambda name, text=text: original(name).replace(right, text))
             numerics.ensemble_kernel.cache_clear()
             closing = ClosingMap(TURNING, "drive.amplitude", (0.5, 2.0), tolerance=1e-10, plain=True)
-            found.append(closing.attempt(closing.point(np.array([0.0, 0.23]), 1.0)))
+            attempts.append(closing.attempt(closing.point(np.array([0.0, 0.23]), 1.0)))
     numerics.ensemble_kernel.cache_clear()
-    sound, faulty = found
+    sound, faulty = attempts
     assert sound.finished
     assert sound.jacobian == pytest.approx(MULTIPLIER, abs=0.02)  # beside the orbit
     assert faulty.jacobian < -0.01
@@ -94,18 +94,18 @@ def test_a_corner_that_brings_the_body_to_rest_forgets_a_push():
     system = vc.System(vc.TwoMassCrawler(), vc.Coulomb(0.5, 0.5), vc.Triangle(0.3, math.pi))
     map_ = StroboscopicMap(system, 1e-10, threads=1, plain=True)
     with np.errstate(all="ignore"):
-        found = map_.images(np.array([[0.0, -0.3 - 0.25]]), map_.parameters()[None])
-    assert found.state[0, 1] == pytest.approx(-0.3, abs=1e-14)
-    assert found.jacobian[0, 1, 1] == 0.0
+        images = map_.images(np.array([[0.0, -0.3 - 0.25]]), map_.parameters()[None])
+    assert images.state[0, 1] == pytest.approx(-0.3, abs=1e-14)
+    assert images.jacobian[0, 1, 1] == 0.0
 
 
 @pytest.mark.slow
 def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
     """log(multiplier)/T, within an error that is not nothing; with wrong tangents the error says so."""
     expected = math.log(MULTIPLIER) / (2.0 * math.pi)
-    found = lyapunov_exponent(TURNING, periods=60, transient=60)
-    assert found.value == pytest.approx(expected, abs=2e-9)
-    assert 1e-11 < found.error < 1e-9
+    exponent = lyapunov_exponent(TURNING, periods=60, transient=60)
+    assert exponent.value == pytest.approx(expected, abs=2e-9)
+    assert 1e-11 < exponent.error < 1e-9
     sound = StroboscopicMap.images
 
     def planted(*given, **more):
@@ -142,30 +142,30 @@ def drawn(machine, law, drive, number):
 
     body = {"two-mass-crawler": vc.TwoMassCrawler, "pendulum-crawler": vc.PendulumCrawler}[machine](between(0.5, 3.0))
     if drive == "three-phase":
-        made = vc.ThreePhase(between(0.4, 1.2), between(0.3, 1.0), strength := between(1.0, 3.0), between(0.3, 1.0))
+        phase = vc.ThreePhase(between(0.4, 1.2), between(0.3, 1.0), strength := between(1.0, 3.0), between(0.3, 1.0))
     else:
         pair = amplitude, frequency = between(0.4, 1.2), between(0.7, 1.4)
         strength = amplitude * frequency**2
         if drive == "biharmonic":  # the plain harmonic every second time
-            made = vc.Biharmonic(*pair, between(0.1, 0.5) * (number % 2), between(0.0, 6.0))
+            phase = vc.Biharmonic(*pair, between(0.1, 0.5) * (number % 2), between(0.0, 6.0))
         else:
-            made = vc.Trapezoid(*pair, between(0.15, 0.3), between(0.1, 0.25), between(0.15, 0.3))
+            phase = vc.Trapezoid(*pair, between(0.15, 0.3), between(0.1, 0.25), between(0.15, 0.3))
     kinetic = between(0.03, 0.35) * strength
     levels = {"coulomb_coefficient": kinetic, "static_coefficient": kinetic * between(1.0, 1.6)}
     if law == "coulomb":  # isotropic every second time
         back = 1.0 if number % 2 else between(1.2, 2.5)
-        return vc.System(body, law_of("anisotropic-coulomb")(**levels, back_ratio=back), made)
+        return vc.System(body, law_of("anisotropic-coulomb")(**levels, back_ratio=back), phase)
     if law == "exponential":
-        return vc.System(body, vc.Exponential(**levels, decay_rate=between(2.0, 12.0)), made)
+        return vc.System(body, vc.Exponential(**levels, decay_rate=between(2.0, 12.0)), phase)
     bristles = {"bristle_stiffness": between(20.0, 100.0), "bristle_damping": between(0.5, 5.0)}
-    return vc.System(body, vc.LuGre(**levels, **bristles, stribeck_velocity=between(0.1, 0.4)), made)
+    return vc.System(body, vc.LuGre(**levels, **bristles, stribeck_velocity=between(0.1, 0.4)), phase)
 
 
 def period_map(system, state):
     """The state a period later but for the position, and how many events there are, by another solver."""
     start = dict(zip(system.state_names[1:], state, strict=True))
-    found = independent_motion(system, start, 1)
-    return np.array([found.state[name] for name in start]), len(found.events)
+    marks = independent_motion(system, start, 1)
+    return np.array([marks.state[name] for name in start]), len(marks.events)
 
 
 def image(system, state):
@@ -178,12 +178,12 @@ def differences_of(function, state, sizes):
 
     To their own difference, and to what the error of the ends is over the push.
     """
-    found = np.empty((2, len(state), len(state)))
-    for one, push in zip(found, (2.0 * PUSH, PUSH), strict=True):
+    values = np.empty((2, len(state), len(state)))
+    for one, push in zip(values, (2.0 * PUSH, PUSH), strict=True):
         for j, step in enumerate(push * sizes):
             beside = step * np.eye(len(state))[j]
             one[:, j] = (function(state + beside) - function(state - beside)) / (2.0 * step)
-    wide, narrow = found
+    wide, narrow = values
     error = np.abs(narrow - wide).max() + 4.0 * EXACT * np.max(sizes[:, None] / sizes) / PUSH
     return narrow + (narrow - wide) / 3.0, error
 
@@ -198,16 +198,16 @@ def test_multipliers_are_those_of_an_independent_map(machine, law, drive, every)
         system = drawn(machine, law, drive, number)
         map_ = StroboscopicMap(system)
         settled = map_.images(np.zeros((1, map_.states)), map_.parameters()[None], 60).state[0]
-        found = vc.shoot(system, dict(zip(system.state_names, settled.tolist(), strict=True)))
-        assert found.status is vc.OrbitStatus.CONVERGED, system
-        state = state_vector(system, found.state)[1:]
+        orbit = vc.shoot(system, dict(zip(system.state_names, settled.tolist(), strict=True)))
+        assert orbit.status is vc.OrbitStatus.CONVERGED, system
+        state = state_vector(system, orbit.state)[1:]
         sizes = map_.scales(map_.parameters())[1:]
         closed, events = period_map(system, state)
         assert closed == pytest.approx(state, abs=10.0 * EXACT)
         derivative, error = differences_of(functools.partial(image, system), state, sizes)
-        assert np.abs(found.derivative[1:, 1:] - derivative).max() <= error, system
+        assert np.abs(orbit.derivative[1:, 1:] - derivative).max() <= error, system
         expected = np.sort(np.abs(np.linalg.eigvals(derivative)))[::-1]
-        assert np.abs(found.multipliers) == pytest.approx(expected, abs=2.0 * len(state) * error), system
+        assert np.abs(orbit.multipliers) == pytest.approx(expected, abs=2.0 * len(state) * error), system
         turned += events
     assert turned >= len(numbers)
 
@@ -283,8 +283,8 @@ def test_derivatives_are_those_of_simulated_motions(name, monkeypatch):
     parameters, state = map_.parameters(), state_vector(system, start)
     sizes, free = map_.scales(parameters), map_.free(state[None], parameters[None])[0]
     kept = [i for i in map_.smooth_states if free[i]]
-    found = map_.images(state[None], parameters[None], 2)
-    assert found.finished[0]
+    images = map_.images(state[None], parameters[None], 2)
+    assert images.finished[0]
 
     def simulated(y):
         whole = state.copy()
@@ -295,5 +295,5 @@ def test_derivatives_are_those_of_simulated_motions(name, monkeypatch):
         return np.array([motion.state[name] for name in system.state_names])[kept]
 
     derivative, error = differences_of(simulated, state[kept], sizes[kept])
-    assert np.abs(found.jacobian[0][np.ix_(kept, kept)] - derivative).max() <= error
+    assert np.abs(images.jacobian[0][np.ix_(kept, kept)] - derivative).max() <= error
     assert error < 1e-3

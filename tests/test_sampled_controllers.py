@@ -16,9 +16,9 @@ TRACKED = vc.Harmonic(0.3, 2.0 * math.pi)
 
 
 def servo(drive=None, machine=None, **controller):
-    given = vc.SampledPositionPID(**(GAINS | {"sample_time": 0.02} | controller))
+    position = vc.SampledPositionPID(**(GAINS | {"sample_time": 0.02} | controller))
     return vc.System(
-        machine or vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), drive or vc.Constant(), controller=given
+        machine or vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), drive or vc.Constant(), controller=position
     )
 
 
@@ -74,7 +74,7 @@ def test_a_block_under_a_loop_of_1_khz_stops_where_the_issue_says():
     motion = vc.simulate(servo(sample_time=1e-3, delay=5e-4), periods=20, initial=START, tolerance=1e-13)
     assert motion.certificate.ok
     stops = [event for event in motion.events if event.kind == "stick"]
-    assert [each.time for each in stops[:2]] == pytest.approx([3.489201046246537, 8.318700544123702], abs=1e-13)
+    assert [stop.time for stop in stops[:2]] == pytest.approx([3.489201046246537, 8.318700544123702], abs=1e-13)
     assert stops[0].state["position"] == pytest.approx(0.4968454444887904, abs=1e-14)
     assert motion.state["position"] == pytest.approx(0.08388297959518, abs=2e-14)
     assert motion.state["sliding_velocity"] == pytest.approx(-0.09435168198276, abs=2e-14)
@@ -98,8 +98,8 @@ def test_between_samples_motions_are_the_parabolas_of_an_independent_loop(given)
     motion = vc.simulate(servo(**given), periods=8, initial=START, tolerance=1e-13)
     named = dict(given)
     (x, v, u, integral), stops = sampled_loop(8, named.pop("sample_time"), **named)
-    found = [motion.state[name] for name in ("position", "sliding_velocity", "held_command", "integral_command")]
-    assert found == pytest.approx([x, v, u, integral], abs=ROUNDING)
+    states = [motion.state[name] for name in ("position", "sliding_velocity", "held_command", "integral_command")]
+    assert states == pytest.approx([x, v, u, integral], abs=ROUNDING)
     at_rest = [event for event in motion.events if event.kind in ("stick", "reversal")]
     assert [each.time for each in at_rest] == pytest.approx([time for time, _ in stops], abs=ROUNDING)
     assert np.max(np.abs(motion["drive"])) <= given.get("limit", math.inf) * (1.0 + 4e-16)

@@ -117,8 +117,8 @@ def test_equations_agree_in_si_and_without_units():
     flow = system.flow(t / time_s, [v / units.factor(name) for name, v in zip(names, y, strict=True)], -1)
     assert flow.contacts[0].friction * units.factor("friction") == pytest.approx(force, rel=64 * EPSILON)
     turn, push = lagrangian_rates_in_si(t, y, force)
-    found = [rate * units.factor(name) / time_s for name, rate in zip(names, flow.rates, strict=True)]
-    assert found == pytest.approx([y[1], turn, y[3], push, deflection_rate], rel=64 * EPSILON)
+    factors = [rate * units.factor(name) / time_s for name, rate in zip(names, flow.rates, strict=True)]
+    assert factors == pytest.approx([y[1], turn, y[3], push, deflection_rate], rel=64 * EPSILON)
     power = flow.powers[0] * units.factor("drive_power")
     assert power == pytest.approx(flow.drive * units.factor("drive") * y[1], rel=64 * EPSILON)
 
@@ -171,7 +171,7 @@ WRAPPED = ("backlash-anisotropic-lugre", "smoothed-anisotropic-coulomb")
 def test_every_parameter_of_every_part_can_be_given_in_si(part):
     for effort in ("force", "torque"):
         keys = parameter_keys(part, effort)
-        assert {each.name for each in keys.values()} == {info.name for info in parameter_table(part)}
+        assert {key.name for key in keys.values()} == {info.name for info in parameter_table(part)}
 
 
 @pytest.mark.parametrize("kind", [*laws().values(), *map(law, WRAPPED)], ids=lambda kind: kind.name)
@@ -227,9 +227,9 @@ def test_a_parameter_without_a_dimension_is_named():
     for law_ in (Strange.in_si(colour=2.0), Strange.in_si(), Strange()):  # given, left to its default, without units
         with pytest.raises(
             ValueError, match=r"friction.colour: declares neither a role nor a unit.*unit=\"1\""
-        ) as said:
+        ) as refusal:
             vc.System(vc.PendulumCapsule.in_si(**CAPSULE), law_, vc.Biharmonic.in_si(**DRIVE))
-        assert str(said.value).count("colour") == 1
+        assert str(refusal.value).count("colour") == 1
 
 
 def test_a_pure_number_that_is_declared_stands_in_si():
@@ -303,7 +303,9 @@ def test_the_units_of_an_inner_mass_change_no_result():
     load = "normal_load_N = 4.903325"
     system = case_from_text(INNER.replace('normal_load = "weight"', load)).system
     others = INNER.replace('normal_load = "weight"', f"{load}\nlength_unit_m = 0.002\ntime_unit_s = 0.03")
-    found, same = (vc.simulate(each, periods=5, tolerance=1e-11) for each in (system, case_from_text(others).system))
+    found, same = (
+        vc.simulate(variant, periods=5, tolerance=1e-11) for variant in (system, case_from_text(others).system)
+    )
     assert found.end == pytest.approx(1.0, rel=1e-12)
     assert found["position"] == pytest.approx(same["position"], abs=1e-8)
 

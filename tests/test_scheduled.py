@@ -24,7 +24,7 @@ def system_of(drive):
 
 def phase_by_phase(drive, rows, initial, tolerance=1e-12):
     """The states at the end of each row (periods, factor), from motions of the drive itself, one after another."""
-    found, state, names = [], initial, ("amplitude", "second_amplitude")
+    results, state, names = [], initial, ("amplitude", "second_amplitude")
     for periods, factor in rows:
         scaled = {name: factor * getattr(drive, name) for name in names if hasattr(drive, name)}
         motion = vc.simulate(
@@ -32,8 +32,8 @@ def phase_by_phase(drive, rows, initial, tolerance=1e-12):
         )
         assert motion.status.ok
         state = motion.state
-        found.append(state)
-    return found
+        results.append(state)
+    return results
 
 
 SHORT = {"periods_1": 2.0, "factor_1": 0.5, "periods_2": 1.0}

@@ -248,11 +248,11 @@ def test_recurrences(name, x0):
     x, t = graph.node("state", 0), graph.node("time")
     recorded = graph.expression(expression(x, t))
     writer = JetWriter(graph, [1.0 + x / 3.0])
-    found = [writer.coefficient(recorded.index, k) for k in range(ORDER + 1)]
+    coefficients = [writer.coefficient(recorded.index, k) for k in range(ORDER + 1)]
     names = {"math": math, "floats": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding_0": 1.0}
     names["where"] = where
     exec("\n".join(writer.code.lines), names)
-    found = [eval(value.text, names) for value in found]
+    coefficients = [eval(value.text, names) for value in coefficients]
     with mp.workdps(50):
         exact = mp.taylor(
             lambda s: expression(Real((x0 + 3) * mp.exp(s / 3) - 3), Real(t0 + s)).value, mp.mpf(0), ORDER
@@ -262,7 +262,9 @@ def test_recurrences(name, x0):
     for key, value in names.items():
         if node := re.fullmatch(r"n(\d+)_(\d+)", key):
             intermediate[int(node[1]), int(node[2])] = value
-    assert np.all(np.abs(np.array(found) - exact) <= 16 * np.arange(1, ORDER + 2) * EPSILON * sizes(intermediate))
+    assert np.all(
+        np.abs(np.array(coefficients) - exact) <= 16 * np.arange(1, ORDER + 2) * EPSILON * sizes(intermediate)
+    )
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
@@ -278,7 +280,7 @@ def test_graph_on_arrays_is_the_scalar_physics(name):
     y = np.array([[draw.uniform(-1, 1) for _ in range(count)] for _ in system.state_names])
     side = np.array([draw.choice(sides) for _ in range(count)], dtype=float)
     y[3] = side * np.abs(y[3])
-    found = evaluate(expressions, t, y, side, parameter_values(system))
+    values = evaluate(expressions, t, y, side, parameter_values(system))
     for j in range(count):
         flow = system.flow(float(t[j]), tuple(map(float, y[:, j])), float(side[j]))
         (contact,) = flow.contacts
@@ -292,7 +294,7 @@ def test_graph_on_arrays_is_the_scalar_physics(name):
         )
         scalar = [*flow.rates, *flow.powers, *observed]
         size = 1 + max(map(abs, scalar))
-        for value, one in zip(found, scalar, strict=True):
+        for value, one in zip(values, scalar, strict=True):
             assert abs(float(np.broadcast_to(value, count)[j]) - one) <= 16 * EPSILON * size
 
 
@@ -306,7 +308,7 @@ def test_jacobian_is_exact(name, side):
     kernel.floats[point : point + states] = y
     kernel.fill("SIDE", float(side))
     kernel["jacobian"](kernel.floats, TIME, point, 0, out)
-    found = kernel.floats[out : out + states * (states + 1)].reshape(states, states + 1)
+    reshape = kernel.floats[out : out + states * (states + 1)].reshape(states, states + 1)
     with mp.workdps(50):
         for i in range(states):
             for j in range(states + 1):
@@ -316,7 +318,7 @@ def test_jacobian_is_exact(name, side):
                     return typed_again(system, x if j == states else mp.mpf(TIME), z, side)[0][i]
 
                 exact = mp.diff(moved, mp.mpf([*y, TIME][j]))
-                assert abs(found[i, j] - exact) <= 64 * EPSILON * np.abs(found).max(), (i, j)
+                assert abs(reshape[i, j] - exact) <= 64 * EPSILON * np.abs(reshape).max(), (i, j)
     kernel["rates"](kernel.floats, TIME, point, 0, out)
     rates = [float(value) for value in typed_again(system, mp.mpf(TIME), [mp.mpf(v) for v in y], side)[0]]
     assert kernel.floats[out : out + states] == pytest.approx(rates, rel=64 * EPSILON)
@@ -331,8 +333,8 @@ def test_generated_source_has_no_branch(name):
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     for function, loops in (("jet", 1), ("rates", 0), ("jacobian", 0), ("contact_velocity", 0)):
         nodes = list(ast.walk(functions[function]))
-        chosen = [n.args[0] for n in nodes if isinstance(n, ast.Call) and getattr(n.func, "id", "") == "where"]
-        nodes = [n for n in nodes if n not in chosen]
+        args = [n.args[0] for n in nodes if isinstance(n, ast.Call) and getattr(n.func, "id", "") == "where"]
+        nodes = [n for n in nodes if n not in args]
         assert not [n for n in nodes if isinstance(n, (ast.If, ast.IfExp, ast.While, ast.Compare, ast.BoolOp))]
         assert sum(isinstance(n, ast.For) for n in nodes) == loops
 

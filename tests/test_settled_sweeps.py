@@ -40,19 +40,19 @@ def test_thousands_of_cycles_are_measured_over_whole_turns():
     draw = np.random.default_rng(1)
     speeds = np.geomspace(0.05, 2.0, 2000)
     over = {"machine.belt_speed": speeds, "initial.position": draw.uniform(-1.0, 1.0, 2000)}
-    found = vc.ensemble(undamped(), over, measures=RESPONSE, periods=1000, settle=SETTLE, tolerance=1e-9)
-    cycles = found["outcome"] == "cycle"
+    results = vc.ensemble(undamped(), over, measures=RESPONSE, periods=1000, settle=SETTLE, tolerance=1e-9)
+    cycles = results["outcome"] == "cycle"
     # A start within the conservative slip about steady sliding never sticks: as the equations have it.
     assert cycles.mean() > 0.9
-    assert found["settled"].all()
-    sticking = found["stick_fraction"] > 0.0
+    assert results["settled"].all()
+    sticking = results["stick_fraction"] > 0.0
     period, stuck = closed_form(speeds)
     assert sticking.sum() > 1000
-    assert found["period"][sticking] == pytest.approx(period[sticking], rel=1e-8)
-    assert found["stick_fraction"][sticking] == pytest.approx((stuck / period)[sticking], rel=1e-7)
-    assert set(found["mode_sequence"][sticking]) == {"BS"}
+    assert results["period"][sticking] == pytest.approx(period[sticking], rel=1e-8)
+    assert results["stick_fraction"][sticking] == pytest.approx((stuck / period)[sticking], rel=1e-7)
+    assert set(results["mode_sequence"][sticking]) == {"BS"}
     smooth = cycles & ~sticking  # harmonic motion about steady sliding
-    assert found["period"][smooth] == pytest.approx(math.sqrt(2.0) * math.pi, rel=1e-7)
+    assert results["period"][smooth] == pytest.approx(math.sqrt(2.0) * math.pi, rel=1e-7)
 
 
 @pytest.mark.parametrize("duration", [0.37, 2.0 * math.pi, 6.316306357891377])
@@ -60,10 +60,10 @@ def test_the_idle_drive_is_nothing_to_a_cycle(duration):
     """Also where its duration is the period of the cycle, and marks at equal distances seem to stand still."""
     system = BELT.with_parameters({"drive.duration": duration})
     over = {"initial.position": [2.0, 0.55], "initial.sliding_velocity": [0.0, -1.5]}
-    found = vc.ensemble(system, over, measures=RESPONSE, periods=int(2000 / duration), settle=SETTLE, tolerance=1e-9)
-    assert found["outcome"].tolist() == ["cycle", "equilibrium"]
-    assert found["period"] == pytest.approx([6.316306357891, 0.0], abs=1e-8)
-    assert found["response_period"].tolist() == [1, 1]
+    results = vc.ensemble(system, over, measures=RESPONSE, periods=int(2000 / duration), settle=SETTLE, tolerance=1e-9)
+    assert results["outcome"].tolist() == ["cycle", "equilibrium"]
+    assert results["period"] == pytest.approx([6.316306357891, 0.0], abs=1e-8)
+    assert results["response_period"].tolist() == [1, 1]
 
 
 @pytest.mark.slow
@@ -92,9 +92,9 @@ def test_cycles_of_two_blocks_are_those_that_close():
     """Five and four returns a turn; one alternates as it settles, and is not taken for one of twice its period."""
     over = {"machine.belt_speed": list(TWO_BLOCKS)}
     start = {"position": 1.0, "position_2": 1.0}
-    found = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=400, settle=SETTLE)
-    assert found["response_period"].tolist() == [4, 5, 5]
-    assert found["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-5)
+    results = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=400, settle=SETTLE)
+    assert results["response_period"].tolist() == [4, 5, 5]
+    assert results["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-5)
     sharp = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=600, settle=1e-8, tolerance=1e-11)
     assert sharp["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-7)
 
@@ -113,8 +113,8 @@ def regularised_cycle(speed):
         return y[1]
 
     largest.direction = -1
-    found = solve_ivp(rates, (0.0, 60.0), [2.0, speed], method="LSODA", rtol=1e-11, atol=1e-12, events=largest)
-    return float(np.diff(found.t_events[0])[-1])
+    solution = solve_ivp(rates, (0.0, 60.0), [2.0, speed], method="LSODA", rtol=1e-11, atol=1e-12, events=largest)
+    return float(np.diff(solution.t_events[0])[-1])
 
 
 @pytest.mark.exhaustive
@@ -122,12 +122,12 @@ def test_what_comes_to_rest_nowhere_returns_where_it_is_largest_or_has_turned():
     """A law without rest, a law of bristles, and a rotor: periods of independent solvers and of `orbit`."""
     smooth = vc.System(vc.Oscillator(damping=0.1), vc.SmoothedTanh(), vc.Constant(duration=6.0))
     speeds = [0.1, 0.5]
-    found = vc.ensemble(
+    results = vc.ensemble(
         smooth, {"machine.belt_speed": speeds}, measures=RESPONSE, initial={"position": 2.0}, periods=300,
         settle=SETTLE, tolerance=1e-10,
     )  # fmt: skip
-    assert found["outcome"].tolist() == ["cycle", "cycle"]
-    assert found["period"] == pytest.approx([regularised_cycle(speed) for speed in speeds], rel=1e-6)
+    assert results["outcome"].tolist() == ["cycle", "cycle"]
+    assert results["period"] == pytest.approx([regularised_cycle(speed) for speed in speeds], rel=1e-6)
     bristles = vc.System(vc.Oscillator(damping=0.1, belt_speed=0.1), vc.LuGre(), vc.Constant(duration=6.0))
     start = {"position": 2.0}
     one = vc.ensemble(
@@ -156,10 +156,10 @@ def turn_of_a_held_rotor():
     def rates(t, y):
         return [y[1], 1.5 + math.sin(y[0]) - 0.75 * y[1]]
 
-    found = solve_ivp(rates, (0.0, 100.0), [0.1, 0.0], method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
-    turns = 2.0 * math.pi * math.floor(found.y[0, -1] / (2.0 * math.pi))
+    solution = solve_ivp(rates, (0.0, 100.0), [0.1, 0.0], method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
+    turns = 2.0 * math.pi * math.floor(solution.y[0, -1] / (2.0 * math.pi))
     places = turns - 2.0 * math.pi, turns
-    ends = [brentq(lambda t, at=at: found.sol(t)[0] - at, 50.0, 100.0, xtol=1e-12) for at in places]
+    ends = [brentq(lambda t, at=at: solution.sol(t)[0] - at, 50.0, 100.0, xtol=1e-12) for at in places]
     return ends[1] - ends[0]
 
 

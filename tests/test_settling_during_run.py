@@ -61,7 +61,7 @@ def way_to_limit(states, n):
     marks = states[len(states) - 1 - 4 * n :: n]
     steps = np.diff(marks, axis=0)
     changes = [steps[j] - steps[j - 1] for j in (3, 2, 1)]
-    left_out = [not 0.0 < np.linalg.norm(each) <= LINEAR * np.linalg.norm(steps[3]) for each in changes]
+    left_out = [not 0.0 < np.linalg.norm(change) <= LINEAR * np.linalg.norm(steps[3]) for change in changes]
     rank = left_out.index(True) if True in left_out else 3
     while rank and np.linalg.matrix_rank(np.array(changes[:rank]).T / np.linalg.norm(changes[:rank], axis=1)) < rank:
         rank -= 1
@@ -109,9 +109,9 @@ def test_the_decision_is_the_criterion():
     for _ in range(400):
         states = made_up_states(rng)
         period, since, remaining = reference(states, THRESHOLD, TOLERANCE)
-        found = Stroboscope(states).settled_response(THRESHOLD, TOLERANCE)
-        assert found[:2] == (period, since)
-        assert found[2] == pytest.approx(remaining, rel=1e-5)  # least squares of steps of many sizes, by two ways
+        response = Stroboscope(states).settled_response(THRESHOLD, TOLERANCE)
+        assert response[:2] == (period, since)
+        assert response[2] == pytest.approx(remaining, rel=1e-5)  # least squares of steps of many sizes, by two ways
         settled += period > 0
     assert 100 < settled < 300  # both answers are put to the test
 
@@ -134,7 +134,7 @@ def test_the_shortcuts_save_the_work():
 @pytest.fixture(scope="module")
 def runs():
     ratios = np.array([0.5, 1.0, 2.5, 4.0])
-    found = vc.ensemble(
+    results = vc.ensemble(
         EM,
         {"machine.mass_ratio": ratios},
         initial=START,
@@ -146,7 +146,7 @@ def runs():
         vc.simulate(EM.with_parameters({"machine.mass_ratio": float(ratio)}), initial=START, tolerance=1e-8, periods=60)
         for ratio in ratios
     ]
-    return found, motions
+    return results, motions
 
 
 def test_a_run_stops_at_the_first_mark_at_which_it_has_settled(runs):
@@ -176,11 +176,11 @@ def test_settled_measures_are_those_of_the_steady_motion(runs):
 def test_what_does_not_settle_says_so():
     """Too few periods to tell: the last ones of the budget are measured. It may yet settle within these."""
     asked = {"initial": START, "measures": ["drift", "time_to_settle", "symmetric"], "settle": THRESHOLD}
-    found = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=9, window=4, **asked)
-    assert (found["settled"][0], found["response_period"][0]) == (False, 0)
-    assert (found["window_start"][0], found["window_periods"][0]) == (5, 4)
-    assert np.isfinite(found["drift"][0])
-    assert np.isnan([found["time_to_settle"][0], found["symmetric"][0]]).all()
+    results = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=9, window=4, **asked)
+    assert (results["settled"][0], results["response_period"][0]) == (False, 0)
+    assert (results["window_start"][0], results["window_periods"][0]) == (5, 4)
+    assert np.isfinite(results["drift"][0])
+    assert np.isnan([results["time_to_settle"][0], results["symmetric"][0]]).all()
     ints = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=60, **asked)
     settles = int(ints["window_start"][0])
     last = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=settles, window=4, **asked)
@@ -212,7 +212,7 @@ def farthest_from_steady(kind, count, extrapolate, periods=3000, later=4080):
     draw = np.random.default_rng(count)
     values, starts = at + draw.uniform(-NEAR, NEAR, count), draw.uniform(low, high, count)
     asked = {"measures": ["drift"], "final_states": True}
-    found = vc.ensemble(
+    results = vc.ensemble(
         system,
         {path: values, f"initial.{name}": starts},
         periods=periods,
@@ -220,15 +220,15 @@ def farthest_from_steady(kind, count, extrapolate, periods=3000, later=4080):
         extrapolate=extrapolate,
         **asked,
     )
-    settled = found["settled"]
+    settled = results["settled"]
     if not settled.any():
         return settled, 0.0
-    ends = {f"initial.{each}": found[f"final.{each}"][settled] for each in system.state_names}
+    ends = {f"initial.{name}": results[f"final.{name}"][settled] for name in system.state_names}
     on = vc.ensemble(system, {path: values[settled], **ends}, periods=later, tolerance=1e-10, **asked)
     moved = [
-        np.max(np.abs(on[f"final.{each}"] - found[f"final.{each}"][settled])) / scale
-        for each, scale in zip(system.state_names, system.scales(), strict=True)
-        if each != system.cyclic
+        np.max(np.abs(on[f"final.{name}"] - results[f"final.{name}"][settled])) / scale
+        for name, scale in zip(system.state_names, system.scales(), strict=True)
+        if name != system.cyclic
     ]
     return settled, max(moved) / THRESHOLD
 

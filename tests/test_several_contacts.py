@@ -175,20 +175,20 @@ def test_contacts_may_be_numbered_either_way(name):
     """Measures of motions and of ensembles, columns of files, loops, energies and certificates."""
     one, other = both_ways(name)
     motions = [vc.simulate(system, periods=5) for system in (one, other)]
-    names = {each: counterpart(each, one) for each in vc.measure_table(one) if each not in NONE_OF_CONTACTS}
+    names = {key: counterpart(key, one) for key in vc.measure_table(one) if key not in NONE_OF_CONTACTS}
     table = vc.measure_table(other)
     assert {*names.values()} <= {*table}
-    assert sum(each != now for each, now in names.items()) >= 14 * (len(one.laws) // 2)
+    assert sum(name != now for name, now in names.items()) >= 14 * (len(one.laws) // 2)
     taken = vc.measured(motions[0], [*names], window=3), vc.measured(motions[1], [*names.values()], window=3)
-    for each, now in names.items():
-        before, after = taken[0][each], taken[1][now]
+    for key, now in names.items():
+        before, after = taken[0][key], taken[1][now]
         assert before == (after if isinstance(after, str) else pytest.approx(after, rel=1e-7, abs=1e-7, nan_ok=True)), (
-            each
+            key
         )
     files = [columns(motion) for motion in motions]
-    assert {*files[1]} == {counterpart(each, one) for each in files[0]}
-    for each, values in files[0].items():
-        assert values == pytest.approx(files[1][counterpart(each, one)], abs=1e-7), each
+    assert {*files[1]} == {counterpart(file, one) for file in files[0]}
+    for key, values in files[0].items():
+        assert values == pytest.approx(files[1][counterpart(key, one)], abs=1e-7), key
     for contact in range(1, 1 + len(one.laws)):
         loops = (
             vc.friction_loop(motions[0], contact=contact),
@@ -200,9 +200,9 @@ def test_contacts_may_be_numbered_either_way(name):
     balances: list[EnergyBalance] = [vc.energy_balance(motion) for motion in motions]
     assert balances[0].contact_sliding == pytest.approx(balances[1].contact_sliding, abs=1e-8)
     certificates = [motion.certificate for motion in motions]
-    assert [each.ok for each in certificates] == [True, True]
+    assert [certificate.ok for certificate in certificates] == [True, True]
     for field in ("stick_force_ratio", "slip_shortfall", "least_reaction", "defect", "estimated_error"):
-        before, after = (getattr(each, field) for each in certificates)
+        before, after = (getattr(certificate, field) for certificate in certificates)
         assert before == (None if after is None else pytest.approx(after, rel=0.1, abs=1e-10))
 
 
@@ -211,11 +211,11 @@ def test_contacts_may_be_numbered_either_way(name):
 def test_orbits_of_contacts_that_are_numbered_either_way(name):
     """Drift, multipliers and mode sequences."""
     orbits = [vc.orbit(system) for system in both_ways(name)]
-    sequences = [each.mode_sequence.split("|") for each in orbits]
+    sequences = [orbit.mode_sequence.split("|") for orbit in orbits]
     assert sequences[0] == sequences[1][::-1]
     assert sequences[0] == [vc.mode_sequence(orbits[0].motion(), contact=i) for i in (1, 2)]
     assert orbits[0].mean_velocity == pytest.approx(orbits[1].mean_velocity, abs=1e-8)
-    sizes = [np.sort(np.abs(each.multipliers)) for each in orbits]
+    sizes = [np.sort(np.abs(orbit.multipliers)) for orbit in orbits]
     assert sizes[0] == pytest.approx(sizes[1], abs=1e-6)
 
 
@@ -229,14 +229,14 @@ def test_c_tells_contacts_that_are_numbered_either_way(tmp_path):
         export_c(Case(system, periods=2), folder)
         command = ["gcc", "-O1", "-o", "capsule", "main.c", "capsule.c", "-lm"]
         subprocess.run(command, cwd=folder, check=True)
-        told = subprocess.run([folder / "capsule"], capture_output=True, text=True, check=True).stdout
-        rows = [row for row in csv.DictReader(told.splitlines()) if row["what"] in ("start", "instant", "finished")]
+        stdout = subprocess.run([folder / "capsule"], capture_output=True, text=True, check=True).stdout
+        rows = [row for row in csv.DictReader(stdout.splitlines()) if row["what"] in ("start", "instant", "finished")]
         tables.append({name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "what"})
     one, _ = both_ways("blocks")
-    assert {*tables[1]} == {counterpart(each, one) for each in tables[0]}
+    assert {*tables[1]} == {counterpart(table, one) for table in tables[0]}
     assert {"side", "side_2", "friction_2"} <= {*tables[0]}
-    for each, values in tables[0].items():
-        assert values[1:] == pytest.approx(tables[1][counterpart(each, one)][1:], abs=1e-7), each
+    for key, values in tables[0].items():
+        assert values[1:] == pytest.approx(tables[1][counterpart(key, one)][1:], abs=1e-7), key
 
 
 def test_what_would_hold_a_further_contact_is_told_while_it_slides():
@@ -283,7 +283,7 @@ def test_a_lift_off_is_counted_at_any_contact(turned):
     machine = renumbered(Towed()) if turned else Towed()
     system = vc.System(machine, vc.Coulomb(), vc.Harmonic(amplitude=3.0))
     options = {"periods": 3, "window": 3, "measures": ["hidden_lift_off"], "tolerance": 1e-7}
-    found = vc.ensemble(system, {"drive.amplitude": [0.1, 3.0]}, **options)
-    assert found["hidden_lift_off"].tolist() == [0.0, 1.0]
+    results = vc.ensemble(system, {"drive.amplitude": [0.1, 3.0]}, **options)
+    assert results["hidden_lift_off"].tolist() == [0.0, 1.0]
     motion = vc.simulate(system, periods=3, tolerance=1e-7)
     assert vc.measured(motion, "hidden_lift_off", window=3)["hidden_lift_off"] == 1.0

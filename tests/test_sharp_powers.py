@@ -53,11 +53,11 @@ def system_of(row: dict) -> vc.System:
         ),
     }
     if row["machine"] == "oscillator":
-        given = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": row["belt"]}
-        machine = vc.Oscillator(**given, damping=row["damping"])
+        settings = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": row["belt"]}
+        machine = vc.Oscillator(**settings, damping=row["damping"])
     else:
-        given = {name: row[name] for name in ("mass_ratio", "stiffness", "damping")}
-        machine = vc.PendulumCapsule(**given, normal_load=1.0)
+        settings = {name: row[name] for name in ("mass_ratio", "stiffness", "damping")}
+        machine = vc.PendulumCapsule(**settings, normal_load=1.0)
     drive = vc.Harmonic(amplitude=row["amplitude"], frequency=row["frequency"])
     return vc.System(machine, laws[row["law"]](), drive)
 
@@ -100,9 +100,9 @@ def test_the_table_holds_what_the_solver_computes():
     row = max((row for row in rows if row["exponent"] % 1.0), key=lambda row: row["stribeck"])
     system = system_of(row)
     start = dict(zip(system.state_names, row["marks"][0], strict=True))
-    found = independent_motion(system, start, TABLE["periods"], EXACT)
-    assert [*found.state.values()] == pytest.approx(row["marks"][-1], abs=5.0 * KNOWN)
-    assert [kind for _, kind in found.events] == [kind for _, kind in row["events"]]
+    marks = independent_motion(system, start, TABLE["periods"], EXACT)
+    assert [*marks.state.values()] == pytest.approx(row["marks"][-1], abs=5.0 * KNOWN)
+    assert [kind for _, kind in marks.events] == [kind for _, kind in row["events"]]
 
 
 def is_quick(row: dict) -> bool:
@@ -204,10 +204,10 @@ def droop(exponent: float) -> vc.Stribeck:
 def run(machine, laws, drive, tolerance, periods=5):
     """A certified motion."""
     law = laws if len(machine.contact_states) > 1 else laws[0]
-    found = vc.simulate(vc.System(machine, law, drive), periods=periods, tolerance=tolerance)
-    assert found.status is vc.Status.FINISHED
-    assert found.certificate.ok, found.certificate.failures
-    return found
+    motion = vc.simulate(vc.System(machine, law, drive), periods=periods, tolerance=tolerance)
+    assert motion.status is vc.Status.FINISHED
+    assert motion.certificate.ok, motion.certificate.failures
+    return motion
 
 
 PLACES = [(name, contact) for name, (one, _) in MACHINES.items() for contact in range(min(2, len(one.contact_states)))]
@@ -233,8 +233,8 @@ def test_answers_of_two_tolerances_agree_to_what_they_promise():
     """A contact that sticks shortly: before, certified answers were off by 27 times the estimate of their error."""
     right = -41.64967992
     for tolerance in (1e-8, 1e-9):
-        found = run(MACHINES["crawler"][0], [droop(1.5)] * 2, SHAKEN, tolerance, periods=40)
-        assert abs(found.sections[-1, 2] - right) <= found.certificate.estimated_error + 3e-9
+        result = run(MACHINES["crawler"][0], [droop(1.5)] * 2, SHAKEN, tolerance, periods=40)
+        assert abs(result.sections[-1, 2] - right) <= result.certificate.estimated_error + 3e-9
 
 
 @pytest.mark.slow
@@ -243,9 +243,9 @@ def test_a_smooth_law_is_split_where_its_power_has_no_series():
     machine, drive = vc.PendulumCapsule(normal_load="dynamic"), vc.OnOff(2.0, -0.5, 1.0, 0.5)
     right = (-0.74387126705, -0.05639459756, 1.43362095836, 0.02951547179)  # at 1e-12
     for tolerance in (1e-7, 1e-8):
-        found = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 1.1, 0.005)], drive, tolerance, periods=10)
-        assert np.abs(found.sections[-1] - right).max() <= 10.0 * tolerance  # 89 where it is not split
-        assert {event.kind for event in found.events} == {"reversal"}
+        result = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 1.1, 0.005)], drive, tolerance, periods=10)
+        assert np.abs(result.sections[-1] - right).max() <= 10.0 * tolerance  # 89 where it is not split
+        assert {event.kind for event in result.events} == {"reversal"}
     whole = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 2.0, 0.005)], drive, 1e-7, periods=10)
     assert not whole.events
 
@@ -304,11 +304,11 @@ def test_random_systems_against_an_independent_solver(seeds):
         sticks = [law.kind == "set-valued" for law in system.laws]
         words = Counter(kind for _, kind in expected.events)
         for tolerance in (1e-6, 1e-8, 1e-10):
-            found = vc.simulate(system, periods=3, initial=start, tolerance=tolerance)
-            assert (found.status, found.certificate.ok) == (vc.Status.FINISHED, True), (seed, tolerance)
-            off = [abs(found.state[name] - value) for name, value in expected.state.items()]
+            motion = vc.simulate(system, periods=3, initial=start, tolerance=tolerance)
+            assert (motion.status, motion.certificate.ok) == (vc.Status.FINISHED, True), (seed, tolerance)
+            off = [abs(motion.state[name] - value) for name, value in expected.state.items()]
             assert max(off) <= STEPS * tolerance, (seed, tolerance)
-            assert Counter(e.kind for e in found.events if sticks[e.contact - 1]) == words, (seed, tolerance)
+            assert Counter(e.kind for e in motion.events if sticks[e.contact - 1]) == words, (seed, tolerance)
 
 
 # As taken by two contacts; a third has Coulomb's.
@@ -332,7 +332,7 @@ def test_bodies_may_be_numbered_either_way(name, laws):
     """The same ends, events and steps, whichever contact is the first. The linkage on age is certified neither way."""
     machine, drive = MACHINES[name]
     pair = [*LAWS[laws], vc.Coulomb()][: len(machine.contact_states)]
-    one, other = (run(*given, drive, 1e-8) for given in ((machine, pair), (renumbered(machine), pair[::-1])))
+    one, other = (run(*values, drive, 1e-8) for values in ((machine, pair), (renumbered(machine), pair[::-1])))
     assert np.abs(one.sections - other.sections)[:, : len(machine.states)].max() <= STEPS * 1e-8
     assert len(one.events) == len(other.events)
     steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]

@@ -23,7 +23,7 @@ def striking(name, count):
     recorded, (path, first, last) = equations(case.system), STOPS[name]
     parameters = np.tile(parameter_values(case.system), (count, 1))
     parameters[:, recorded.parameter_paths.index(path)] = np.linspace(first, last, count)
-    return recorded, parameters, np.tile([case.initial.get(each, 0.0) for each in case.system.state_names], (count, 1))
+    return recorded, parameters, np.tile([case.initial.get(name, 0.0) for name in case.system.state_names], (count, 1))
 
 
 def test_a_slide_that_is_not_looked_at_goes_on():
@@ -52,7 +52,7 @@ def test_a_slide_that_is_not_looked_at_goes_on():
 
 
 @pytest.mark.parametrize(
-    "name", [each if i == 0 else pytest.param(each, marks=pytest.mark.slow) for i, each in enumerate(STOPS)]
+    "name", [stop if i == 0 else pytest.param(stop, marks=pytest.mark.slow) for i, stop in enumerate(STOPS)]
 )
 def test_guards_in_all_lanes_are_those_one_by_one(name):
     """States, works and counts of impacts; over four periods rounding grows to some 1e-13.

@@ -118,10 +118,10 @@ def test_the_table_holds_what_the_solver_computes():
     for row in MOTIONS[:2]:  # a law each
         system = system_of(row)
         start = dict(zip(system.state_names, row["initial"], strict=True))
-        found = independent_motion(system, start, row["periods"])
-        assert [*found.state.values()] == pytest.approx(row["final"], abs=1e-10)
+        marks = independent_motion(system, start, row["periods"])
+        assert [*marks.state.values()] == pytest.approx(row["final"], abs=1e-10)
         events = row["events"]  # of one that sticks, a slip is counted with each reversal
-        kinds = [kind for _, kind in found.events]
+        kinds = [kind for _, kind in marks.events]
         assert kinds.count("stick") == events.get("stick", 0)
         turns = events["reversal"] if "reversal" in events else events["slip forward"] + events["slip back"]
         assert len(kinds) - kinds.count("stick") == turns

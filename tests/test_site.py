@@ -204,8 +204,8 @@ def test_an_example_is_introduced_by_its_own_words():
 
 def test_the_lab_stands_where_a_page_has_a_mark_for_it():
     marked = "before\n\n<!-- lab: mirror-twin -->\n\nafter\n"
-    found = with_lab(marked, "gallery/a.md", {"mirror-twin": "lab.html#v=1&preset=mirror-twin"})
-    assert 'src="../lab.html#v=1&amp;preset=mirror-twin"' in found
+    lab = with_lab(marked, "gallery/a.md", {"mirror-twin": "lab.html#v=1&preset=mirror-twin"})
+    assert 'src="../lab.html#v=1&amp;preset=mirror-twin"' in lab
     assert with_lab(marked, "gallery/a.md", {}) == "before\n\n\n\nafter\n"
     more = with_lab("<!-- lab: mirror-twin&beside=twin -->", "gallery/a.md", {"mirror-twin": "lab.html#v=1"})
     assert 'src="../lab.html#v=1&amp;beside=twin"' in more
@@ -300,7 +300,7 @@ def test_links_to_other_hosts_are_asked_when_wanted(tmp_path):
         here = f"http://127.0.0.1:{host.server_port}"
         links = "".join(f'<a href="{here}/{name}">x</a>' for name in ("there#part", "shy", "gone"))
         (tmp_path / "page.html").write_text(f'{links}<a href="mailto:a@b.c">x</a>')
-        found = dead_elsewhere(tmp_path, seconds=5.0)
+        elsewhere = dead_elsewhere(tmp_path, seconds=5.0)
         host.shutdown()
-    assert len(found) == 1
-    assert found[0] == f"{here}/gone: 404 Not Found (in page.html)"
+    assert len(elsewhere) == 1
+    assert elsewhere[0] == f"{here}/gone: 404 Not Found (in page.html)"

@@ -48,8 +48,8 @@ def start_of(system, given):
 def runs(system, given, tolerance, amplitudes):
     """An ensemble over the amplitude of the drive, whose ends are kept."""
     values = [
-        parameter_values(dataclasses.replace(system, drive=dataclasses.replace(system.drive, amplitude=each)))
-        for each in amplitudes
+        parameter_values(dataclasses.replace(system, drive=dataclasses.replace(system.drive, amplitude=amplitude)))
+        for amplitude in amplitudes
     ]
     budget = Budget(PERIODS, tolerance, 10_000, 10**6, window=1)
     starts = np.array([start_of(system, given)] * len(values))
@@ -62,7 +62,7 @@ def tight_end(name):
     pushed = system.machine.contact_states[0]
     starts = given, given | {pushed: given.get(pushed, 0.0) + 1e-7}
     tight = [vc.simulate(system, periods=PERIODS, initial=start, tolerance=1e-12) for start in starts]
-    end, shifted = (np.array([run.state[each] for each in system.state_names]) for run in tight)
+    end, shifted = (np.array([run.state[key] for key in system.state_names]) for run in tight)
     return end, max(1.0, np.max(np.abs(shifted - end)) / 1e-7)
 
 
@@ -88,7 +88,7 @@ def test_ends_of_the_first_one():
 def test_stability_bounds_no_step_where_bristles_have_relaxed(monkeypatch):
     """The same runs take less than half of the steps; tighter tolerances never take fewer."""
     amplitudes = np.linspace(0.8, 2.0, 2 * LANES)
-    taken = [np.sum(runs(*SYSTEMS["blocks"], each, amplitudes).head("taylor_steps")) for each in (1e-6, 1e-8, 1e-9)]
+    taken = [np.sum(runs(*SYSTEMS["blocks"], value, amplitudes).head("taylor_steps")) for value in (1e-6, 1e-8, 1e-9)]
     assert sorted(taken) == taken
     monkeypatch.setattr("vibrocap.numerics.expressions.traits.slow_bristles", lambda _: ())
     monkeypatch.setattr("vibrocap.numerics.run.ensemble.ensemble_kernel", ensemble_kernel.__wrapped__)
@@ -137,18 +137,18 @@ def defect(kernel, floats, s):
     """Largest |y' - f(t, y)| of a lane at time s of its series; of bristles over their rate of decay."""
     order, states = kernel["ORDER"], kernel["STATES"]
     series = floats[kernel["SERIES"] :][: states * (order + 1) * LANES].reshape(states, order + 1, LANES)
-    found = 0.0
+    number = 0.0
     for lane in range(LANES):
         values = [np.polynomial.Polynomial(row) for row in series[:, :, lane]]
         point, out = np.zeros(states), np.zeros(kernel["STATES"])
-        point[:] = [each(s) for each in values]
+        point[:] = [value(s) for value in values]
         room = np.concatenate([floats, point, out])
         kernel["rates"](room, s, len(floats), lane, len(floats) + states)
-        rest = np.abs([each.deriv()(s) for each in values] - room[len(floats) + states :][:states])
+        rest = np.abs([value.deriv()(s) for value in values] - room[len(floats) + states :][:states])
         for contact, state in enumerate(kernel["SLOW_STATE"]):
             rest[state] /= floats[kernel["OWN_DECAY"] + contact * LANES + lane]
-        found = max(found, np.max(rest))
-    return found
+        number = max(number, np.max(rest))
+    return number
 
 
 def test_sweeps_find_a_motion_of_the_equations():
@@ -187,7 +187,7 @@ def test_what_has_not_relaxed_is_not_on_the_manifold():
 
 def test_which_states_may_be_slow():
     """One internal state of a kinked contact; laws that can stick, and those of several elements, have none."""
-    found = {}
+    table = {}
     for law in (vc.Coulomb(), vc.LuGre(), vc.Dahl(), vc.MaxwellSlip(), vc.ElastoPlastic()):
         system = vc.System(BLOCKS, [vc.LuGre(), law], vc.Harmonic())
         slow = dict(slow_bristles(equations(system)))
@@ -195,5 +195,5 @@ def test_which_states_may_be_slow():
         alone = {system.state_names[state] for _, state in slow_states(equations(system))}
         wanted = {"coulomb": ("",), "lugre": ("", "_2"), "dahl": ("", "_2")}.get(law.name, ())  # else none is slaved
         assert alone == {f"{name}{end}" for name in ("bristle", "velocity") for end in wanted}
-        found[law.name] = 1 in slow
-    assert found == {"coulomb": False, "lugre": True, "dahl": True, "maxwell-slip": False, "elasto-plastic": False}
+        table[law.name] = 1 in slow
+    assert table == {"coulomb": False, "lugre": True, "dahl": True, "maxwell-slip": False, "elasto-plastic": False}

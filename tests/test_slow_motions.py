@@ -86,9 +86,9 @@ def implicit(monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr("vibrocap.numerics.expressions.traits.slow_states", lambda _: ())
             kernels.kernel.cache_clear()
-            found = motion(*given)
+            run = motion(*given)
         kernels.kernel.cache_clear()
-        return found
+        return run
 
     kernels.kernel.cache_clear()
     return made
@@ -98,19 +98,19 @@ def implicit(monkeypatch):
 @pytest.mark.slow
 def test_random_systems_end_where_implicit_steps_do(seed, implicit):
     """Ends within tolerances, the same events; their times within ten tolerances, or where implicit steps have them."""
-    given = random_system(seed)
-    tight = implicit(*given, 1e-12)
+    system = random_system(seed)
+    tight = implicit(*system, 1e-12)
     for tolerance in (1e-6, 1e-9):
-        found, other = motion(*given, tolerance), implicit(*given, tolerance)
-        assert found.certificate.ok
-        worst = max(abs(found.state[name] - tight.state[name]) for name in tight.state)
+        run, other = motion(*system, tolerance), implicit(*system, tolerance)
+        assert run.certificate.ok
+        worst = max(abs(run.state[name] - tight.state[name]) for name in tight.state)
         assert worst <= END * tolerance
-        assert list(found.event_kinds) == list(tight.event_kinds) == list(other.event_kinds)
-        late, usual = (np.abs(each.event_times - tight.event_times) for each in (found, other))
-        missed = np.abs(found.at(tight.event_times, "contact_velocity"))
+        assert list(run.event_kinds) == list(tight.event_kinds) == list(other.event_kinds)
+        late, usual = (np.abs(each.event_times - tight.event_times) for each in (run, other))
+        missed = np.abs(run.at(tight.event_times, "contact_velocity"))
         soon = late <= max(EVENT * tolerance, 1.1 * np.max(usual, initial=0.0))
         assert np.all(soon | (missed <= SHALLOW * tolerance))
-        assert len(found.piece_start) <= 1.01 * len(other.piece_start)
+        assert len(run.piece_start) <= 1.01 * len(other.piece_start)
 
 
 @pytest.mark.parametrize("seed", exhaustive_but([37], range(40)))
@@ -120,16 +120,16 @@ def test_random_systems_end_in_lanes_as_alone(seed):
     system, start = random_system(seed)
     amplitudes = system.drive.amplitude * np.array([1.0, 0.8])
     stiffness = np.full(2, system.friction.bristle_stiffness)
-    tight = [motion(system.with_parameters({"drive.amplitude": each}), start, 1e-12) for each in amplitudes]
+    tight = [motion(system.with_parameters({"drive.amplitude": amplitude}), start, 1e-12) for amplitude in amplitudes]
     for tolerance in (1e-6, 1e-9):
         settings = {"measures": [], "initial": start, "periods": PERIODS, "tolerance": tolerance, "final_states": True}
         over = {"drive.amplitude": amplitudes, "friction.bristle_stiffness": stiffness}
-        found = vc.ensemble(system, over, **settings)
+        results = vc.ensemble(system, over, **settings)
         among = {"drive.amplitude": np.repeat(amplitudes, 4), "friction.bristle_stiffness": np.full(8, 50.0)}
         among["friction.bristle_stiffness"][::4] = stiffness
         mixed = vc.ensemble(system, among, **settings)
         for name in system.state_names:
-            ends = found[f"final.{name}"]
+            ends = results[f"final.{name}"]
             assert ends == pytest.approx([each.state[name] for each in tight], abs=END * tolerance, rel=0.0)
             assert list(mixed[f"final.{name}"][::4]) == list(ends)
 
@@ -142,21 +142,21 @@ ROWS = [seed for seed in range(34) if seed not in (7, 28)]
 @pytest.mark.slow
 def test_random_rows_end_where_implicit_steps_do(seed, implicit):
     """The same of several contacts, dense output included; tighter tolerances never take fewer steps."""
-    given = random_row(seed)
-    tight, steps = implicit(*given, 1e-12), []
+    row = random_row(seed)
+    tight, steps = implicit(*row, 1e-12), []
     t = np.linspace(0.0, 0.98 * tight.end, 200)  # a linkage may lift off, a little later or earlier
     for tolerance in (1e-6, 1e-8, 1e-9):
-        found = motion(*given, tolerance)
-        assert found.certificate.ok
-        assert found.status == tight.status
+        run = motion(*row, tolerance)
+        assert run.certificate.ok
+        assert run.status == tight.status
         if tight.status == vc.Status.FINISHED:
-            assert max(abs(found.state[name] - tight.state[name]) for name in tight.state) <= ROW_END * tolerance
-        assert list(found.event_kinds) == list(tight.event_kinds)
-        for name in found.system.machine.contact_states:
-            assert found.at(t, name) == pytest.approx(tight.at(t, name), abs=DENSE * tolerance)
-        steps.append(len(found.piece_start))
+            assert max(abs(run.state[name] - tight.state[name]) for name in tight.state) <= ROW_END * tolerance
+        assert list(run.event_kinds) == list(tight.event_kinds)
+        for name in run.system.machine.contact_states:
+            assert run.at(t, name) == pytest.approx(tight.at(t, name), abs=DENSE * tolerance)
+        steps.append(len(run.piece_start))
     assert sorted(steps) == steps
-    assert steps[0] <= 1.01 * len(implicit(*given, 1e-6).piece_start)
+    assert steps[0] <= 1.01 * len(implicit(*row, 1e-6).piece_start)
 
 
 @pytest.mark.slow
@@ -182,9 +182,9 @@ def test_another_package_ends_there_too(stiffness, damping, ratio):
             y[place], side = 0.0, -side
     start = dict(zip(system.state_names, [1.0, 0.0, 0.0, 0.5, 0.0], strict=True))
     for tolerance in (1e-6, 1e-9):
-        found = vc.simulate(system, initial=start, periods=end / (2.0 * math.pi), tolerance=tolerance)
-        assert np.array(list(found.state.values())) == pytest.approx(y, abs=END * tolerance + 1e-9)
-        assert found.event_times == pytest.approx(turns, abs=EVENT * tolerance + 1e-9)
+        moved = vc.simulate(system, initial=start, periods=end / (2.0 * math.pi), tolerance=tolerance)
+        assert np.array(list(moved.state.values())) == pytest.approx(y, abs=END * tolerance + 1e-9)
+        assert moved.event_times == pytest.approx(turns, abs=EVENT * tolerance + 1e-9)
 
 
 @pytest.mark.slow
@@ -194,11 +194,11 @@ def test_cvode_ends_there_too():
     pytest.importorskip("numba")
     from benchmarks import peers_cvode, stiff
 
-    given = stiff.system(1e4, 100.0, 0.1)
-    end, turns = peers_cvode.prepare(given, stiff.START, stiff.PERIODS * given.drive.period, 1e-12)()
-    found = vc.simulate(given, initial=stiff.START, periods=stiff.PERIODS, tolerance=1e-9)
-    assert end == pytest.approx(np.array(list(found.state.values())), abs=1e-8 + END * 1e-9)
-    assert turns == len(found.event_times)
+    system = stiff.system(1e4, 100.0, 0.1)
+    end, turns = peers_cvode.prepare(system, stiff.START, stiff.PERIODS * system.drive.period, 1e-12)()
+    run = vc.simulate(system, initial=stiff.START, periods=stiff.PERIODS, tolerance=1e-9)
+    assert end == pytest.approx(np.array(list(run.state.values())), abs=1e-8 + END * 1e-9)
+    assert turns == len(run.event_times)
 
 
 @pytest.mark.parametrize(
@@ -212,13 +212,15 @@ def test_stiffness_costs_few_steps(stiffness, damping):
     for ratio, most in ((2.5, 2200), (0.1, 4000)):
         system = vc.System(vc.PendulumCapsule(mass_ratio=ratio), vc.LuGre(stiffness, damping), vc.Harmonic(1.8, 1.0))
         start = {"angle": math.pi / 3}
-        found = [vc.simulate(system, initial=start, periods=10, tolerance=each) for each in (1e-6, 1e-8, 1e-9, 1e-11)]
-        steps = [len(each.piece_start) for each in found]
+        motions = [
+            vc.simulate(system, initial=start, periods=10, tolerance=value) for value in (1e-6, 1e-8, 1e-9, 1e-11)
+        ]
+        steps = [len(run.piece_start) for run in motions]
         assert steps[0] < steps[1] < steps[2] <= most
-        tight = found[-1].state
-        for each, tolerance in zip(found, (1e-6, 1e-8, 1e-9), strict=False):
-            assert max(abs(each.state[name] - tight[name]) for name in tight) <= END * tolerance
-            assert len(each.event_times) == len(found[-1].event_times)
+        tight = motions[-1].state
+        for moved, tolerance in zip(motions, (1e-6, 1e-8, 1e-9), strict=False):
+            assert max(abs(moved.state[name] - tight[name]) for name in tight) <= END * tolerance
+            assert len(moved.event_times) == len(motions[-1].event_times)
 
 
 @pytest.mark.slow
@@ -245,18 +247,18 @@ def test_loose_tolerances_cost_no_more(machine, stiffness, damping, amplitude, f
     """Near rest, where even the sign of the velocity counts, steps are as long as at a hundredth of the tolerance."""
     system = vc.System(machine, vc.LuGre(stiffness, damping), vc.Harmonic(amplitude, frequency))
     start = {} if isinstance(machine, vc.Oscillator) else {"angle": math.pi / 3}
-    found = [vc.simulate(system, initial=start, periods=PERIODS, tolerance=each) for each in (1e-6, 1e-8)]
-    loose, tight = (len(each.piece_start) for each in found)
+    motions = [vc.simulate(system, initial=start, periods=PERIODS, tolerance=value) for value in (1e-6, 1e-8)]
+    loose, tight = (len(run.piece_start) for run in motions)
     assert loose <= min(tight, most)
-    assert list(found[0].event_kinds) == list(found[1].event_kinds)
+    assert list(motions[0].event_kinds) == list(motions[1].event_kinds)
 
 
 def test_creep_that_oscillates_costs_few_steps():
     """Velocity and bristle are slaved together, as neither can be alone: 1,869 and 1,544 steps where they are not."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=1.7), vc.LuGre(300628.0, 1039.0), vc.Harmonic(0.8451, 0.7351))
     run = [
-        vc.simulate(system, initial={"angle": math.pi / 3}, periods=PERIODS, tolerance=each)
-        for each in (1e-6, 1e-8, 1e-11)
+        vc.simulate(system, initial={"angle": math.pi / 3}, periods=PERIODS, tolerance=value)
+        for value in (1e-6, 1e-8, 1e-11)
     ]
     for found, tolerance in zip(run, (1e-6, 1e-8), strict=False):
         assert len(found.piece_start) < 700
@@ -273,20 +275,20 @@ def test_nothing_enters_a_manifold_that_has_not_relaxed(stiffness, damping):
         system = vc.System(vc.PendulumCapsule(mass_ratio=ratio), law, vc.Harmonic(1.8, 1.0))
         start = {"angle": math.pi / 3, "velocity": 0.3}
         for tolerance in (1e-6, 1e-9):
-            found = vc.simulate(system, initial=start, periods=PERIODS, tolerance=tolerance)
-            t = np.array(found.piece_start[1:])
-            jumps = np.abs(found.at(t, "bristle") - found.at(np.nextafter(t, 0.0), "bristle"))
+            run = vc.simulate(system, initial=start, periods=PERIODS, tolerance=tolerance)
+            t = np.array(run.piece_start[1:])
+            jumps = np.abs(run.at(t, "bristle") - run.at(np.nextafter(t, 0.0), "bristle"))
             assert np.max(jumps) * stiffness / law.static_coefficient <= 1.001 * tolerance
 
 
 def test_which_laws_have_slow_motions():
     """One relaxing bristle at one contact; its velocity too, where the contact creeps and is damped."""
-    found = {}
+    table = {}
     for law in (vc.Coulomb(), vc.Exponential(), vc.MaxwellSlip(), vc.ElastoPlastic(), vc.Dahl(), vc.LuGre()):
         system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
         slow = slow_states(equations(system))
-        found[law.name] = [system.state_names[state] for _, state in slow]
-    assert {name: states for name, states in found.items() if states} == {
+        table[law.name] = [system.state_names[state] for _, state in slow]
+    assert {name: states for name, states in table.items() if states} == {
         "dahl": ["bristle"],
         "lugre": ["bristle", "velocity"],
     }

@@ -201,8 +201,8 @@ def test_a_velocity_of_rounding_size_is_a_rest_at_the_start(law):
         assert stepper.sides == (int(run.piece_sides[0, 0]),)
     if law is DROP:
         over = {"initial.sliding_velocity": np.array(speeds)}
-        found = vc.ensemble(system, over, measures=["stick_fraction"], initial=start, periods=3)
-        np.testing.assert_allclose(found["stick_fraction"], 1.0, rtol=1e-14)
+        results = vc.ensemble(system, over, measures=["stick_fraction"], initial=start, periods=3)
+        np.testing.assert_allclose(results["stick_fraction"], 1.0, rtol=1e-14)
         assert runs[0].state == {"position": -0.2, "sliding_velocity": 0.0}
 
 

@@ -88,8 +88,8 @@ def cases(table):
 
 def literal(system, initial, periods, tolerance):
     state = dict.fromkeys(system.state_names, 0.0) | initial
-    given = equations(system), parameter_values(system), [*state.values()], system.drive.period
-    return recorded_run(*given, Budget(periods, tolerance, 10_000, 10**7), literal=True)
+    values = equations(system), parameter_values(system), [*state.values()], system.drive.period
+    return recorded_run(*values, Budget(periods, tolerance, 10_000, 10**7), literal=True)
 
 
 def initial_of(system):
@@ -111,17 +111,17 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
     kinds = event_kinds(system.placed.switch_events)[record.event_kinds]
     named = [numbered(str(kind), max(1, int(c))) for kind, c in zip(kinds, record.event_contacts, strict=True)]
     assert named
-    found, sides = [], []
+    states, sides = [], []
     for instant, before in zip(instants, [0.0, *instants], strict=False):
         motion.step(instant - before)
         assert motion.time == instant
-        found.append(motion.states)
+        states.append(motion.states)
         sides.append(motion.sides)
         until = happened <= instant
         counts = Counter(name for name, is_past in zip(named, until, strict=True) if is_past)
         assert {name: count for name, count in motion.events.items() if count} == counts
         assert (motion.last_event.time if counts else None) == (happened[until][-1] if counts else None)
-    np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_array_equal(states, wanted)
     np.testing.assert_array_equal(sides, record.piece_sides[index])
 
 
@@ -133,9 +133,9 @@ INT_ENTRIES = ("TO_DECIDE", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
 def test_the_kernel_begins_as_a_recorded_run_does(system):
     """Natural sizes, period, segment and sides, which it computes itself from parameters and states; its first step."""
     initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
-    given = parameter_values(system), [*initial.values()]
+    values = parameter_values(system), [*initial.values()]
     layout, advance = motion_kernel(equations(system), series_order(1e-9), literal=True)
-    wanted = begun_memory(equations(system), layout, *given, system.drive.period, Budget(5, 1e-9, 10, 10), (9, 99))
+    wanted = begun_memory(equations(system), layout, *values, system.drive.period, Budget(5, 1e-9, 10, 10), (9, 99))
     while wanted[0][layout.places["TIME"]] == 0.0:
         advance(*wanted, 1)
     stepped = SteppedCase(Case(system, initial))
@@ -166,16 +166,16 @@ def follow(motion, drive, periods, parts=1, to_events=False):
     for _ in range(periods):
         start = 0.0
         for end, *coefficients in segment_table(drive):
-            c = [drive.size() * each / period**k for k, each in enumerate(coefficients)] + [0.0, 0.0]
+            c = [drive.size() * coefficient / period**k for k, coefficient in enumerate(coefficients)] + [0.0, 0.0]
             length = (end - start) * period / parts
             for j in range(parts):
                 gone, begun = 0.0, motion.time
                 while length - gone > 1e-12:
                     t = j * length + gone
-                    given = c[0] + c[1] * t + c[2] * t * t, length - gone, c[1] + 2.0 * c[2] * t, 2.0 * c[2]
-                    if not (to_events and motion.step_to_event(*given)):
+                    values = c[0] + c[1] * t + c[2] * t * t, length - gone, c[1] + 2.0 * c[2] * t, 2.0 * c[2]
+                    if not (to_events and motion.step_to_event(*values)):
                         if not to_events:
-                            motion.step(*given)
+                            motion.step(*values)
                         break
                     gone = motion.time - begun
             start = end
@@ -196,8 +196,8 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
         follow(motion, system.drive, periods, parts, to_events)
         assert motion.time == pytest.approx(reference.end, rel=1e-14)
         assert np.abs(motion.states - [*reference.state.values()]).max() <= bound * size
-        found = {name: count for name, count in motion.events.items() if count and not name.startswith("graze")}
-        assert found == counts  # whether a velocity touches zero is a matter of rounding
+        table = {name: count for name, count in motion.events.items() if count and not name.startswith("graze")}
+        assert table == counts  # whether a velocity touches zero is a matter of rounding
 
 
 @pytest.mark.parametrize(
@@ -254,15 +254,15 @@ def test_the_square_wave_held_by_hand(length, bound, to_events):
         for j in range(round(3.0 / length)):
             end = 3.0 * k + (j + 1) * length
             while motion.time < end - 1e-12:
-                given = 1.8 if k % 2 == 0 else -1.8, end - motion.time
+                values = 1.8 if k % 2 == 0 else -1.8, end - motion.time
                 if to_events:
-                    motion.step_to_event(*given)
+                    motion.step_to_event(*values)
                 else:
-                    motion.step(*given)
+                    motion.step(*values)
         wanted = reference.states(min(3.0 * (k + 1), reference.end))[:, 0]
         assert np.abs(motion.states - wanted).max() <= bound
-    found = motion.events
-    assert (found["stick"], found["slip_forward"] + found["slip_back"], found["reversal"]) == (38, 38, 78)
+    events = motion.events
+    assert (events["stick"], events["slip_forward"] + events["slip_back"], events["reversal"]) == (38, 38, 78)
 
 
 def test_events_end_a_step_where_they_are():
@@ -306,11 +306,11 @@ def wild(count=300):
 
 
 def driven(motion, inputs):
-    found = []
+    values = []
     for value in inputs:
         motion.step(value, 0.2)
-        found.append(motion.values)
-    return np.array(found)
+        values.append(motion.values)
+    return np.array(values)
 
 
 def test_copies_restored_pickled_and_threaded_motions_have_equal_bits():
@@ -324,17 +324,17 @@ def test_copies_restored_pickled_and_threaded_motions_have_equal_bits():
         np.testing.assert_array_equal(driven(each, second), wanted)
     motion.restore(kept)
     np.testing.assert_array_equal(driven(motion, second), wanted)
-    found = {}
+    table = {}
     motions = [kept.copy() for _ in range(4)]
     threads = [
-        threading.Thread(target=lambda i=i: found.update({i: driven(motions[i], second)})) for i in range(len(motions))
+        threading.Thread(target=lambda i=i: table.update({i: driven(motions[i], second)})) for i in range(len(motions))
     ]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     for i in range(len(motions)):
-        np.testing.assert_array_equal(found[i], wanted)
+        np.testing.assert_array_equal(table[i], wanted)
 
 
 @pytest.mark.slow
@@ -354,7 +354,7 @@ def test_looking_changes_nothing():
 def test_plain_python_is_the_compiled_stepper():
     stepped = SteppedCase(Case(README, START), "drive")
     kernel, places = stepped.kernel, stepped.kernel.places
-    found = []
+    values = []
     for plain in (False, True):
         memory = stepped.memory()
         begin, take, look = (kernel.entry(n, memory, plain) for n in ("begin_motion", "take_step", "look_at"))
@@ -364,17 +364,17 @@ def test_plain_python_is_the_compiled_stepper():
             memory.floats[places["LENGTH"]] = 1.5
             take(0)
         look(0)
-        found.append((memory.trace[: kernel.layout.shown].copy(), memory.ints.copy()))
-    np.testing.assert_array_equal(found[0][0], found[1][0])
-    np.testing.assert_array_equal(found[0][1], found[1][1])
+        values.append((memory.trace[: kernel.layout.shown].copy(), memory.ints.copy()))
+    np.testing.assert_array_equal(values[0][0], values[1][0])
+    np.testing.assert_array_equal(values[0][1], values[1][1])
 
 
 def test_many_motions_are_each_what_it_is_alone():
     angles, ratios = np.linspace(-1.0, 1.0, 5), np.linspace(1.0, 3.0, 5)
-    given = {"input": "drive", "tolerance": 1e-8}
-    many = vc.stepper(README, **given, count=5, initial={"angle": angles}, parameters={"machine.mass_ratio": ratios})
+    settings = {"input": "drive", "tolerance": 1e-8}
+    many = vc.stepper(README, **settings, count=5, initial={"angle": angles}, parameters={"machine.mass_ratio": ratios})
     alone = [
-        vc.stepper(README, **given, initial={"angle": angle}, parameters={"machine.mass_ratio": float(ratio)})
+        vc.stepper(README, **settings, initial={"angle": angle}, parameters={"machine.mass_ratio": float(ratio)})
         for angle, ratio in zip(angles.tolist(), ratios, strict=True)
     ]
     inputs = np.random.default_rng(2).uniform(-1.8, 1.8, (60, 5))
@@ -403,14 +403,14 @@ def test_many_motions_take_slopes_and_stop_at_their_own_events():
     alone = [vc.stepper(system, input="drive") for _ in range(3)]
     for k in range(40):
         slopes, curvatures = np.array([0.5, 1.0, -1.5]) * (-1) ** k, [0.0, 0.2, -0.4]
-        given = 0.0, 0.4, slopes, curvatures
-        each = [(0.0, 0.4, *pair) for pair in zip(slopes.tolist(), curvatures, strict=True)]
+        values = 0.0, 0.4, slopes, curvatures
+        numbers = [(0.0, 0.4, *pair) for pair in zip(slopes.tolist(), curvatures, strict=True)]
         if k % 2:
-            stopped = [motion.step_to_event(*one) for motion, one in zip(alone, each, strict=True)]
-            assert many.step_to_event(*given).tolist() == stopped
+            stopped = [motion.step_to_event(*one) for motion, one in zip(alone, numbers, strict=True)]
+            assert many.step_to_event(*values).tolist() == stopped
         else:
-            many.step(*given)
-            for motion, one in zip(alone, each, strict=True):
+            many.step(*values)
+            for motion, one in zip(alone, numbers, strict=True):
                 motion.step(*one)
     np.testing.assert_array_equal(many.values, [motion.values for motion in alone])
     assert np.ptp(many.values[:, 0]) > 0.01
@@ -554,20 +554,20 @@ class Library:
         return getattr(self.call, f"capsule_{name}")
 
     def motion(self):
-        made = ctypes.create_string_buffer(self.size())
-        self.call.capsule_case(made)
-        return made
+        buffer = ctypes.create_string_buffer(self.size())
+        self.call.capsule_case(buffer)
+        return buffer
 
     def values(self, motion):
         return np.array(self.look(motion)[: self.count])
 
     def driven(self, motion, inputs):
-        found = []
+        values = []
         for value in inputs:
             assert self.set_input(motion, value, 0.0, 0.0) == 1
             assert self.step(motion, 0.2) == 0
-            found.append(self.values(motion))
-        return np.array(found)
+            values.append(self.values(motion))
+        return np.array(values)
 
 
 @needs_gcc
@@ -644,8 +644,8 @@ def test_a_case_in_si_is_stepped_in_si():
     for k in range(200):
         torque, slope = 0.9 * math.cos(0.3 * k), 0.4
         motion.step(torque, 0.05, slope)
-        given = torque / si.factor("drive"), 0.05 / si.factor("time"), slope / si.factor("drive") * si.factor("time")
-        plain.step(*given)
+        values = torque / si.factor("drive"), 0.05 / si.factor("time"), slope / si.factor("drive") * si.factor("time")
+        plain.step(*values)
     scales = [si.factor(name) for name in motion.names]
     np.testing.assert_allclose(motion.values, plain.values * scales, rtol=1e-8, atol=1e-12)
     assert motion.time == pytest.approx(10.0, rel=1e-14)

@@ -76,33 +76,35 @@ class Belt:
 def test_phases_levels_and_slips_of_a_coulomb_block(x, noise):
     belt = Belt(x)
     time, force = belt.record(noise, samples=400)
-    found = stick_slip(time, force, **belt.known)
+    analysis = stick_slip(time, force, **belt.known)
     starts = belt.starts(time[-1])
-    assert found.regime.name == "stick-slip"
-    assert not found.notes
+    assert analysis.regime.name == "stick-slip"
+    assert not analysis.notes
     # What smoothing over the last half period hides of the last slip is no error.
-    assert len(starts) - 1 <= len(found.slips) <= len(starts)
-    assert found.noise == pytest.approx(noise * belt.fall, rel=0.1, abs=0.01)
+    assert len(starts) - 1 <= len(analysis.slips) <= len(starts)
+    assert analysis.noise == pytest.approx(noise * belt.fall, rel=0.1, abs=0.01)
     shape = 0.03 * belt.slip  # a parabola is fitted where a cosine is
-    for slip, start in zip(found.slips, starts, strict=False):
+    for slip, start in zip(analysis.slips, starts, strict=False):
         assert abs(slip.start - start) <= 4.5 * slip.start_error + shape
         assert abs(slip.end - start - belt.slip) <= 4.5 * slip.end_error + shape
         assert max(slip.start_error, slip.end_error) < (0.03 + 2.5 * noise) * belt.slip + 4 * (time[1] - time[0])
         assert not slip.minor
-    number = math.sqrt(len(found.slips))
-    assert found.period.mean == pytest.approx(belt.period, rel=0.002 + 0.1 * noise)
-    assert found.slip_duration.mean == pytest.approx(belt.slip, abs=2 * shape + 2 * (time[1] - time[0]) + noise * 0.5)
-    assert found.static_level.mean == pytest.approx(belt.static, abs=(0.01 + 0.4 * noise / number) * belt.fall)
-    assert found.slip_end_level.mean == pytest.approx(
+    number = math.sqrt(len(analysis.slips))
+    assert analysis.period.mean == pytest.approx(belt.period, rel=0.002 + 0.1 * noise)
+    assert analysis.slip_duration.mean == pytest.approx(
+        belt.slip, abs=2 * shape + 2 * (time[1] - time[0]) + noise * 0.5
+    )
+    assert analysis.static_level.mean == pytest.approx(belt.static, abs=(0.01 + 0.4 * noise / number) * belt.fall)
+    assert analysis.slip_end_level.mean == pytest.approx(
         2 * belt.kinetic - belt.static, abs=(0.01 + 0.4 * noise / number) * belt.fall
     )
-    assert found.kinetic_level == pytest.approx(belt.kinetic, abs=(0.005 + 0.3 * noise / number) * belt.fall)
-    assert found.kinetic_from == "mean of the extreme levels"
+    assert analysis.kinetic_level == pytest.approx(belt.kinetic, abs=(0.005 + 0.3 * noise / number) * belt.fall)
+    assert analysis.kinetic_from == "mean of the extreme levels"
     travelled = 2 * belt.D + belt.speed * belt.slip
-    assert found.slip.mean == pytest.approx(travelled, rel=0.005 + 0.3 * noise)
-    assert found.stick_fraction == pytest.approx(belt.stick / belt.period, abs=0.05)
-    assert found.loading_ratio == pytest.approx(1.0, abs=0.01 + noise)
-    assert found.regime.inertial_period == pytest.approx(2 * math.pi / belt.w)
+    assert analysis.slip.mean == pytest.approx(travelled, rel=0.005 + 0.3 * noise)
+    assert analysis.stick_fraction == pytest.approx(belt.stick / belt.period, abs=0.05)
+    assert analysis.loading_ratio == pytest.approx(1.0, abs=0.01 + noise)
+    assert analysis.regime.inertial_period == pytest.approx(2 * math.pi / belt.w)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -122,12 +124,15 @@ def test_uncertainty_of_corners_is_the_scatter():
     """The stated errors of sixty slips, where noise and not shape or sampling decides."""
     belt = Belt(5.0)
     time, force = belt.record(0.03, samples=800, periods=60, seed=3)
-    found = stick_slip(time, force, **belt.known)
-    starts = belt.starts(time[-1])[: len(found.slips)]
+    analysis = stick_slip(time, force, **belt.known)
+    starts = belt.starts(time[-1])[: len(analysis.slips)]
     for off, stated in (
-        (np.array([slip.start for slip in found.slips]) - starts, [slip.start_error for slip in found.slips]),
-        (np.array([slip.end for slip in found.slips]) - starts - belt.slip, [slip.end_error for slip in found.slips]),
-        ([slip.start_force - belt.static for slip in found.slips], [slip.force_error for slip in found.slips]),
+        (np.array([slip.start for slip in analysis.slips]) - starts, [slip.start_error for slip in analysis.slips]),
+        (
+            np.array([slip.end for slip in analysis.slips]) - starts - belt.slip,
+            [slip.end_error for slip in analysis.slips],
+        ),
+        ([slip.start_force - belt.static for slip in analysis.slips], [slip.force_error for slip in analysis.slips]),
     ):
         assert 0.4 * np.mean(stated) < np.std(off) < 1.6 * np.mean(stated)
 
@@ -138,12 +143,12 @@ def test_spikes_turned_signs_and_coefficients_change_nothing():
     plain = stick_slip(time, force, **belt.known)
     spiked = force.copy()
     spiked[np.random.default_rng(1).choice(len(time), 60, replace=False)] += 3.0
-    found = stick_slip(time, spiked, **belt.known)
-    assert found.spikes > plain.spikes + 50
-    starts = np.array([slip.start for slip in found.slips])
+    analysis = stick_slip(time, spiked, **belt.known)
+    assert analysis.spikes > plain.spikes + 50
+    starts = np.array([slip.start for slip in analysis.slips])
     off = [np.abs(starts - slip.start).min() for slip in plain.slips]
     assert sum(each > 0.1 * belt.slip for each in off) <= 1  # a spike on a corner may hide it
-    assert found.slip.mean == pytest.approx(plain.slip.mean, rel=0.02)
+    assert analysis.slip.mean == pytest.approx(plain.slip.mean, rel=0.02)
     turned = stick_slip(time, -force, **belt.known)
     assert turned.slip == plain.slip
     assert any("sign was turned" in note for note in turned.notes)
@@ -163,12 +168,12 @@ def test_minor_slips_are_marked_and_left_out():
         time % 2.2 > 1.2, 1.0, 0
     )  # fmt: skip
     force += 0.01 * np.random.default_rng(0).standard_normal(len(time))
-    found = stick_slip(time, force)
+    analysis = stick_slip(time, force)
     every = stick_slip(time, force, minor=0.0)
-    assert all((0.1 < slip.fall < 0.3) if slip.minor else (0.9 < slip.fall < 1.1) for slip in found.slips)
-    assert len(found.slips) == len(every.slips) == len(every.main_slips) > 1.4 * len(found.main_slips)
-    assert found.period.mean > 1.4 * every.period.mean
-    assert found.stick_fraction == every.stick_fraction
+    assert all((0.1 < slip.fall < 0.3) if slip.minor else (0.9 < slip.fall < 1.1) for slip in analysis.slips)
+    assert len(analysis.slips) == len(every.slips) == len(every.main_slips) > 1.4 * len(analysis.main_slips)
+    assert analysis.period.mean > 1.4 * every.period.mean
+    assert analysis.stick_fraction == every.stick_fraction
 
 
 def test_overdamped_slider_stops_at_the_kinetic_level():
@@ -177,11 +182,11 @@ def test_overdamped_slider_stops_at_the_kinetic_level():
     phase = time % 5.0
     level = np.where(phase < 4.0, 1.0 + 0.125 * phase, 1.0 + 0.5 * np.exp(-(phase - 4.0) / 0.2))
     known = {"stiffness": 2.0, "mass": 0.002, "pulling_speed": 0.0625}
-    found = stick_slip(time, level + 0.002 * np.random.default_rng(0).standard_normal(len(time)), **known)
-    assert found.regime.name == "stick-slip"
-    assert found.kinetic_from == "level at the end of the slip"
-    assert found.kinetic_level == pytest.approx(1.0, abs=0.02)
-    assert found.static_level.mean == pytest.approx(1.5, abs=0.01)
+    analysis = stick_slip(time, level + 0.002 * np.random.default_rng(0).standard_normal(len(time)), **known)
+    assert analysis.regime.name == "stick-slip"
+    assert analysis.kinetic_from == "level at the end of the slip"
+    assert analysis.kinetic_level == pytest.approx(1.0, abs=0.02)
+    assert analysis.static_level.mean == pytest.approx(1.5, abs=0.01)
 
 
 def test_slider_velocity_is_nothing_in_stick_and_the_belts_on_average():
@@ -200,10 +205,10 @@ def test_uneven_sampling_is_interpolated():
     belt = Belt(10.0)
     time, force = belt.record(samples=2000)
     kept = np.arange(0, len(time) - 10, 10) + np.random.default_rng(0).integers(0, 8, len(time) // 10 - 1)
-    found = stick_slip(time[kept], force[kept], **belt.known)
-    assert found.period.mean == pytest.approx(belt.period, rel=0.005)
-    assert found.slip.mean == pytest.approx(belt.speed * belt.period, rel=0.02)
-    assert any("interpolated" in note for note in found.notes)
+    analysis = stick_slip(time[kept], force[kept], **belt.known)
+    assert analysis.period.mean == pytest.approx(belt.period, rel=0.005)
+    assert analysis.slip.mean == pytest.approx(belt.speed * belt.period, rel=0.02)
+    assert any("interpolated" in note for note in analysis.notes)
 
 
 # --- regimes ---------------------------------------------------------------------------------------------------------
@@ -222,11 +227,11 @@ TIME = np.arange(10000) / 1000.0
     ids=["white", "filtered", "first order", "digitised"],
 )
 def test_noise_of_any_colour_is_steady(colour, seed):
-    found = stick_slip(TIME, 100.0 + colour(np.random.default_rng(seed).standard_normal(len(TIME))))
-    assert found.regime.name == "steady"
-    assert found.phases == ()
-    assert (found.period, found.slip, found.stick_fraction, found.kinetic_level) == (None,) * 4
-    assert found.recurrence.correlation_period is None
+    analysis = stick_slip(TIME, 100.0 + colour(np.random.default_rng(seed).standard_normal(len(TIME))))
+    assert analysis.regime.name == "steady"
+    assert analysis.phases == ()
+    assert (analysis.period, analysis.slip, analysis.stick_fraction, analysis.kinetic_level) == (None,) * 4
+    assert analysis.recurrence.correlation_period is None
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.03, 0.1])
@@ -234,13 +239,13 @@ def test_sine_at_the_inertial_period_is_inertial(noise):
     force = 5.0 + np.sin(2 * math.pi * TIME / 0.5) + 2 * noise * np.random.default_rng(0).standard_normal(len(TIME))
     stiffness = 200.0
     mass = stiffness * (0.5 / (2 * math.pi)) ** 2
-    found = stick_slip(TIME, force, stiffness=stiffness, mass=mass, pulling_speed=0.1)
-    assert found.regime.name == "inertial"
-    assert found.regime.period_ratio == pytest.approx(1.0, rel=0.02)
-    assert found.period.mean == pytest.approx(0.5, rel=0.01)
-    assert found.kinetic_level == pytest.approx(5.0, abs=0.03 + noise)
-    assert found.static_level is None
-    assert not any(slip.minor for slip in found.slips)
+    analysis = stick_slip(TIME, force, stiffness=stiffness, mass=mass, pulling_speed=0.1)
+    assert analysis.regime.name == "inertial"
+    assert analysis.regime.period_ratio == pytest.approx(1.0, rel=0.02)
+    assert analysis.period.mean == pytest.approx(0.5, rel=0.01)
+    assert analysis.kinetic_level == pytest.approx(5.0, abs=0.03 + noise)
+    assert analysis.static_level is None
+    assert not any(slip.minor for slip in analysis.slips)
     unknown = stick_slip(TIME, force)
     assert unknown.regime.name == "inertial"
     assert unknown.regime.period_ratio is None
@@ -257,10 +262,10 @@ def test_half_stick_is_the_root_it_is_said_to_be():
 
 def test_regime_diagram_parts_blocks_where_they_stick_for_half_of_the_time():
     blocks = [Belt(x, stiffness=k, mass=0.5) for k in (2.0, 50.0) for x in (0.5, 1.3, 2.6, 8.0, 40.0)]
-    found = [
+    analysis = [
         stick_slip(*block.record(0.01), **block.known, name=f"k{block.stiffness:g}_x{block.x:g}") for block in blocks
     ]
-    diagram = regime_diagram(found)
+    diagram = regime_diagram(analysis)
     assert diagram.regimes == tuple("stick-slip" if block.x > HALF_STICK_X else "inertial" for block in blocks)
     assert diagram.period == pytest.approx([block.period for block in blocks], rel=0.02)
     half = Belt(HALF_STICK_X, stiffness=50.0, mass=0.5)
@@ -421,11 +426,11 @@ def test_pictures_show_phases_levels_and_units():
     from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 
     belt = Belt(10.0)
-    found = stick_slip(*belt.record(0.02), **belt.known)
-    fig = stick_slip_figure(found)
+    analysis = stick_slip(*belt.record(0.02), **belt.known)
+    fig = stick_slip_figure(analysis)
     whole, detail, velocity, periods = (axes for part in fig.subfigs for axes in _axes(part))
     words = [text.get_text() for text in whole.get_legend().get_texts()]
-    assert words[0] == f"slip ({len(found.slips)})"
+    assert words[0] == f"slip ({len(analysis.slips)})"
     assert any(re.match(r"static level 1\.[45]", word) for word in words)
     assert whole.get_ylabel() == "force [N]"
     left, right = detail.get_xlim()
@@ -438,7 +443,7 @@ def test_pictures_show_phases_levels_and_units():
     noise = np.random.default_rng(0).standard_normal(len(TIME))
     steady = stick_slip_figure(stick_slip(TIME, 10.0 + noise))
     assert [axes.get_title(loc="left") for part in steady.subfigs for axes in _axes(part)] == ["The record", "Detail"]
-    diagram = regime_figure(regime_diagram([found]))
+    diagram = regime_figure(regime_diagram([analysis]))
     assert diagram.axes[0].get_xlabel() == "stiffness k [N/m]"
     assert len(diagram.axes[0].texts) == 1
 
@@ -523,15 +528,15 @@ def swinging(depth, noise=0.1, period=0.0203, seconds=8.0, seed=0):
 
 def test_falls_that_drown_in_noise_do_not_make_the_period_longer():
     """An inertial swing was called a slow oscillation, with a period that its own spectrum contradicted."""
-    found = stick_slip(*swinging(0.8), stiffness=2254.0, mass=0.0307, pulling_speed=1.1e-3)
-    assert len(found.slips) < 0.8 * 8.0 / 0.0203  # of the falls that there are
-    assert found.regime.name == "inertial"
-    assert found.regime.from_spectrum
-    assert found.period is not None
-    assert found.period.mean == pytest.approx(0.0203, rel=0.02)
-    assert found.period.error is not None
-    assert found.period.error < 0.001
-    assert "the spectrum has a period" in found.regime.reason
+    analysis = stick_slip(*swinging(0.8), stiffness=2254.0, mass=0.0307, pulling_speed=1.1e-3)
+    assert len(analysis.slips) < 0.8 * 8.0 / 0.0203  # of the falls that there are
+    assert analysis.regime.name == "inertial"
+    assert analysis.regime.from_spectrum
+    assert analysis.period is not None
+    assert analysis.period.mean == pytest.approx(0.0203, rel=0.02)
+    assert analysis.period.error is not None
+    assert analysis.period.error < 0.001
+    assert "the spectrum has a period" in analysis.regime.reason
 
 
 def test_a_period_that_drifts_is_reported_with_its_error():
@@ -543,10 +548,10 @@ def test_a_period_that_drifts_is_reported_with_its_error():
         np.searchsorted(starts, time, side="right") - 1
     ]
     force = 1.0 + np.where(phase < 0.9, phase / 0.9, (1 - phase) / 0.1)
-    found = stick_slip(time, force + 0.01 * np.random.default_rng(0).standard_normal(len(time)))
-    assert found.drift is not None
-    assert found.drift.significant
+    analysis = stick_slip(time, force + 0.01 * np.random.default_rng(0).standard_normal(len(time)))
+    assert analysis.drift is not None
+    assert analysis.drift.significant
     # means of the thirds of the periods: 0.2 + 0.2/6 and 0.4 - 0.2/6
-    assert found.drift.first == pytest.approx(0.2333, rel=0.03)
-    assert found.drift.last == pytest.approx(0.3667, rel=0.03)
-    assert any("its mean depends on the stretch" in note for note in found.notes)
+    assert analysis.drift.first == pytest.approx(0.2333, rel=0.03)
+    assert analysis.drift.last == pytest.approx(0.3667, rel=0.03)
+    assert any("its mean depends on the stretch" in note for note in analysis.notes)

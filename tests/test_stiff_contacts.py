@@ -20,12 +20,12 @@ STEPS = {
 
 def events_of(motion: vc.Trajectory) -> list[tuple[float, int]]:
     """(time, contact) of what happens at contacts; where the start finds a side, nothing does."""
-    found = []
+    values = []
     for time, kind in zip(motion.event_times, motion.event_kinds, strict=True):
         name, number = (kind[:-2], int(kind[-1])) if kind[-2:-1] == "_" else (kind, 1)
         if name != "switch":
-            found.append((float(time), number))
-    return found
+            values.append((float(time), number))
+    return values
 
 
 @pytest.mark.slow

@@ -79,23 +79,23 @@ def test_an_impact_counts_once_with_stiff_bristles():
     """An implicit step that ends at the stop is made again until the guard vanishes at its end."""
     law = vc.LuGre(coulomb_coefficient=0.3, static_coefficient=0.36, bristle_stiffness=1e5, bristle_damping=300.0)
     system = vc.System(vc.VibroImpactCapsule(mass_ratio=2.4, gap=0.2), law, vc.Harmonic(amplitude=1.6, frequency=0.95))
-    found = [vc.simulate(system, periods=8, tolerance=tolerance) for tolerance in (1e-6, 1e-7, 1e-8)]
-    assert all(counts(each) == counts(found[-1]) for each in found)
-    assert all(each.piece_implicit.any() for each in found[:2])
-    for each in found:
-        met = each.event_times[np.isin(each.event_kinds, ["impact", "stop_opened"])]
+    motions = [vc.simulate(system, periods=8, tolerance=tolerance) for tolerance in (1e-6, 1e-7, 1e-8)]
+    assert all(counts(motion) == counts(motions[-1]) for motion in motions)
+    assert all(motion.piece_implicit.any() for motion in motions[:2])
+    for run in motions:
+        met = run.event_times[np.isin(run.event_kinds, ["impact", "stop_opened"])]
         assert np.diff(met).min() > 1e-3
 
 
 @pytest.mark.slow
 def test_orbit_of_the_vibro_impact_capsule():
-    found = vc.orbit(capsule(), initial=ORBIT)
+    orbit = vc.orbit(capsule(), initial=ORBIT)
     for name, value in ORBIT.items():
-        assert found.state[name] == pytest.approx(value, abs=2e-12)
-    assert found.drift == pytest.approx(DRIFTS[0.95], abs=2e-12)
-    multipliers = sorted(found.multipliers, key=lambda each: (abs(each), each.imag))
+        assert orbit.state[name] == pytest.approx(value, abs=2e-12)
+    assert orbit.drift == pytest.approx(DRIFTS[0.95], abs=2e-12)
+    multipliers = sorted(orbit.multipliers, key=lambda each: (abs(each), each.imag))
     assert np.abs(multipliers - np.array([0.0, -0.5601396 - 0.2332569j, -0.5601396 + 0.2332569j])).max() < 1e-7
-    motion = found.motion()
+    motion = orbit.motion()
     contact = [event for event in motion.events if event.kind not in ("impact", "stop_opened")]
     assert [event.kind for event in contact] == ["stick", "slip_back", "stick", "slip_forward"]
     times = [2.725821033604, 4.218539347500, 6.358066283753, 6.366473540435]
@@ -109,8 +109,8 @@ def test_orbit_of_the_vibro_impact_capsule():
 @pytest.mark.slow
 def test_period_doubling_of_the_vibro_impact_capsule():
     """Against the digits of `test_grazing.py`; a multiplier is known to 1e-9, so the parameter to less than this."""
-    found = vc.branch(capsule(0.99), over="drive.frequency", between=(0.985, 1.0), initial=ORBIT)
-    (flip,) = (each for each in found.special_points if each.kind.value == "flip")
+    branch = vc.branch(capsule(0.99), over="drive.frequency", between=(0.985, 1.0), initial=ORBIT)
+    (flip,) = (point for point in branch.special_points if point.kind.value == "flip")
     assert flip.parameter == pytest.approx(0.99623822467202370, abs=2e-11)
 
 
@@ -171,8 +171,8 @@ def test_a_case_that_starts_beyond_a_stop_is_refused_in_its_own_units(tmp_path, 
     text = 'units = "SI"\n' + start.replace("[initial]", scales + machine + "restitution = 0.5\n[initial]")
     case.write_text(text + '[friction]\nlaw = "coulomb"\n' + drive, "utf-8")
     assert cli.main(["simulate", str(case)]) == 2
-    said = "initial.displacement_m: should be at most 0.002 m, where a stop stands, got 0.003 m"
-    assert said in capsys.readouterr().err
+    words = "initial.displacement_m: should be at most 0.002 m, where a stop stands, got 0.003 m"
+    assert words in capsys.readouterr().err
 
 
 def bouncing(restitution):
@@ -261,13 +261,13 @@ def test_a_start_that_says_it_touches_a_rigid_stop_is_at_rest_there(given, compl
 @pytest.mark.parametrize("load", slow_but([0], ["weight", "dynamic"]))
 def test_a_run_ends_where_the_pendulum_reaches_its_stop(load):
     """At the angle, exactly; up to there it is the motion without stops."""
-    given = vc.Exponential(), vc.Harmonic(amplitude=1.8)
-    stopped = vc.System(vc.PendulumCapsuleWithStops(limit_angle=0.8, normal_load=load), *given)
+    values = vc.Exponential(), vc.Harmonic(amplitude=1.8)
+    stopped = vc.System(vc.PendulumCapsuleWithStops(limit_angle=0.8, normal_load=load), *values)
     motion = vc.simulate(stopped, periods=3, initial={"angle": 0.5})
     assert motion.status is vc.Status.STOP_REACHED
     assert motion.events[-1].kind == "stop_reached"
     assert motion.state["angle"] == pytest.approx(0.8, abs=1e-14)
-    free = vc.simulate(vc.System(vc.PendulumCapsule(normal_load=load), *given), periods=3, initial={"angle": 0.5})
+    free = vc.simulate(vc.System(vc.PendulumCapsule(normal_load=load), *values), periods=3, initial={"angle": 0.5})
     assert motion.state["velocity"] == pytest.approx(free.at(motion.end, "velocity")[0], abs=1e-9)
     with pytest.raises(ValueError, match=r"initial.angle should be at least -0.8, where a stop stands, got -0.9"):
         vc.simulate(stopped, initial={"angle": -0.9})
@@ -300,8 +300,8 @@ def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
 
     motion = vc.simulate(capsule(), periods=2, initial=ORBIT)
     times = np.array([0.0, 1.0, motion.event_times[motion.event_kinds == "impact"][0]])
-    found = {each.shape.name: each for each in moving_shapes(motion, times)}
-    mass, stop = found["inner mass"], found["stop in front"]
+    table = {shape.shape.name: shape for shape in moving_shapes(motion, times)}
+    mass, stop = table["inner mass"], table["stop in front"]
     expected = motion.at(times, "position") + motion.at(times, "displacement")
     assert mass.points[0, 0] == pytest.approx(expected, abs=1e-14)
     assert mass.points[0, 0, 2] + 0.5 * mass.shape.size[0] == pytest.approx(stop.points[0, 0, 2], abs=1e-12)
@@ -317,7 +317,7 @@ def test_the_bob_is_drawn_at_its_stop_where_it_touches_it(name, side, limit):
 
     def gap(angle):
         shapes = vc.PendulumCapsuleWithStops(limit_angle=limit).scene(0.0, (side * angle, 0.0, 0.7, 0.0, 0.0))
-        drawn = {each.name: each for each in shapes}
+        drawn = {shape.name: shape for shape in shapes}
         bob, (first, last) = np.array(drawn["bob"].points[0]), np.array(drawn[name].points)
         along = (last - first) / np.linalg.norm(last - first)
         away = bob - first

@@ -27,8 +27,8 @@ SLOWLY = vc.Harmonic(amplitude=2.0, frequency=0.3)
 def test_between_walls_it_ends_where_an_independent_solver_does(machine, drive, periods, end):
     motion = vc.simulate(vc.System(machine, COULOMB, drive), periods=periods, tolerance=1e-12)
     assert motion.certificate.ok
-    found = [motion.state[name] for name in ("position", "sliding_velocity")]
-    assert found == pytest.approx(end, abs=1e-12 if periods == 200 else 1e-11)
+    states = [motion.state[name] for name in ("position", "sliding_velocity")]
+    assert states == pytest.approx(end, abs=1e-12 if periods == 200 else 1e-11)
 
 
 @pytest.mark.parametrize("stuck", [False, True])

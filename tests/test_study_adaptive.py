@@ -141,15 +141,15 @@ def test_border_is_found_wholly_or_not_at_all():
 def test_each_point_is_run_once_and_keeps_its_value():
     functions = {"mode_sequence": words(circle), "mean_velocity": lambda x, y: np.sin(40 * x) * np.exp(y)}
     evaluate = Evaluator(**functions)
-    seen = []
-    dataset = mapped(evaluate, progress=lambda done, wanted: seen.append((done, wanted)))
+    values = []
+    dataset = mapped(evaluate, progress=lambda done, wanted: values.append((done, wanted)))
     x, y = (np.concatenate(parts) for parts in zip(*evaluate.calls, strict=True))
     assert len(np.unique(np.stack((x, y)), axis=1).T) == len(x) == dataset["computed"].sum()
     ran = dataset["computed"].values
     for name in functions:
         assert np.array_equal(dataset[name].values[ran], evaluate.on_full_grid(dataset, name)[ran])
-    assert len(evaluate.calls) == dataset.attrs["rounds"] == len(seen)  # one call for each round
-    assert seen == [(done, done) for done in np.cumsum([len(x) for x, _ in evaluate.calls])]
+    assert len(evaluate.calls) == dataset.attrs["rounds"] == len(values)  # one call for each round
+    assert values == [(done, done) for done in np.cumsum([len(x) for x, _ in evaluate.calls])]
 
 
 def test_order_and_tiles_change_nothing():

@@ -57,8 +57,8 @@ def vibrocap(*arguments):
 def test_every_command_that_resumes_is_killed_here():
     """So that a new --resume is tested from the command line too."""
     app_of()
-    found = {name for name, each in COMMANDS.items() if "resume" in each.request.options()}
-    assert found == {command[0] for command, _ in RESUMED.values()}
+    values = {name for name, command in COMMANDS.items() if "resume" in command.request.options()}
+    assert values == {command[0] for command, _ in RESUMED.values()}
 
 
 @pytest.mark.slow

@@ -74,9 +74,9 @@ def test_a_table_has_one_row_per_run(found, tmp_path, whole):
     assert [row["status"] for row in table] == [words[code] for code in flat["status"].values]
     assert [row["settled"] for row in table] == [str(value).lower() for value in flat["settled"].values]
     assert [row["mode_sequence"] for row in table] == list(flat["mode_sequence"].values)
-    said = tomllib.loads(header)
-    assert said["result"]["identity"] == found.attrs["identity"]
-    assert set(said["result"]["meaning"]) == set(table[0])
+    content = tomllib.loads(header)
+    assert content["result"]["identity"] == found.attrs["identity"]
+    assert set(content["result"]["meaning"]) == set(table[0])
     assert case_from_text(header.partition("\n[result]\n")[0]).system == SYSTEM
 
 
@@ -206,7 +206,7 @@ def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending,
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
         assert path.read_bytes() == whole
     kept = {"study", path.name, f"{path.name}.toml"} if ending == ".csv" else {"study", path.name}
-    assert {each.name for each in tmp_path.iterdir()} == kept
+    assert {path.name for path in tmp_path.iterdir()} == kept
 
 
 def test_other_kinds_of_file_are_refused(found, tmp_path):

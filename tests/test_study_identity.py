@@ -136,8 +136,8 @@ def test_imports_are_found_as_python_finds_them():
             elif isinstance(node, ast.ImportFrom) and node.module:
                 names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         wanted = {package.parent.joinpath(*name.split(".")).with_suffix(".py") for name in names}
-        found = imported_files(path, package)
-        assert {each for each in wanted if each.is_file()} == {each for each in found if each.is_file()}, path
+        files = imported_files(path, package)
+        assert {each for each in wanted if each.is_file()} == {file for file in files if file.is_file()}, path
 
 
 def test_what_decides_the_bits_is_part_of_a_study():

@@ -34,10 +34,10 @@ def stored(out, **changes):
 
 @pytest.fixture
 def whole(tmp_path, tmp_path_factory):
-    made = tmp_path_factory.getbasetemp() / "whole-study"
-    if not made.exists():
-        stored(made)
-    return Path(shutil.copytree(made, tmp_path / "whole"))
+    getbasetemp = tmp_path_factory.getbasetemp() / "whole-study"
+    if not getbasetemp.exists():
+        stored(getbasetemp)
+    return Path(shutil.copytree(getbasetemp, tmp_path / "whole"))
 
 
 def flip(path, at=-1):
@@ -109,9 +109,9 @@ def test_a_damaged_tile_is_found_named_and_computed_again(tmp_path, whole, cheap
     before = files(whole)
     done, tiles = DAMAGE[what]
     done(whole)
-    found = verify_study(whole)
-    assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES - ("removed" in what and "mark" in what))
-    assert [".".join(map(str, index)) for index in found.damaged] == tiles
+    study = verify_study(whole)
+    assert (study.ok, study.tiles, study.stored) == (False, TILES, TILES - ("removed" in what and "mark" in what))
+    assert [".".join(map(str, index)) for index in study.damaged] == tiles
     assert main(["sweep", str(whole), "--verify"]) == 3
     assert all(f"damaged    tile {name}: " in capsys.readouterr().out for name in tiles[:1])
     with pytest.raises(StoreError, match=r"is damaged: tile .*--resume"):
@@ -162,14 +162,14 @@ def test_a_lost_or_damaged_study_is_found_and_nothing_is_wiped(whole, damage, sa
 
 
 def test_a_whole_store_and_none(tmp_path, whole, capsys):
-    found = verify_study(whole)
-    assert (found.ok, found.finished, found.stored, found.damaged, found.others) == (True, True, TILES, {}, ())
+    study = verify_study(whole)
+    assert (study.ok, study.finished, study.stored, study.damaged, study.others) == (True, True, TILES, {}, ())
     assert main(["sweep", str(whole), "--verify"]) == 0
     assert f"whole: whole; {TILES} of {TILES} tiles are stored." in capsys.readouterr().out
     (whole / "finished").unlink()  # as if the study had been stopped before
     (whole / "done" / "0.1").unlink()
-    found = verify_study(whole)
-    assert (found.ok, found.finished, found.stored) == (True, False, TILES - 1)
+    study = verify_study(whole)
+    assert (study.ok, study.finished, study.stored) == (True, False, TILES - 1)
     assert main(["sweep", str(whole), "--verify"]) == 0
     for none in (tmp_path, tmp_path / "none"):
         assert main(["sweep", str(none), "--verify"]) == 2
@@ -180,10 +180,10 @@ def test_a_tile_without_a_mark_is_not_there_even_if_some_of_its_chunks_are(whole
     (whole / "finished").unlink()
     (whole / "done" / "1.0").unlink()
     (whole / "results.zarr" / "mode_sequence" / "c.1.0").unlink()
-    found = open_study(whole).load()
-    assert (found.status[1, :2] == -1).all()
-    assert found.mean_velocity[1, :2].isnull().all()
-    assert (found.status[0] != -1).all()
+    content = open_study(whole).load()
+    assert (content.status[1, :2] == -1).all()
+    assert content.mean_velocity[1, :2].isnull().all()
+    assert (content.status[0] != -1).all()
 
 
 def test_a_tile_of_another_study_is_damage_though_it_is_whole_with_its_mark(tmp_path, whole):

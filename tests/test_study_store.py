@@ -47,12 +47,12 @@ def stored(out, **changes):
 def test_tiles_cover_every_run_once_and_in_order():
     for shape, runs in (((5,), 2), ((400, 400), None), ((3, 5000), None), ((2, 3, 4), 5), ((7, 1, 3), 100), ((1,), 1)):
         tile = tile_shape(shape, runs)
-        seen = []
+        ranges = []
         for index in tile_indices(shape, tile):
             block = tile_block(shape, tile, index)
-            seen.append(range(block[0].start, block[0].stop) if len(shape) == 1 else block)
+            ranges.append(range(block[0].start, block[0].stop) if len(shape) == 1 else block)
         flat = 0
-        for block in seen:
+        for block in ranges:
             size = len(block) if isinstance(block, range) else 1
             for part in block if not isinstance(block, range) else ():
                 size *= part.stop - part.start
@@ -62,7 +62,7 @@ def test_tiles_cover_every_run_once_and_in_order():
         for length in shape:
             total *= length
         assert flat == total
-        assert len(seen) == len(list(tile_indices(shape, tile)))
+        assert len(ranges) == len(list(tile_indices(shape, tile)))
     assert tile_shape((400, 400)) == (10, 400)
     assert tile_shape((3, 5000)) == (1, 2500)
     assert tile_counts((10**9,), tile_shape((10**9,))) == (3815,)  # of the largest tiles
@@ -160,10 +160,10 @@ def as_zarr_writes(study, tile, tiles):
         described = coordinate_attributes(path, study.case.system)
         array(path, values.dtype, fill, values.shape, values.shape, (path,), described)[:] = values
     shape, dims = study.plan.shape, study.plan.dims
-    for each in variables(study):
-        made = array(each.name, each.dtype, each.fill, shape, tile, dims, each.stored_attributes)
+    for variable in variables(study):
+        numbers = array(variable.name, variable.dtype, variable.fill, shape, tile, dims, variable.stored_attributes)
         for index, values in tiles.items():
-            made[tile_block(shape, tile, index)] = values[each.name]
+            numbers[tile_block(shape, tile, index)] = values[variable.name]
     return {place: buffer.to_bytes() for place, buffer in held.items()}
 
 
@@ -186,23 +186,23 @@ def test_files_are_those_that_zarr_writes(over):
     )
     shape = study.plan.shape
     tile = tile_shape(shape, 9 if over else 3)
-    assert any(length % each for length, each in zip(shape, tile, strict=True))
+    assert any(length % variable for length, variable in zip(shape, tile, strict=True))
     tiles = {}
     for index in tile_indices(shape, tile):
         lengths = [block.stop - block.start for block in tile_block(shape, tile, index)]
         tiles[index] = {}
-        for each in variables(study):
-            values = each.empty(lengths)
-            if each.dtype == TEXT:
+        for variable in variables(study):
+            values = variable.empty(lengths)
+            if variable.dtype == TEXT:
                 values[...] = rng.choice(["", "FSB", "exponential", "naïve \N{GREEK SMALL LETTER OMEGA}"], lengths)
             else:
-                values[...] = rng.integers(0, 2, lengths) if each.dtype.kind in "ib" else rng.normal(size=lengths)
-            tiles[index][each.name] = values
+                values[...] = rng.integers(0, 2, lengths) if variable.dtype.kind in "ib" else rng.normal(size=lengths)
+            tiles[index][variable.name] = values
     made = ZarrFiles(study, tile)
-    found = made.first()
+    first = made.first()
     for index, values in tiles.items():
-        found |= made.chunks(index, values)
-    assert found == as_zarr_writes(study, tile, tiles)
+        first |= made.chunks(index, values)
+    assert first == as_zarr_writes(study, tile, tiles)
 
 
 def test_a_stored_study_is_run_again(tmp_path):
@@ -245,12 +245,12 @@ def test_runs_to_come_say_so(tmp_path, cheap):
 
     with pytest.raises(Enough):
         stored(tmp_path / "a", progress=stop)
-    found = open_study(tmp_path / "a")
-    names = dict(zip(found.status.attrs["flag_values"], found.status.attrs["flag_meanings"].split(), strict=True))
-    waiting = (found.status == -1).values
+    study = open_study(tmp_path / "a")
+    names = dict(zip(study.status.attrs["flag_values"], study.status.attrs["flag_meanings"].split(), strict=True))
+    waiting = (study.status == -1).values
     assert names[-1] == "not_run"
     assert 0 < waiting.sum() < waiting.size
-    assert found.mean_velocity.isnull().values[waiting].all()
+    assert study.mean_velocity.isnull().values[waiting].all()
 
 
 def test_an_interrupted_study_says_how_it_goes_on(tmp_path):

@@ -50,10 +50,10 @@ def stored(out, **changes):
 
 @pytest.fixture
 def study(tmp_path, tmp_path_factory):
-    made = tmp_path_factory.getbasetemp() / "study-of-strangers"
-    if not made.exists():
-        stored(made)
-    return Path(shutil.copytree(made, tmp_path / "study"))
+    getbasetemp = tmp_path_factory.getbasetemp() / "study-of-strangers"
+    if not getbasetemp.exists():
+        stored(getbasetemp)
+    return Path(shutil.copytree(getbasetemp, tmp_path / "study"))
 
 
 def record_of(study):
@@ -77,7 +77,7 @@ def rechunk(study, name, data):
     (study / "results.zarr" / chunk_place(name, index)).write_bytes(data)
     names = json.loads((study / "done" / "0.0").read_text())["chunks"]
     chunks = {
-        chunk_place(each, index): (study / "results.zarr" / chunk_place(each, index)).read_bytes() for each in names
+        chunk_place(name, index): (study / "results.zarr" / chunk_place(name, index)).read_bytes() for name in names
     }
     (study / "done" / "0.0").write_bytes(mark_text(record["identity"], index, chunks, None))
 
@@ -213,11 +213,11 @@ def in_si(tmp_path):
 
 
 def test_factors_that_follow_from_the_scales_of_the_case_are_read(in_si):
-    found = open_study(in_si).load()
+    content = open_study(in_si).load()
     speed = 9.80665**0.5 * 0.25**0.5
     for name in ("mean_velocity", "power"):
-        assert found[name].attrs["units"] == "m/s"
-        assert found[name].attrs["dimensionless_unit"] == pytest.approx(speed, rel=1e-15)
+        assert content[name].attrs["units"] == "m/s"
+        assert content[name].attrs["dimensionless_unit"] == pytest.approx(speed, rel=1e-15)
     assert verify_study(in_si).ok
 
 

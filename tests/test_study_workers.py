@@ -114,12 +114,14 @@ def test_processes_that_die_cost_their_tiles_only(tmp_path):
     listening, deaths = [], []
 
     def kill(share):
-        listening.extend(each for each in psutil.Process().net_connections() if each.status == psutil.CONN_LISTEN)
+        listening.extend(
+            connection for connection in psutil.Process().net_connections() if connection.status == psutil.CONN_LISTEN
+        )
         children = multiprocessing.active_children()
         for child in children:
             with contextlib.suppress(psutil.NoSuchProcess):  # it may end just now
-                found = psutil.Process(child.pid).net_connections()
-                listening.extend(each for each in found if each.status == psutil.CONN_LISTEN)
+                connections = psutil.Process(child.pid).net_connections()
+                listening.extend(connection for connection in connections if connection.status == psutil.CONN_LISTEN)
         if children and len(deaths) < 2:  # none are left where tiles done before the last death are told behind it
             os.kill(children[0].pid, signal.SIGKILL)
             deaths.append(share)

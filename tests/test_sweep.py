@@ -22,7 +22,7 @@ PLAIN = {"periods": 60, "tolerance": 1e-8, "settle": 0}
 
 
 def test_the_dataset_is_labelled(cheap):
-    found = sweep(
+    study = sweep(
         SYSTEM,
         over={"machine.mass_ratio": "1:3:5", "drive.amplitude": [1.0, 2.0], "initial.angle": [0.0, 0.1, 0.2]},
         measures=["mean_velocity", "mode_sequence", "response_period"],
@@ -31,17 +31,17 @@ def test_the_dataset_is_labelled(cheap):
         periods=60,
         tolerance=1e-8,
     )
-    assert list(found) == [*ALWAYS, "mean_velocity", "mode_sequence", "hidden_lift_off"]
-    assert dict(found.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
-    assert found["machine.mass_ratio"].attrs["symbol"] == "lambda"
-    assert found["machine.mass_ratio"].attrs["units"] == "1"
-    assert found["initial.angle"].attrs["long_name"] == "initial angle of the pendulum or the rotor from upright"
-    assert all(found[name].attrs["long_name"] for name in found.variables)
-    flags = found.status.attrs
+    assert list(study) == [*ALWAYS, "mean_velocity", "mode_sequence", "hidden_lift_off"]
+    assert dict(study.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
+    assert study["machine.mass_ratio"].attrs["symbol"] == "lambda"
+    assert study["machine.mass_ratio"].attrs["units"] == "1"
+    assert study["initial.angle"].attrs["long_name"] == "initial angle of the pendulum or the rotor from upright"
+    assert all(study[name].attrs["long_name"] for name in study.variables)
+    flags = study.status.attrs
     names = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))
     assert names == {-1: "not_run"} | {i: status.value.replace(" ", "_") for i, status in enumerate(Status)}
-    assert (found.attrs["window"], found.attrs["settle"], found.attrs["periods"]) == (7, 1e-6, 60)
-    assert found["mode_sequence"].sel({"machine.mass_ratio": 3.0, "drive.amplitude": 2.0}).shape == (3,)
+    assert (study.attrs["window"], study.attrs["settle"], study.attrs["periods"]) == (7, 1e-6, 60)
+    assert study["mode_sequence"].sel({"machine.mass_ratio": 3.0, "drive.amplitude": 2.0}).shape == (3,)
 
 
 def alone(case, **settings):
@@ -54,41 +54,41 @@ def alone(case, **settings):
 def test_laws_side_by_side(cheap):
     """Parameters keep the values of the case for its own law; another has those that both have."""
     system = System(PendulumCapsule(), Exponential(decay_rate=20.0), Harmonic(amplitude=1.8))
-    found = sweep(
+    study = sweep(
         system,
         over={"friction.law": ["exponential", "lugre"], "machine.mass_ratio": [1.0, 2.0]},
         **PLAIN,
     )
     for law in (Exponential(decay_rate=20.0), LuGre()):
         for mass_ratio in (1.0, 2.0):
-            value = found.mean_velocity.sel({"friction.law": law.name, "machine.mass_ratio": mass_ratio})
+            value = study.mean_velocity.sel({"friction.law": law.name, "machine.mass_ratio": mass_ratio})
             expected = alone({"friction": law, "machine.mass_ratio": mass_ratio})
             np.testing.assert_array_equal(value, expected)
 
 
 def test_kinds_alone(cheap):
-    found = sweep(
+    study = sweep(
         SYSTEM,
         over={"friction.law": ["lugre"], "drive.waveform": ["harmonic", "biharmonic"]},
         **PLAIN,
     )
-    assert found.mean_velocity.shape == (1, 2)
+    assert study.mean_velocity.shape == (1, 2)
     drives = {"harmonic": SYSTEM.drive, "biharmonic": Biharmonic()}
     for name, drive in drives.items():
         expected = alone({"friction": LuGre(), "drive": drive})
-        np.testing.assert_array_equal(found.mean_velocity.sel({"drive.waveform": name})[0], expected)
+        np.testing.assert_array_equal(study.mean_velocity.sel({"drive.waveform": name})[0], expected)
 
 
 def test_an_initial_state_that_a_law_does_not_have_is_left_out(cheap):
     system = System(PendulumCapsule(), LuGre(), Harmonic(amplitude=1.8))
-    found = sweep(
+    study = sweep(
         system,
         over={"friction.law": ["exponential", "lugre"]},
         initial={"bristle": 0.001, "angle": 0.5},
         **PLAIN,
     )
     for law, initial in ((Exponential(), {"angle": 0.5}), (LuGre(), {"bristle": 0.001, "angle": 0.5})):
-        value = found.mean_velocity.sel({"friction.law": law.name})
+        value = study.mean_velocity.sel({"friction.law": law.name})
         np.testing.assert_array_equal(value, alone({"friction": law, "initial.angle": 0.5}, initial=initial))
 
 
@@ -99,13 +99,13 @@ def test_cases_with_values_of_their_own(cheap):
         {"machine.normal_load": "weight"},
         {"friction.law": "lugre"},
     ]
-    found = sweep(SYSTEM, cases=cases, initial={"angle": 0.125}, **PLAIN)
-    assert found.mean_velocity.dims == ("case",)
-    assert list(found.coords["friction.law"].values) == ["lugre", "exponential", "exponential", "lugre"]
-    np.testing.assert_array_equal(found.coords["friction.bristle_stiffness"], [50, np.nan, np.nan, 100])
-    np.testing.assert_array_equal(found.coords["friction.decay_rate"], [np.nan, 5, 10, np.nan])
-    np.testing.assert_array_equal(found.coords["initial.angle"], [0.125, 0.25, 0.125, 0.125])
-    assert list(found.coords["machine.normal_load"].values) == ["1.0", "1.0", "weight", "1.0"]
+    study = sweep(SYSTEM, cases=cases, initial={"angle": 0.125}, **PLAIN)
+    assert study.mean_velocity.dims == ("case",)
+    assert list(study.coords["friction.law"].values) == ["lugre", "exponential", "exponential", "lugre"]
+    np.testing.assert_array_equal(study.coords["friction.bristle_stiffness"], [50, np.nan, np.nan, 100])
+    np.testing.assert_array_equal(study.coords["friction.decay_rate"], [np.nan, 5, 10, np.nan])
+    np.testing.assert_array_equal(study.coords["initial.angle"], [0.125, 0.25, 0.125, 0.125])
+    assert list(study.coords["machine.normal_load"].values) == ["1.0", "1.0", "weight", "1.0"]
     lugre = {"friction": LuGre()}
     start = {"initial": {"angle": 0.125}}
     expected = [
@@ -114,19 +114,19 @@ def test_cases_with_values_of_their_own(cheap):
         alone({"machine.normal_load": "weight"}, **start),
         alone(lugre | {"initial.angle": 0.125}),
     ]
-    np.testing.assert_array_equal(found.mean_velocity, expected)
+    np.testing.assert_array_equal(study.mean_velocity, expected)
 
 
 def test_cases_beside_a_word_of_the_system(cheap, tmp_path):
     """A case without a value stands at the system's own, a word, beside numbers: all of them are stored as text."""
     system = System(PendulumCapsule(normal_load="weight"), Exponential(), Harmonic())
     cases = [{"machine.mass_ratio": 2.0}, {"machine.normal_load": 3.0}]
-    found = sweep(system, cases=cases, **PLAIN)
-    assert list(found.coords["machine.normal_load"].values) == ["weight", "3.0"]
-    np.testing.assert_array_equal(found.coords["machine.mass_ratio"], [2.0, 2.5])
+    study = sweep(system, cases=cases, **PLAIN)
+    assert list(study.coords["machine.normal_load"].values) == ["weight", "3.0"]
+    np.testing.assert_array_equal(study.coords["machine.mass_ratio"], [2.0, 2.5])
     written_out = [{"machine.normal_load": "weight", **case} for case in cases]
-    np.testing.assert_array_equal(found.mean_velocity, sweep(system, cases=written_out, **PLAIN).mean_velocity)
-    xr.testing.assert_identical(found, sweep(system, cases=cases, out=tmp_path / "a", **PLAIN).load())
+    np.testing.assert_array_equal(study.mean_velocity, sweep(system, cases=written_out, **PLAIN).mean_velocity)
+    xr.testing.assert_identical(study, sweep(system, cases=cases, out=tmp_path / "a", **PLAIN).load())
 
 
 @pytest.mark.parametrize("missing", ["xarray", "zarr"])
@@ -150,10 +150,10 @@ def test_a_short_study_is_measured_over_all_of_it(cheap):
 
 def test_a_design_lies_along_its_runs(cheap, tmp_path):
     ranges = {"machine.mass_ratio": "log:0.1:8", "machine.stiffness": (1, 3)}
-    found = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2), **PLAIN)
-    assert found.mean_velocity.dims == ("run",)
-    assert 0.1 <= found["machine.mass_ratio"].min() < 0.2
-    row = found.isel(run=17)
+    study = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2), **PLAIN)
+    assert study.mean_velocity.dims == ("run",)
+    assert 0.1 <= study["machine.mass_ratio"].min() < 0.2
+    row = study.isel(run=17)
     expected = alone({path: row[path].item() for path in ranges})
     np.testing.assert_array_equal(row.mean_velocity, expected)
     stored = sweep(
@@ -164,7 +164,7 @@ def test_a_design_lies_along_its_runs(cheap, tmp_path):
         tile_runs=9,
         **PLAIN,
     )
-    xr.testing.assert_identical(found, stored.load())
+    xr.testing.assert_identical(study, stored.load())
 
 
 def test_a_run_that_is_refused_on_the_way_stops_the_study(cheap, monkeypatch):
@@ -221,28 +221,28 @@ def test_the_engine_gives_what_single_ensembles_give(tmp_path):
     settings = {"measures": ("mean_velocity", "stick_fraction", "mode_sequence"), "periods": 30, "settle": 1e-5}
     settings |= {"tolerance": 1e-8}
     over = {"friction.law": ["exponential", "lugre"], "machine.mass_ratio": "1:4:3", "initial.angle": [0.0, 0.5]}
-    found = sweep(SYSTEM, over=over, tile_runs=4, out=tmp_path / "a", **settings)
+    study = sweep(SYSTEM, over=over, tile_runs=4, out=tmp_path / "a", **settings)
     for law in (Exponential(), LuGre()):
         system = System(SYSTEM.machine, law, SYSTEM.drive)
         rows = {"machine.mass_ratio": np.repeat(np.linspace(1, 4, 3), 2), "initial.angle": np.tile([0.0, 0.5], 3)}
         expected = ensemble(system, rows, **settings)
-        here = found.sel({"friction.law": law.name})
+        here = study.sel({"friction.law": law.name})
         for name in (*ALWAYS, *settings["measures"]):
             np.testing.assert_array_equal(here[name].values.ravel(), expected[name])
-    assert found.settled.any()
-    assert (np.abs(found.mean_velocity) > 1e-3).all()
-    xr.testing.assert_identical(found.load(), sweep(SYSTEM, over=over, threads=1, **settings))
+    assert study.settled.any()
+    assert (np.abs(study.mean_velocity) > 1e-3).all()
+    xr.testing.assert_identical(study.load(), sweep(SYSTEM, over=over, threads=1, **settings))
 
 
 def test_the_engine_takes_a_measure_of_ones_own(tmp_path):
     speed = Measure.derived("speed", "travel per time, whichever way", np.abs, of=("mean_velocity",))
     over = {"machine.mass_ratio": "1:4:3"}
-    found = sweep(
+    study = sweep(
         SYSTEM, over=over, measures=[speed, "mean_velocity"], periods=20, out=tmp_path / "a", tolerance=1e-8, settle=0
     )
-    np.testing.assert_array_equal(found.speed, np.abs(found.mean_velocity))
-    assert found.speed.attrs["long_name"] == "travel per time, whichever way"
+    np.testing.assert_array_equal(study.speed, np.abs(study.mean_velocity))
+    assert study.speed.attrs["long_name"] == "travel per time, whichever way"
     again = stored_study(tmp_path / "a", measures=[speed])
-    xr.testing.assert_identical(carried_out(again, Execution()).dataset(), found.load())
+    xr.testing.assert_identical(carried_out(again, Execution()).dataset(), study.load())
     with pytest.raises(CaseError, match="'speed' is a measure of one's own"):
         stored_study(tmp_path / "a")

@@ -183,9 +183,11 @@ def test_a_design_gives_each_run_the_same_values_in_any_block(kind):
 
 def test_designs_are_those_of_scipy():
     runs = 64
-    found = Drawn(Design("sobol", runs, seed=5), (Range("a", 0.0, 1.0), Range("b", 0.0, 1.0))).values((slice(0, runs),))
+    values = Drawn(Design("sobol", runs, seed=5), (Range("a", 0.0, 1.0), Range("b", 0.0, 1.0))).values(
+        (slice(0, runs),)
+    )
     expected = qmc.Sobol(2, rng=np.random.default_rng(5)).random(runs)
-    np.testing.assert_array_equal(np.column_stack(list(found.values())), expected)
+    np.testing.assert_array_equal(np.column_stack(list(values.values())), expected)
 
 
 def test_ranges_of_a_design():
@@ -230,6 +232,6 @@ def test_cases_that_are_none():
 def test_an_axis_is_labelled_by_the_part_that_it_belongs_to():
     """Oscillators have a stiffness, too."""
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
-    found = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"], tolerance=1e-8, settle=0)
-    assert found["machine.stiffness"].attrs["symbol"] == "rho"
-    assert found["machine.stiffness"].attrs["long_name"].startswith("torsional spring")
+    study = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"], tolerance=1e-8, settle=0)
+    assert study["machine.stiffness"].attrs["symbol"] == "rho"
+    assert study["machine.stiffness"].attrs["long_name"].startswith("torsional spring")

@@ -22,7 +22,7 @@ def page_rows(heading):
     """(symbol, name, meaning) of the tables of the page under the headings that begin so."""
     sections = re.split(r"^#+ ", SYMBOLS_PAGE, flags=re.MULTILINE)
     rows = [re.findall(r"^\| (.+?) \| `(.+?)` \| (.+?) \|", s, re.MULTILINE) for s in sections if s.startswith(heading)]
-    return [row for found in rows for row in found]
+    return [row for entry in rows for row in entry]
 
 
 @pytest.mark.parametrize("part", PAGE, ids=lambda part: part.name)

@@ -39,9 +39,9 @@ def first_line(path):
 def test_headings_of_a_motion_carry_their_units_by_choice(motion, tmp_path):
     plain = first_line(vc.write_motion(motion, tmp_path / "plain.csv"))
     heads = first_line(vc.write_motion(motion, tmp_path / "heads.csv", unit_headings=True))
-    found = dict(zip(plain, heads, strict=True))
-    assert {name: found[name] for name in HEADS} == HEADS
-    assert all(found[name] == f"{name} [J]" for name in plain if name.endswith("_work"))
+    table = dict(zip(plain, heads, strict=True))
+    assert {name: table[name] for name in HEADS} == HEADS
+    assert all(table[name] == f"{name} [J]" for name in plain if name.endswith("_work"))
     assert (tmp_path / "plain.csv").read_text().split("\n", 1)[1] == (tmp_path / "heads.csv").read_text().split(
         "\n", 1
     )[1]

@@ -41,12 +41,12 @@ def test_objects_are_written_for_other_processors(name):
     _, text = ensemble_source(equations(system), 10, lanes)
     command = [sys.executable, "-c", EMIT, triple, processor, features]
     done = subprocess.run(command, input=text.encode(), capture_output=True, check=True, timeout=120)
-    found = done.stdout
-    assert found[:6] == b"\x7fELF\x02\x01"  # 64 bits, little-endian
-    kind, of = struct.unpack_from("<HH", found, 16)
+    stdout = done.stdout
+    assert stdout[:6] == b"\x7fELF\x02\x01"  # 64 bits, little-endian
+    kind, of = struct.unpack_from("<HH", stdout, 16)
     assert (kind, of) == (1, machine)  # a relocatable object
-    assert b"kernel_entry\0" in found
-    assert len(found) > 30_000
+    assert b"kernel_entry\0" in stdout
+    assert len(stdout) > 30_000
 
 
 # What runs an object of another processor here: the compiler that links it, and the machine that plays the processor.

@@ -9,15 +9,15 @@ from vibrocap.numerics.run.threads import share
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
 def test_so_many_threads_work_at_once_this_one_among_them(workers):
-    meeting, seen = threading.Barrier(workers), []
+    meeting, idents = threading.Barrier(workers), []
 
     def work(stop):
         meeting.wait(timeout=30)  # broken, and raising, unless all are there
-        seen.append(threading.get_ident())
+        idents.append(threading.get_ident())
 
     share(work, workers)
-    assert len(set(seen)) == workers
-    assert threading.get_ident() in seen
+    assert len(set(idents)) == workers
+    assert threading.get_ident() in idents
 
 
 def test_what_another_thread_raises_is_raised_here():
@@ -32,13 +32,13 @@ def test_what_another_thread_raises_is_raised_here():
 
 
 def test_the_others_are_told_when_this_thread_is_interrupted():
-    here, told = threading.get_ident(), []
+    here, waits = threading.get_ident(), []
 
     def work(stop):
         if threading.get_ident() == here:
             raise KeyboardInterrupt
-        told.append(stop.wait(timeout=30))
+        waits.append(stop.wait(timeout=30))
 
     with pytest.raises(KeyboardInterrupt):
         share(work, 2)
-    assert told == [True]
+    assert waits == [True]

@@ -97,8 +97,8 @@ def test_figure_and_page_are_there(played):
 
 def test_published_measurements_are_fitted_where_they_are(played):
     _, answers = played
-    found = answers["friction researcher"]
-    if "published damper, error" not in found:
+    answer = answers["friction researcher"]
+    if "published damper, error" not in answer:
         pytest.skip("no published measurements here")
-    assert 0.2 < found["published damper, error"] < 0.3
-    assert found["of its earthquake"] < 0.8
+    assert 0.2 < answer["published damper, error"] < 0.3
+    assert answer["of its earthquake"] < 0.8

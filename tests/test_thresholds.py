@@ -37,7 +37,7 @@ def test_a_start_just_beyond_a_stop_is_at_the_stop():
 def test_ways_to_go_on_are_told_apart_by_a_billionth():
     """Of forces: a block whose holding force exceeds its limit by less than 1e-9 (1 + force) still rests."""
     system = vc.System(vc.Oscillator(), vc.Coulomb(1.0, 1.0), vc.Constant(0.0))
-    sides = [[each.sides for each in vc.contact_modes(system, {"position": 1.0 + excess})] for excess in (6e-10, 6e-9)]
+    sides = [[mode.sides for mode in vc.contact_modes(system, {"position": 1.0 + excess})] for excess in (6e-10, 6e-9)]
     assert sides == [[(0,)], [(-1,)]]
 
 
@@ -58,21 +58,21 @@ def test_a_hold_beyond_its_limit_by_more_than_a_billionth_is_a_slip_that_was_mis
         mock.patch.object(evidence, "_shares_held", grown),
         mock.patch.object(evidence, "_slip_shortfall", return_value=None),
     ):
-        assert any("a slip was missed" in each for each in motion.certify(motion).failures) == fails
+        assert any("a slip was missed" in failure for failure in motion.certify(motion).failures) == fails
 
 
 @pytest.mark.parametrize(("lost", "fails"), [(3e-10, False), (3e-9, True)])
 def test_a_slip_that_began_too_early_by_more_than_a_billionth_is_told(motion, lost, fails):
     with mock.patch.object(evidence, "_slip_shortfall", return_value=lost):
-        assert any("began too early" in each for each in motion.certify(motion).failures) == fails
+        assert any("began too early" in failure for failure in motion.certify(motion).failures) == fails
 
 
 @pytest.mark.parametrize(("share", "fails"), [(0.5, False), (2.0, True)])
 def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails):
     """Of the natural size of the velocity of the capsule, which is one."""
     recorded = dataclasses.replace(motion.certify.recorded, contact_residual=share * motion.tolerance)
-    found = dataclasses.replace(motion.certify, recorded=recorded)(motion).failures
-    assert any("an event was not located" in each for each in found) == fails
+    failures = dataclasses.replace(motion.certify, recorded=recorded)(motion).failures
+    assert any("an event was not located" in failure for failure in failures) == fails
 
 
 @pytest.mark.parametrize(("passed", "fails"), [(5e-15, False), (5e-14, True)])
@@ -80,7 +80,7 @@ def test_a_velocity_may_pass_rest_by_rounding(motion, passed, fails):
     """64 roundings of the largest velocity, or of 1."""
     seen = evidence.ContactEvidence(share=1.0, least=-passed, fastest=0.5)
     with mock.patch.object(evidence, "_contact_evidence", return_value=seen):
-        assert any("passes rest" in each for each in motion.certify(motion).failures) == fails
+        assert any("passes rest" in failure for failure in motion.certify(motion).failures) == fails
 
 
 @pytest.mark.parametrize(("off", "fails"), [(2e-8, False), (4e-6, True)])
@@ -92,7 +92,7 @@ def test_a_balance_may_be_off_by_a_hundred_tolerances(motion, off, fails):
         return at_marks(values) + off * (np.arange(len(at_marks(values))) == len(at_marks(values)) - 1)
 
     with mock.patch.object(evidence, "_at_marks", shifted):
-        assert any("the balance of" in each for each in motion.certify(motion).failures) == fails
+        assert any("the balance of" in failure for failure in motion.certify(motion).failures) == fails
 
 
 @pytest.mark.parametrize(("off", "told"), [(3e-10, False), (1e-7, True)])
@@ -143,7 +143,7 @@ def block():
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_limit(block, side):
     """Well within it rests, well beyond it turns; the force of the slide before is known to a thousandth or better."""
-    found = []
+    texts = []
     for share in (0.998, 0.9995, -0.9995, -1.0005, -1.002, 1.002):
 
         def holding(floats, _t, _point, _lane, out, share=share):
@@ -154,8 +154,8 @@ def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_l
         with mock.patch.dict(block.names, {"holding": holding}):
             block["rest"](block.floats, block.ints, 0)
         asked = block.ints[block.place("TO_DECIDE")]
-        found.append("asked" if asked else block.floats[block.place("SIDE")] * side)
-    assert found == [0.0, "asked", "asked", "asked", -1.0, "asked"]
+        texts.append("asked" if asked else block.floats[block.place("SIDE")] * side)
+    assert texts == [0.0, "asked", "asked", "asked", -1.0, "asked"]
 
 
 @pytest.mark.parametrize(("above", "vanish"), [(1e-14, True), (1e-13, False)])

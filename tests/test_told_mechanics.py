@@ -63,16 +63,16 @@ def largest_error(system, draw, mode):
             state[i] *= 0.01
     roots = [recorded.graph.node("state", i) for i in range(len(state))]
     roots += [recorded.contacts[0].friction, *recorded.true_loads.values()]
-    rest = [each for each, side in zip(recorded.contacts, mode, strict=True) if side == 0]
+    rest = [contact for contact, side in zip(recorded.contacts, mode, strict=True) if side == 0]
     roots += [value for each in rest for value in (each.hold, each.limit)]
     at = state, parameter_values(system), mode
     exact = coefficients(recorded, None, roots, *at, exact=True)
-    told = [*map(recorded.by_momenta, roots)]
+    values = [*map(recorded.by_momenta, roots)]
     size = np.maximum.accumulate(np.abs(np.array(exact, dtype=float)).max(axis=0))
     return max(
         float(abs(value - wanted)) / over
         for way in (None, *ways(recorded))
-        for own, right in zip(coefficients(recorded, way, told, *at, exact=False), exact, strict=True)
+        for own, right in zip(coefficients(recorded, way, values, *at, exact=False), exact, strict=True)
         for value, wanted, over in zip(own, right, size, strict=True)
     )
 
@@ -88,7 +88,7 @@ def systems(machine):
 
 def modes(system):
     """Of all contacts of a system."""
-    sides = [(0, 1, -1) if each.sticks else (1, -1) for each in equations(system).contacts]
+    sides = [(0, 1, -1) if contact.sticks else (1, -1) for contact in equations(system).contacts]
     return list(itertools.product(*sides))
 
 

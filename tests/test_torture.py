@@ -40,5 +40,5 @@ def test_every_command_is_among_the_fuzzed_ones():
     from vibrocap.cli.overview import names
 
     assert {*names()} == {*COMMANDS} - {"sweeep"}
-    idle = {name for name, options in NEEDS.items() for each in options if not COMMANDS[name][1][each][0]}
+    idle = {name for name, options in NEEDS.items() for option in options if not COMMANDS[name][1][option][0]}
     assert not idle

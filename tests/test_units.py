@@ -171,10 +171,10 @@ def test_what_is_wrong_in_si_is_named_as_it_was_given(change, said):
 def test_a_case_is_saved_from_python(place):
     system = case_from_text(CASE).system
     vc.save_case(system, "saved.toml", initial={"angle": 0.5, "position_m": 0.1}, periods=7)
-    found = read_case("saved.toml")
-    assert found.system == system
-    assert found.periods == 7
-    assert found.initial == {"angle": 0.5, "position": 0.1 / 0.25}
+    case = read_case("saved.toml")
+    assert case.system == system
+    assert case.periods == 7
+    assert case.initial == {"angle": 0.5, "position": 0.1 / 0.25}
     plain = vc.System(vc.PendulumCapsule(mass_ratio=1 / 3), vc.LuGre(), vc.Harmonic())
     vc.Case(plain).save("plain.toml")
     assert read_case("plain.toml").system == plain
@@ -237,7 +237,7 @@ def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
 
     system = case_from_text(CASE).system
     how = {"measures": MEASURES, "periods": 12, "initial": {"velocity_m_per_s": 0.1}}
-    found = vc.sweep(system, OVER, **how, out=tmp_path / "map")
+    study = vc.sweep(system, OVER, **how, out=tmp_path / "map")
     plain = dataclasses.replace(system, units=None)
     over = {
         "machine.mass_ratio": np.array([0.3, 0.5]) / 0.2,
@@ -247,23 +247,23 @@ def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
     raw = xarray.open_zarr(tmp_path / "map" / "results.zarr", consolidated=False, mask_and_scale=False)
     for name in MEASURES:
         assert np.array_equal(raw[name].values, same[name].values), name
-    assert found["mean_velocity"].attrs["units"] == "m/s"
-    assert np.array_equal(found["mean_velocity"], same["mean_velocity"].values * system.si.factor("velocity"))
-    assert found["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5]
-    assert found["drive.frequency_Hz"].attrs["units"] == "Hz"
+    assert study["mean_velocity"].attrs["units"] == "m/s"
+    assert np.array_equal(study["mean_velocity"], same["mean_velocity"].values * system.si.factor("velocity"))
+    assert study["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5]
+    assert study["drive.frequency_Hz"].attrs["units"] == "Hz"
     memory = vc.sweep(system, OVER, **how)
-    xarray.testing.assert_identical(found.load(), memory)
+    xarray.testing.assert_identical(study.load(), memory)
 
 
 @pytest.mark.slow
 def test_lists_and_designs_take_paths_in_si():
     system = case_from_text(CASE).system
     rows = [{"machine.capsule_mass_kg": 0.3}, {"drive.frequency_rad_per_s": 7.0}, {"initial.position_m": 0.1}]
-    found = vc.sweep(system, cases=rows, periods=4, window=2, tolerance=1e-8, settle=0)
-    assert found["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5, 0.5]
-    assert found["drive.frequency_rad_per_s"].values[1] == 7.0
-    assert found["drive.frequency_rad_per_s"].values[0] == pytest.approx(2 * math.pi * 1.1, rel=1e-15)
-    assert found["initial.position_m"].values.tolist() == [0.0, 0.0, 0.1]
+    study = vc.sweep(system, cases=rows, periods=4, window=2, tolerance=1e-8, settle=0)
+    assert study["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5, 0.5]
+    assert study["drive.frequency_rad_per_s"].values[1] == 7.0
+    assert study["drive.frequency_rad_per_s"].values[0] == pytest.approx(2 * math.pi * 1.1, rel=1e-15)
+    assert study["initial.position_m"].values.tolist() == [0.0, 0.0, 0.1]
     drawn = vc.sweep(
         system,
         {"drive.amplitude_N_m": (0.5, 0.9)},
@@ -335,7 +335,7 @@ def test_an_adaptive_map_in_si_is_the_map_without_units():
 
 def test_a_system_is_changed_in_si():
     system = case_from_text(CASE).system
-    path = next(quantity_in_si(each, system).path for each in system.parameter_paths if each == "drive.frequency")
+    path = next(quantity_in_si(path, system).path for path in system.parameter_paths if path == "drive.frequency")
     faster = system.with_parameters({path: 2.0 * system.parameter(path)})
     assert faster.parameter(path) == pytest.approx(2.0 * system.parameter(path), rel=1e-15)
     assert faster.drive.period == pytest.approx(0.5 * system.drive.period, rel=1e-15)

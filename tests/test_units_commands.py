@@ -48,7 +48,7 @@ def test_tables_of_commands_say_their_units(place, capsys, command):
     """Their numbers are those of --json (test_views.py)."""
     assert cli.main(command.split()) == 0
     printed = capsys.readouterr().out
-    assert all(said in printed for said in TABLES[command])
+    assert all(table in printed for table in TABLES[command])
 
 
 # --- steady motions ---------------------------------------------------------------------------------------------------
@@ -61,14 +61,14 @@ def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
     case = case_from_text(BENCH)
     steady = orbit(case.system, initial=case.initial)
     what = MotionClass("chaotic", "made up", 2.0, 0.1, None, steady.state)
-    found = orbit_view(steady, steady, (steady,), what)
-    (inner,) = found["unstable_orbit"]["gives_way_to"]
+    view = orbit_view(steady, steady, (steady,), what)
+    (inner,) = view["unstable_orbit"]["gives_way_to"]
     assert (inner["period"].value, inner["period"].unit) == (steady.period * SECOND, "s")
-    for each in (found, found["unstable_orbit"], inner):
+    for each in (view, view["unstable_orbit"], inner):
         assert each["drift"].value == each["drift"].dimensionless * METRE != 0.0
         assert each["state"]["velocity"].value == pytest.approx(steady.state["velocity"] * METRE / SECOND, rel=1e-14)
-    assert found["mirrored_state"]["velocity"].dimensionless == steady.mirrored_state["velocity"]
-    assert found["class"]["drift"].value == 2.0 * METRE
+    assert view["mirrored_state"]["velocity"].dimensionless == steady.mirrored_state["velocity"]
+    assert view["class"]["drift"].value == 2.0 * METRE
     assert "unstable_orbit" not in orbit_view(steady, None, None, None)
 
 
@@ -111,16 +111,16 @@ def test_pictures_of_branches_are_in_si():
     from vibrocap.plotting.steady.branches import branch_figure
 
     system = case_from_text(BENCH).system
-    found = branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
-    (ax,) = branch_figure(found).axes
+    curve = branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
+    (ax,) = branch_figure(curve).axes
     hertz = 1.0 / (2.0 * math.pi * SECOND)
     assert ax.get_xlabel() == "drive frequency [Hz]"
     assert ax.get_ylabel().endswith("[m/s]")
     assert ax.get_xlim() == pytest.approx((6.0 * hertz, 6.6 * hertz), rel=1e-14)
     line = max(ax.lines, key=lambda each: np.size(each.get_xdata()))
-    assert line.get_xdata() == pytest.approx(found.parameter * hertz, rel=1e-14)
-    assert line.get_ydata() == pytest.approx(found.mean_velocity * METRE / SECOND, rel=1e-14)
-    (other,) = branch_figure(found, over="drive.frequency_rad_per_s").axes
+    assert line.get_xdata() == pytest.approx(curve.parameter * hertz, rel=1e-14)
+    assert line.get_ydata() == pytest.approx(curve.mean_velocity * METRE / SECOND, rel=1e-14)
+    (other,) = branch_figure(curve, over="drive.frequency_rad_per_s").axes
     assert other.get_xlabel() == "drive frequency [rad/s]"
     assert other.get_xlim() == pytest.approx((6.0 / SECOND, 6.6 / SECOND), rel=1e-14)
 
@@ -130,40 +130,40 @@ def test_pictures_of_basins_are_in_si():
     from vibrocap.plotting.steady.basins import basin_figure
 
     system = case_from_text(BENCH).system
-    found = basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
-    figure = basin_figure(found)
+    cells = basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    figure = basin_figure(cells)
     ax = figure.axes[0]
     assert ax.get_ylabel().endswith("[m/s]")
     assert ax.get_ylim() == pytest.approx((-METRE / SECOND, METRE / SECOND), rel=1e-12)
     assert ax.get_xlim() == pytest.approx((-1, 1), rel=1e-12)
     (legend,) = figure.legends
     words = [text.get_text() for text in legend.get_texts()]
-    twins = np.unique(found.drift.round(9))
+    twins = np.unique(cells.drift.round(9))
     assert len(twins) == len(words) == 2
     for drift in twins:
         said = f"{drift * METRE:+.4g} m".replace("-", "\N{MINUS SIGN}")
-        assert sum(each.endswith(said) for each in words) == 1
+        assert sum(word.endswith(said) for word in words) == 1
 
 
 def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
     from vibrocap.plotting import plot
 
-    seen = []
-    monkeypatch.setattr(plot, "save", lambda figure, *rest: seen.append(figure.axes[0]))
+    axis = []
+    monkeypatch.setattr(plot, "save", lambda figure, *rest: axis.append(figure.axes[0]))
     (tmp_path / "case.toml").write_text(BENCH)
     plane = "angle_deg=-60:60,velocity_m_per_s=-1:1"
     arguments = ["basins", str(tmp_path / "case.toml"), "--plane", plane, "--resolution", "2"]
     assert cli.main([*arguments, "--plot", str(tmp_path / "plane.png")]) == 0
-    assert seen[0].get_xlabel() == r"initial angle $\theta$ [deg]"
-    assert seen[0].get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
-    assert seen[0].get_ylim() == pytest.approx((-1.0, 1.0), rel=1e-12)
+    assert axis[0].get_xlabel() == r"initial angle $\theta$ [deg]"
+    assert axis[0].get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
+    assert axis[0].get_ylim() == pytest.approx((-1.0, 1.0), rel=1e-12)
 
 
 def test_basins_remember_the_keys_of_their_plane():
     """In Python too, in a sheet and in a panel, and after pickling; bare keys are drawn in the units of results."""
-    found = vc.basins(case_from_text(BENCH).system, {"angle_deg": (-60, 60), "velocity": (-1, 1)}, 2)
-    assert found.keys == ("angle_deg", "velocity")
-    for each in (found, pickle.loads(pickle.dumps(found))):
+    cells = vc.basins(case_from_text(BENCH).system, {"angle_deg": (-60, 60), "velocity": (-1, 1)}, 2)
+    assert cells.keys == ("angle_deg", "velocity")
+    for each in (cells, pickle.loads(pickle.dumps(cells))):
         for axes in (vc.plot(each), vc.figure(each).axes[0]):
             assert axes.get_xlabel() == r"initial angle $\theta$ [deg]"
             assert axes.get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
@@ -193,10 +193,10 @@ def test_changes_on_the_command_line_are_in_si(place, capsys):
     Path("case.toml").write_text(CASE, encoding="utf-8")
     words = ("--set", "machine.capsule_mass_kg=0.4", "--initial", "angle_deg=20,velocity_m_per_s=0")
     assert changed(*words) == 0
-    found = json.loads(capsys.readouterr().out)
+    content = json.loads(capsys.readouterr().out)
     text = CASE.replace("capsule_mass_kg = 0.5", "capsule_mass_kg = 0.4").replace("angle = 1.0", "angle_deg = 20")
     text = text.replace("velocity_m_per_s = 0.1", "velocity_m_per_s = 0").replace("periods = 12", "periods = 1")
-    assert {key: x["dimensionless"] for key, x in found["state"].items()} == case_from_text(
+    assert {key: x["dimensionless"] for key, x in content["state"].items()} == case_from_text(
         text
     ).simulate().dimensionless.state
 

@@ -86,7 +86,7 @@ def test_events_and_phases_are_in_si(motions):
         assert event.time == pytest.approx(same.time * SECOND, **CLOSE)
         for name, scale in STATES.items():
             assert event.state[name] == pytest.approx(same.state[name] * scale, **CLOSE)
-    assert [each.length for each in found.phases] == pytest.approx([x.length * SECOND for x in plain.phases], **CLOSE)
+    assert [phase.length for phase in found.phases] == pytest.approx([x.length * SECOND for x in plain.phases], **CLOSE)
     assert found.events.to_pandas()["position"].iloc[0] == found.events[0].state["position"]
     assert "<th>time [s]</th>" in found.events._repr_html_()
     assert "<th>position [m]</th>" in found.events._repr_html_()
@@ -132,9 +132,9 @@ def test_the_start_of_a_case_is_taken_as_it_is(tmp_path, motions):
     path = vc.save_case(motions[0].system, tmp_path / "bench.toml", initial=motions[0].state, periods=1)
     assert f"position_m = {motions[0].state['position']!r}" in path.read_text()
     case = vc.read_case(path)
-    found = case.simulate()
-    assert found["position"][0] == pytest.approx(motions[0].state["position"], rel=1e-15)
-    assert vc.simulate(case.system, periods=1, initial=case.initial) == found
+    motion = case.simulate()
+    assert motion["position"][0] == pytest.approx(motions[0].state["position"], rel=1e-15)
+    assert vc.simulate(case.system, periods=1, initial=case.initial) == motion
 
 
 def test_a_motion_in_si_is_a_result_like_any_other(motions):
@@ -220,29 +220,29 @@ def test_equilibria_are_in_si():
     """A block on a belt, whose parameters are the same numbers in SI: with other scales they are not."""
     system = vc.System(vc.Oscillator(stiffness=4.0, damping=0.4, belt_speed=0.5), vc.Coulomb(0.3), vc.Constant())
     scaled = dataclasses.replace(system, units=vc.FreeScales(2.0, 0.1, 0.5))
-    found, plain = vc.equilibria(scaled), vc.equilibria(system)
-    assert len(found) == len(plain) > 0
-    for each, same in zip(found, plain, strict=True):
-        assert each.state["position"] == pytest.approx(same.state["position"] * 0.1, **CLOSE)
-        assert each.friction[0] == pytest.approx(same.friction[0] * 2.0 * 0.1 / 0.25, **CLOSE)
-        assert each.eigenvalues == pytest.approx(same.eigenvalues / 0.5, **CLOSE)
-        assert f"{each.state['position']:.10g} m" in each.facts["position"]
-        assert each.facts["eigenvalues"].endswith(" rad/s")
-    assert found.to_pandas()["position"].iloc[0] == found[0].state["position"]
+    states, plain = vc.equilibria(scaled), vc.equilibria(system)
+    assert len(states) == len(plain) > 0
+    for state, same in zip(states, plain, strict=True):
+        assert state.state["position"] == pytest.approx(same.state["position"] * 0.1, **CLOSE)
+        assert state.friction[0] == pytest.approx(same.friction[0] * 2.0 * 0.1 / 0.25, **CLOSE)
+        assert state.eigenvalues == pytest.approx(same.eigenvalues / 0.5, **CLOSE)
+        assert f"{state.state['position']:.10g} m" in state.facts["position"]
+        assert state.facts["eigenvalues"].endswith(" rad/s")
+    assert states.to_pandas()["position"].iloc[0] == states[0].state["position"]
 
 
 def test_what_holds_quantities_of_several_units_is_shown_and_refuses_one_unit(orbits):
-    found = vc.attractors(bench(), 8)
-    assert f"{len(found.attractors)} attractors" in repr(found)
+    steady = vc.attractors(bench(), 8)
+    assert f"{len(steady.attractors)} attractors" in repr(steady)
     assert " m/s}" in repr(vc.classify(bench(), initial=orbits[0].state))
-    for result, name in ((orbits[0], "state"), (found, "starts")):
+    for result, name in ((orbits[0], "state"), (steady, "starts")):
         with pytest.raises(ArgumentError, match="holds several, each with its own unit"):
             result.unit_of(name)
 
 
 def test_no_record_has_members_of_those_in_si():
     taken = set(InSI.__annotations__)
-    for record in (each for each in vars(vc).values() if inspect.isclass(each) and issubclass(each, Dimensional)):
+    for record in (var for var in vars(vc).values() if inspect.isclass(var) and issubclass(var, Dimensional)):
         assert not taken & set(dir(record)), record
 
 
@@ -264,9 +264,9 @@ def public_records():
     rooms = ("motion", "measures", "orbits", "design")
     names = (getattr(vc, name) for name in vc.__all__)
     return [
-        each
-        for each in names
-        if inspect.isclass(each) and dataclasses.is_dataclass(each) and each.__module__.split(".")[1] in rooms
+        name
+        for name in names
+        if inspect.isclass(name) and dataclasses.is_dataclass(name) and name.__module__.split(".")[1] in rooms
     ]
 
 
@@ -286,7 +286,7 @@ def test_no_room_goes_through_the_public_functions():
     """They answer in SI; inside, all is computed without units."""
     package = Path(vc.__file__).parent
     through = re.compile(r"^\s*(?:from vibrocap import (.*)|import (vibrocap)\s*)$", re.MULTILINE)
-    found = {
+    values = {
         (str(path.relative_to(package)), name)
         for path in package.rglob("*.py")
         for names in through.findall(path.read_text(encoding="utf-8"))
@@ -294,7 +294,7 @@ def test_no_room_goes_through_the_public_functions():
         if not (package / name).is_dir() and not (package / f"{name}.py").exists() and name != "__version__"
     }
     # one asks it for pictures and tables of what the user holds, the other where the package stands
-    assert found == {("results.py", "vibrocap"), ("lab/controls.py", "vibrocap")}
+    assert values == {("results.py", "vibrocap"), ("lab/controls.py", "vibrocap")}
 
 
 def test_without_units_nothing_is_shown_otherwise(motions, orbits):

@@ -28,11 +28,11 @@ def first_set(law):
 
 def symmetric(law):
     """The unstable symmetric orbit between the twins."""
-    found = vc.orbit(first_set(law), initial=START, half=True)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.symmetric
-    assert found.unstable
-    return found
+    orbit = vc.orbit(first_set(law), initial=START, half=True)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.symmetric
+    assert orbit.unstable
+    return orbit
 
 
 def simulated(system, state, periods=400):
@@ -52,30 +52,30 @@ def test_what_is_pushed_off_goes_to_both_twins(law):
 def test_a_start_near_a_saddle_leads_to_what_the_capsule_does(law, off):
     start = symmetric(law).state
     start = start | {"angle": start["angle"] + off}
-    found = vc.orbit(first_set(law), initial=start)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.stable
-    assert abs(found.drift) == pytest.approx(DRIFTS[law], abs=1e-10)
+    orbit = vc.orbit(first_set(law), initial=start)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.stable
+    assert abs(orbit.drift) == pytest.approx(DRIFTS[law], abs=1e-10)
     if abs(off) > 1e-8:  # nearer, the errors of a run decide which way it goes
-        assert found.drift == pytest.approx(simulated(first_set(law), start), abs=1e-9)
+        assert orbit.drift == pytest.approx(simulated(first_set(law), start), abs=1e-9)
 
 
 def test_the_saddle_that_was_passed_is_kept():
     """The run stands still on LuGre's symmetric orbit, long enough to count as settled."""
     saddle = symmetric("lugre")
-    found = vc.orbit(first_set("lugre"), initial=saddle.state)
-    assert found.passed is not None
-    assert found.passed.symmetric
-    assert found.passed.unstable
-    assert found.passed.state["angle"] == pytest.approx(saddle.state["angle"], abs=1e-9)
+    orbit = vc.orbit(first_set("lugre"), initial=saddle.state)
+    assert orbit.passed is not None
+    assert orbit.passed.symmetric
+    assert orbit.passed.unstable
+    assert orbit.passed.state["angle"] == pytest.approx(saddle.state["angle"], abs=1e-9)
 
 
 def test_what_leaves_and_does_not_settle_is_said(monkeypatch):
     monkeypatch.setattr(orbits, "orbits_reached", lambda *given: ([], np.array([-1, -1]), None))
-    found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
-    assert found.status is vc.OrbitStatus.NOT_SETTLED
-    assert found.passed is not None
-    assert found.passed.unstable
+    orbit = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
+    assert orbit.status is vc.OrbitStatus.NOT_SETTLED
+    assert orbit.passed is not None
+    assert orbit.passed.unstable
 
 
 def test_an_orbit_that_went_astray_is_not_claimed(monkeypatch):
@@ -86,8 +86,8 @@ def test_an_orbit_that_went_astray_is_not_claimed(monkeypatch):
         return real(map_, state_vector(map_.system, real(map_, state, *rest).mirrored_state), *rest)
 
     monkeypatch.setattr(orbits, "closed", elsewhere)
-    found = vc.orbit(first_set("exponential"), initial=START)
-    assert found.status is vc.OrbitStatus.NOT_CONVERGED
+    orbit = vc.orbit(first_set("exponential"), initial=START)
+    assert orbit.status is vc.OrbitStatus.NOT_CONVERGED
 
 
 def test_a_stable_orbit_cannot_be_pushed_off():

@@ -176,10 +176,10 @@ def fits(value, rule):
 def quantities(value):
     """All objects with a unit in a record."""
     if isinstance(value, list):
-        return [found for each in value for found in quantities(each)]
+        return [quantity for each in value for quantity in quantities(each)]
     if not isinstance(value, dict):
         return []
-    return [value] if "unit" in value else [found for each in value.values() for found in quantities(each)]
+    return [value] if "unit" in value else [quantity for each in value.values() for quantity in quantities(each)]
 
 
 def units_of(value, name=""):
@@ -235,7 +235,7 @@ def write(name, header, *columns):
 
 def test_every_command_with_json_is_in_the_table():
     app_of()
-    with_json = {name for name, each in COMMANDS.items() if "json" in each.request.options()}
+    with_json = {name for name, command in COMMANDS.items() if "json" in command.request.options()}
     assert with_json == {each.split()[0] for each in IN_SI}
 
 
@@ -277,14 +277,14 @@ def test_numbers_without_units_are_those_of_the_case_without(command, answer):
     plain_case = Case(case.system.dimensionless, case.initial, periods=case.periods, tolerance=case.tolerance)
     Path("plain.toml").write_text(case_text(plain_case), encoding="utf-8")
     words = IN_SI_ALONE[command]
-    found, plain = (
+    output, plain = (
         answer(command, str(BENCH), *words.split()),
         answer(command, "plain.toml", *without_units(words).split()),
     )
-    assert quantities(found)
+    assert quantities(output)
     assert not quantities(plain)
-    found = json.loads(without_units(json.dumps(bare(found))))
-    for (place, one), (same, other) in zip(leaves(found), leaves(plain), strict=True):
+    output = json.loads(without_units(json.dumps(bare(output))))
+    for (place, one), (same, other) in zip(leaves(output), leaves(plain), strict=True):
         assert place == same
         rounded = "=" in words and isinstance(one, float)
         assert one == (pytest.approx(other, rel=1e-6, abs=1e-9) if rounded else other), place

@@ -41,12 +41,12 @@ def pushed_block(linear, quadratic, end):
             return side * y[1]
 
         stops.terminal, stops.direction = True, -1
-        found = solve_ivp(
+        solution = solve_ivp(
             lambda time, y, side=side: (y[1], push(time) - side * friction(side * y[1])),
             (t, end), (s, v), method="DOP853", rtol=3e-14, atol=1e-14, events=stops,
         )  # fmt: skip
-        t, (s, v) = float(found.t[-1]), found.y[:, -1]
-        if found.status == 0:
+        t, (s, v) = float(solution.t[-1]), solution.y[:, -1]
+        if solution.status == 0:
             return s, v
         v, side = 0.0, 0
     return s, v

@@ -58,13 +58,13 @@ ADVANCE = {"advance": ("advance", ARGUMENTS)}
 def in_node(folder, module, calls):
     """Call functions (name, floats, ints, trace, rounds) of a module in one process; what they return."""
     (folder / "kernel.wasm").write_bytes(module)
-    given = []
+    dumps = []
     for number, (name, floats, ints, trace, rounds) in enumerate(calls):
         files = [folder / f"{number}-{i}" for i in range(3)]
         for file, array in zip(files, (floats, ints, trace), strict=True):
             file.write_bytes(array.tobytes())
-        given.append(json.dumps([name, rounds, *map(str, files)]))
-    command = [NODE, "-e", RUN, str(folder / "kernel.wasm"), *given]
+        dumps.append(json.dumps([name, rounds, *map(str, files)]))
+    command = [NODE, "-e", RUN, str(folder / "kernel.wasm"), *dumps]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     for number, (_, *arrays, _) in enumerate(calls):
@@ -191,8 +191,8 @@ def test_ints_are_exact_beyond_32_bits(tmp_path):
     for entry in (plain_kernel(WIDE)["advance"], InNode(WIDE, tmp_path)):
         floats, ints, trace = np.array([-1.7e-200, 1.0]), np.zeros(10, dtype=np.int64), np.zeros(2)
         with np.errstate(all="ignore"):
-            found = int(entry(floats, ints, trace, 5))
-        results.append([found, *ints.tolist(), *trace.tolist()])
+            number = int(entry(floats, ints, trace, 5))
+        results.append([number, *ints.tolist(), *trace.tolist()])
     assert results[0] == results[1]
     assert results[0][0] == 1
     assert results[1][-2:] == [math.inf, math.inf]
@@ -262,15 +262,15 @@ def system_of(machine, law):
 
 def motions(system, entries, monkeypatch, periods):
     """The runs of one motion by several entries of its kernel."""
-    kernel, found = kernel_of(system), []
+    kernel, runs = kernel_of(system), []
     start = [1.0, *[0.0] * (len(system.state_names) - 1)]
     for make in entries:
         entry = make(kernel.text)
         monkeypatch.setattr(motion, "kernel", lambda *_, entry=entry: (kernel.layout, entry))
         numbers = equations(system), parameter_values(system), start, system.drive.period
         with np.errstate(all="ignore"):
-            found.append(recorded_run(*numbers, Budget(periods, 1e-9, 1000, 10**6), order=12))
-    return found
+            runs.append(recorded_run(*numbers, Budget(periods, 1e-9, 1000, 10**6), order=12))
+    return runs
 
 
 def assert_the_same(plain, found):

@@ -26,17 +26,17 @@ def test_share_of_starts_that_come_to_slide_steadily():
 
     The share itself is an area: inside the unstable cycle, as far as the block moves forward.
     """
-    found = vc.attractors(BLOCK, 4000, RANGES)
-    kinds = {each.motion.kind: each for each in found.attractors}
+    steady = vc.attractors(BLOCK, 4000, RANGES)
+    kinds = {attractor.motion.kind: attractor for attractor in steady.attractors}
     assert set(kinds) == {"cycle", "steady sliding"}
     sliding = kinds["steady sliding"]
     assert sliding.error == pytest.approx(math.sqrt(0.3071 * 0.6929 / 4000), rel=1e-2)
     assert abs(sliding.share - share_inside_the_unstable_cycle()) < sliding.error
     assert abs(sliding.share - 0.3165) < 2.0 * math.hypot(sliding.error, math.sqrt(0.3165 * 0.6835 / 4000))
-    for label, start in list(zip(found.label, found.starts, strict=True))[:60]:
+    for label, start in list(zip(steady.label, steady.starts, strict=True))[:60]:
         motion = vc.simulate(BLOCK, periods=60, initial=dict(zip(BLOCK.state_names, start, strict=True)))
         sticks = any(event.kind == "stick" and event.time > 0.8 * motion.end for event in motion.events)
-        assert (found.attractors[label].motion.kind == "cycle") == sticks
+        assert (steady.attractors[label].motion.kind == "cycle") == sticks
 
 
 def share_inside_the_unstable_cycle():
@@ -61,19 +61,19 @@ def share_inside_the_unstable_cycle():
 @pytest.mark.slow
 def test_a_set_of_rest_is_one_attractor():
     still = BLOCK.with_parameters({"machine.belt_speed": 0.0})
-    found = vc.attractors(still, 50)
-    assert [each.motion.kind for each in found.attractors] == ["rest"]
-    assert np.all(found.label == 0)
+    steady = vc.attractors(still, 50)
+    assert [attractor.motion.kind for attractor in steady.attractors] == ["rest"]
+    assert np.all(steady.label == 0)
 
 
 @pytest.mark.slow
 def test_basins_of_what_does_not_travel_are_labels():
-    found = vc.basins(BLOCK, RANGES, 12)
-    assert np.all(found.direction == 0)
-    for label, position, velocity in [(found.label[6, 0], found.x[6], found.y[0]), (found.label[0, 11], -2.0, 0.5)]:
+    cells = vc.basins(BLOCK, RANGES, 12)
+    assert np.all(cells.direction == 0)
+    for label, position, velocity in [(cells.label[6, 0], cells.x[6], cells.y[0]), (cells.label[0, 11], -2.0, 0.5)]:
         start = {"position": float(position), "sliding_velocity": float(velocity)}
-        assert found.attractors[label].motion.kind == vc.classify(BLOCK, start).kind
-    assert found.label[6, 0] != found.label[0, 11]
+        assert cells.attractors[label].motion.kind == vc.classify(BLOCK, start).kind
+    assert cells.label[6, 0] != cells.label[0, 11]
     with pytest.raises(ArgumentError, match="phase: nothing drives the system in time"):
         vc.basins(BLOCK, {"position": (-1, 1), "phase": (0, 1)}, 4)
 
@@ -85,25 +85,25 @@ def test_basins_of_what_does_not_travel_are_labels():
 def test_exponent_of_a_cycle_is_that_of_its_multiplier():
     system = two_blocks(0.3)
     cycle = vc.orbit(system, initial={"position": 1.0, "position_2": 1.0}, settle_periods=120)
-    found = vc.lyapunov_exponent(system, cycle.state, periods=200, transient=0)
-    assert len(found.spectrum) == 3  # of four: that along the motion is left out
-    assert found.error < 0.005
-    assert found.value == pytest.approx(math.log(abs(cycle.multipliers[0])) / cycle.period, abs=found.error)
+    exponent = vc.lyapunov_exponent(system, cycle.state, periods=200, transient=0)
+    assert len(exponent.spectrum) == 3  # of four: that along the motion is left out
+    assert exponent.error < 0.005
+    assert exponent.value == pytest.approx(math.log(abs(cycle.multipliers[0])) / cycle.period, abs=exponent.error)
 
 
 @pytest.mark.slow
 def test_exponents_at_an_equilibrium_are_its_eigenvalues():
     (sliding,) = vc.equilibria(BLOCK)
-    found = vc.lyapunov_exponent(BLOCK, {"position": 0.6, "sliding_velocity": -1.5}, periods=200, transient=200)
-    assert found.spectrum == pytest.approx(np.real(sliding.eigenvalues), abs=3.0 * found.error)
-    assert found.error < 2e-3
+    exponent = vc.lyapunov_exponent(BLOCK, {"position": 0.6, "sliding_velocity": -1.5}, periods=200, transient=200)
+    assert exponent.spectrum == pytest.approx(np.real(sliding.eigenvalues), abs=3.0 * exponent.error)
+    assert exponent.error < 2e-3
 
 
 @pytest.mark.slow
 def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
-    found = [vc.classify(two_blocks(0.1, duration), {"position": 1.0}, periods=400) for duration in (10.0, 23.0)]
-    assert [each.kind for each in found] == ["chaotic", "chaotic"]
-    one, other = (each.lyapunov for each in found)
+    kinds = [vc.classify(two_blocks(0.1, duration), {"position": 1.0}, periods=400) for duration in (10.0, 23.0)]
+    assert [kind.kind for kind in kinds] == ["chaotic", "chaotic"]
+    one, other = (kind.lyapunov for kind in kinds)
     assert one.value > 5 * one.error > 0
     assert one.value == pytest.approx(other.value, abs=3.0 * math.hypot(one.error, other.error))
 
@@ -115,20 +115,20 @@ def test_the_error_of_an_exponent_holds_what_it_claims():
     0.0296 is the mean of 33 motions of 1,000 and 4,000 drive periods each, with a standard error of 0.0003.
     """
     draw = np.random.default_rng(8)
-    found = [
+    exponents = [
         vc.lyapunov_exponent(
             two_blocks(0.1), dict.fromkeys(("position", "position_2"), 1.0) | {"position": draw.uniform(0.5, 1.2)},
             periods=200, transient=100,
         )
         for _ in range(16)
     ]  # fmt: skip
-    chaotic = [each for each in found if each.value > 0.0]
+    chaotic = [exponent for exponent in exponents if exponent.value > 0.0]
     assert len(chaotic) > 3
     off = np.array([(each.value - 0.0296) / each.error for each in chaotic])
     assert np.abs(off).max() < 3.0
     assert np.mean(np.abs(off) < 1.0) >= 0.6
-    cycles = [each for each in found if each.value <= 0.0]
-    assert all(abs(each.value + 0.02817) < each.error for each in cycles)
+    cycles = [exponent for exponent in exponents if exponent.value <= 0.0]
+    assert all(abs(cycle.value + 0.02817) < cycle.error for cycle in cycles)
 
 
 # --- diagrams --------------------------------------------------------------------------------------------------------
@@ -137,17 +137,17 @@ def test_the_error_of_an_exponent_holds_what_it_claims():
 @pytest.mark.exhaustive
 def test_a_diagram_records_the_returns_of_cycles():
     speeds = (0.15, 0.2, 0.3)
-    found = vc.bifurcation_diagram(
+    diagram = vc.bifurcation_diagram(
         two_blocks(0.2), "machine.belt_speed", (0.15, 0.3), 4, starts=1, settle_periods=60, section="stick",
         initial={"position": 1.0, "position_2": 1.0}, directions=("up",),
     )  # fmt: skip
     for speed in speeds:
-        at = int(np.argmin(np.abs(found.values - speed)))
+        at = int(np.argmin(np.abs(diagram.values - speed)))
         cycle = vc.orbit(two_blocks(speed), initial={"position": 1.0, "position_2": 1.0}, settle_periods=120)
         motion = cycle.motion(1.5 * cycle.period / 10.0)
         expected = np.sort(motion.states(vc.Section("stick").times(motion)[:2])[0])
-        assert found.response_period[0, 0, at] == 2
-        assert np.sort(found.states[0, 0, at, :2, 0]) == pytest.approx(expected, abs=1e-5)
+        assert diagram.response_period[0, 0, at] == 2
+        assert np.sort(diagram.states[0, 0, at, :2, 0]) == pytest.approx(expected, abs=1e-5)
     driven = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     with pytest.raises(ArgumentError, match="section should be None"):
         vc.bifurcation_diagram(driven, "machine.mass_ratio", (1.0, 2.0), 2, section="stick")
@@ -156,9 +156,9 @@ def test_a_diagram_records_the_returns_of_cycles():
 def test_what_nothing_drives_has_a_period_of_its_own_for_robustness_and_none_at_its_marks():
     """Robustness refused it; `settling` looked for periods of the idle drive."""
     system = vc.System(vc.Oscillator(belt_speed=0.3), vc.Coulomb(0.1, 0.2), ZERO_PROGRESS)
-    found = vc.robustness(system, {"machine.stiffness": (0.8, 1.2)}, "period", samples=8)
-    assert found.nominal == pytest.approx(vc.orbit(system).period, rel=1e-6)
-    assert np.all(np.diff(found.values[np.argsort(found.parameters["machine.stiffness"])]) < 0.0)
+    spread = vc.robustness(system, {"machine.stiffness": (0.8, 1.2)}, "period", samples=8)
+    assert spread.nominal == pytest.approx(vc.orbit(system).period, rel=1e-6)
+    assert np.all(np.diff(spread.values[np.argsort(spread.parameters["machine.stiffness"])]) < 0.0)
     for lacking in ("peak_velocity", "bristle_loss_2_work"):  # all values would be NaN
         with pytest.raises(ValueError, match="no motion of this system has it"):
             vc.robustness(system, {"machine.stiffness": (0.8, 1.2)}, lacking, samples=8)
@@ -168,10 +168,10 @@ def test_what_nothing_drives_has_a_period_of_its_own_for_robustness_and_none_at_
 
 def test_steady_sliding_is_one_point_of_a_diagram():
     start = {"position": 0.55, "sliding_velocity": -1.5}
-    found = vc.bifurcation_diagram(
+    diagram = vc.bifurcation_diagram(
         BLOCK, "machine.belt_speed", (1.4, 1.5), 2, starts=1, initial=start, directions=("up",), settle_periods=300
     )
-    assert found.response_period.tolist() == [[[1, 1]]]
+    assert diagram.response_period.tolist() == [[[1, 1]]]
     (sliding,) = vc.equilibria(BLOCK)
-    assert found.states[0, 0, 1, 0] == pytest.approx(list(sliding.state.values()), abs=1e-5)
-    assert np.all(np.isnan(found.states[0, 0, 1, 1:]))
+    assert diagram.states[0, 0, 1, 0] == pytest.approx(list(sliding.state.values()), abs=1e-5)
+    assert np.all(np.isnan(diagram.states[0, 0, 1, 1:]))

@@ -49,18 +49,18 @@ def test_orbits_and_ensembles_of_worms_with_corners():
     forgetful = dataclasses.replace(EXAMPLE, friction=vc.LuGre(**little))
     map_, push = StroboscopicMap(forgetful), 1e-5
     for velocity in (-0.05, 0.02):
-        found = [
+        orbit = [
             independent_motion(forgetful, {"centre_velocity": start}, 1).state
             for start in (velocity - push, velocity + push)
         ]
-        ends = [np.array([state["position"], state["centre_velocity"]]) for state in found]
+        ends = [np.array([state["position"], state["centre_velocity"]]) for state in orbit]
         images = map_.images(np.array([[0.0, velocity, 0.0, 0.0]]), map_.parameters()[None])
         assert images.jacobian[0][:2, 1] == pytest.approx((ends[1] - ends[0]) / (2.0 * push), abs=2e-6)
-    found = vc.orbit(EXAMPLE, initial=START)
-    assert found.drift == pytest.approx(0.5874, abs=5e-5)
-    assert found.drift == pytest.approx(travelled(0.3, 4, 5), abs=1e-9)
-    assert found.stable
-    assert found.motion().certificate.ok
+    orbit = vc.orbit(EXAMPLE, initial=START)
+    assert orbit.drift == pytest.approx(0.5874, abs=5e-5)
+    assert orbit.drift == pytest.approx(travelled(0.3, 4, 5), abs=1e-9)
+    assert orbit.stable
+    assert orbit.motion().certificate.ok
     amplitudes = [0.15, 0.3, 0.45]
     together = vc.ensemble(
         EXAMPLE, {"drive.amplitude": amplitudes}, initial=START, periods=3, window=3, tolerance=1e-10
@@ -78,13 +78,18 @@ def test_what_a_contact_at_rest_holds_is_asked_once_the_others_have_turned():
     sides. Body 1 holds 0.1.
     """
     period, rise, slow = 2.0 * math.pi, 0.95, 0.05
-    given = {"bristle_stiffness": 50.0, "coulomb_coefficient": 0.2, "static_coefficient": 0.4, "stribeck_velocity": 0.3}
+    settings = {
+        "bristle_stiffness": 50.0,
+        "coulomb_coefficient": 0.2,
+        "static_coefficient": 0.4,
+        "stribeck_velocity": 0.3,
+    }
     system = vc.System(
         vc.ThreeBodyWorm(actuation=1.0, actuation_2=-2.0, normal_load_3=1.2),
         [
             vc.Coulomb(0.1, 0.1),
-            vc.LuGre(bristle_damping=0.1, **given),
-            vc.LuGre(bristle_damping=0.1 + 0.08 / (3.0 * slow * rise / (1.0 - rise)), **given),
+            vc.LuGre(bristle_damping=0.1, **settings),
+            vc.LuGre(bristle_damping=0.1 + 0.08 / (3.0 * slow * rise / (1.0 - rise)), **settings),
         ],
         vc.Triangle(amplitude=-0.5 * slow * rise * period, rise=rise),
     )

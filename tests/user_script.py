@@ -73,11 +73,11 @@ def sweeps(system: vc.System, folder: Path) -> Path:
     spread = vc.sweep(
         system, {"machine.mass_ratio": (1.0, 3.0)}, design=design, settle=1e-5, periods=60, tolerance=1e-8
     )
-    found = vc.ensemble(system, {"machine.mass_ratio": [1.0, 2.0]}, periods=3)
+    results = vc.ensemble(system, {"machine.mass_ratio": [1.0, 2.0]}, periods=3)
     print(
         study["mean_velocity"].values,
         spread.sizes,
-        found["mean_velocity"].mean(),
+        results["mean_velocity"].mean(),
         vc.measure_table()["mode_sequence"].meaning,
     )
     return vc.write_study(vc.open_study(folder), "study.nc")
