@@ -1,5 +1,7 @@
 """The step of a driven law: its linear algebra, its order through a turn, and one source however it runs."""
 
+from unittest import mock
+
 import numpy as np
 import pytest
 
@@ -33,28 +35,63 @@ RAMP = np.array([0.35, -0.45]), np.array([1.0, 1.6])  # velocity and load at bot
 LENGTH = 3.0
 
 
-def equal_steps(count):
+def equal_steps(count, faults=None):
     """Bristle at the end of the ramp, by so many equal intervals without error control: each is one step."""
     equations = driven_equations(MILD, ())
     shares = np.linspace(0.0, 1.0, count + 1)
     velocity, load = (ends[0] + shares * (ends[1] - ends[0]) for ends in RAMP)
     signals = np.stack([shares * LENGTH, velocity, load])
     values = np.array([[getattr(MILD, name) for name in equations.parameter_names]])
-    with on_plain_python(MILD):
+    with on_plain_python(MILD) as names, mock.patch.dict(names, faults(names, LENGTH / count) if faults else {}):
         runs = driven_runs(equations, values, np.array([[0.01]]), signals, 1e9, threads=1, keep_internal=True)
     assert runs.internal is not None
-    assert runs.steps[0] == count + 1  # the turn cuts one
+    assert faults or runs.steps[0] == count + 1  # the turn cuts one
     return runs.internal[0, -1, 0]
 
 
 COUNTS = (9, 13, 19, 27, 39)
 
 
-def test_order_through_a_turn():
-    """From errors against many steps of the same kind."""
+def slope(faults=None):
+    """Order from errors against many steps of the same kind."""
     exact = equal_steps(1001)
-    errors = [abs(equal_steps(count) - exact) for count in COUNTS]
-    assert -np.polyfit(np.log(COUNTS), np.log(errors), 1)[0] == pytest.approx(5.0, abs=0.15)
+    errors = [abs(equal_steps(count, faults) - exact) for count in COUNTS]
+    return -np.polyfit(np.log(COUNTS), np.log(errors), 1)[0]
+
+
+def time_derivative_lost(names, step):
+    def unforced(*point):
+        *own, _ = names_slopes(*point)
+        return (*own, 0.0)
+
+    names_slopes = names["slopes"]
+    return {"slopes": unforced}
+
+
+def stage_late(names, step):
+    rates, rate = names["rates"], (RAMP[0][1] - RAMP[0][0]) / LENGTH
+    return {"rates": lambda z, v, *rest: rates(z, v + 0.01 * step * rate, *rest)}
+
+
+def turn_missed(names, step):
+    """The side changes where the interval ends."""
+    sign = names["sign"]
+    signs = []
+
+    def late(v):
+        signs.append(sign(v))
+        return signs[-1] if len(signs) < 2 or signs[-1] == signs[-2] else signs[-2]
+
+    return {"sign": late}
+
+
+def test_order_through_a_turn():
+    assert slope() == pytest.approx(5.0, abs=0.15)
+
+
+@pytest.mark.parametrize("fault", [time_derivative_lost, stage_late, turn_missed])
+def test_planted_faults_are_rejected(fault):
+    assert abs(slope(fault) - 5.0) > 0.6
 
 
 # --- one source -----------------------------------------------------------------------------------------------

@@ -1,8 +1,8 @@
-"""The order of both methods on forced problems with events.
+"""The order of both methods on forced problems with events, and faults that this must notice.
 
 Steps are fixed here: the plain-Python kernel runs with another choice of step. For the Taylor method kernels of a low
 order are generated, since the error of order 12 meets rounding after one halving. An unforced problem, or one without
-events, would not notice a drive that is late, or an event.
+events, would notice none of the planted faults.
 """
 
 import itertools
@@ -49,7 +49,7 @@ def exact():
     return motion
 
 
-def errors_of(kernel, exact):
+def errors_of(kernel, exact, fault=None):
     """Errors at the end and within the steps, for every number of steps per period."""
     ends, middles = [], []
     for count in STEPS:
@@ -58,7 +58,7 @@ def errors_of(kernel, exact):
             "chosen_step": lambda floats, ints, lane, remaining, step=step: step,
             "resolved": lambda floats, lane, h: True,  # a check that would halve steps
         }
-        with running_on(kernel, **replaced):
+        with running_on(kernel, **replaced, **(fault(kernel, step) if fault else {})):
             motion = vc.simulate(STICK_SLIP, periods=PERIODS, initial=START)
         assert motion.status.ok
         ends.append(np.abs(np.array(list(motion.state.values())) - list(exact.state.values())).max())
@@ -73,12 +73,67 @@ def test_taylor_keeps_its_order_through_events(order, exact):
     assert abs(slope(STEPS, middles) - order) <= WITHIN
 
 
+def drive_late(kernel, step):
+    """The series is made as if it were a hundredth of a step later."""
+    jet, time = kernel["jet"], kernel["TIME"]
+
+    def late(floats):
+        floats[time] += 0.01 * step
+        jet(floats)
+        floats[time] -= 0.01 * step
+
+    return {"jet": late}
+
+
+def event_truncated(kernel, step):
+    """The time of an event comes from the first two terms of its series."""
+    first_root = kernel["first_root"]
+
+    def truncated(floats, row, degree, sign, zeros, h):
+        root, touch = first_root(floats, row, degree, sign, zeros, h)
+        return (min(h, -floats[row] / floats[row + 1]) if root > 0.0 and zeros == 0 else root), touch
+
+    return {"first_root": truncated}
+
+
+def event_at_the_end_of_the_step(kernel, step):
+    """Stick and reversal are entered only where the step ends."""
+    first_root = kernel["first_root"]
+
+    def late(floats, row, degree, sign, zeros, h):
+        root, touch = first_root(floats, row, degree, sign, zeros, h)
+        return (h if root > 0.0 and zeros == 0 else root), touch
+
+    return {"first_root": late}
+
+
+def slip_late(kernel, step):
+    """The hold gives way late by the order of a step; the friction force is continuous there, which hides one order."""
+    first_event = kernel["first_event"]
+    limit = kernel["LIMIT_OF"][0]
+
+    def off(floats, *rest):
+        floats[limit] *= 1.0 + step
+        return first_event(floats, *rest)
+
+    return {"first_event": off}
+
+
+@pytest.mark.parametrize(
+    "fault", slow_but([1, 3], [drive_late, event_truncated, event_at_the_end_of_the_step, slip_late])
+)
+def test_planted_faults_are_rejected(fault, exact):
+    order = 4
+    ends, _ = errors_of(kernel_of(STICK_SLIP, order), exact, fault)
+    assert abs(slope(STEPS, ends) - order) > 4 * WITHIN
+
+
 # --- Rodas5P ---------------------------------------------------------------------------------------------------------
 
 IMPLICIT_STEPS = (450, 800, 1400)
 
 
-def implicit_error(kernel, count, exact):
+def implicit_error(kernel, count, exact, fault=None):
     """Error at the end with so many implicit steps per period; a start from rest is a Taylor step, as in production."""
     step = DRIVE.period / count
 
@@ -92,7 +147,7 @@ def implicit_error(kernel, count, exact):
 
     start = [START.get(name, 0.0) for name in REVERSING.state_names]
     recording, parameters = equations(REVERSING), parameter_values(REVERSING)
-    with running_on(kernel, chosen_step=chosen_step):
+    with running_on(kernel, chosen_step=chosen_step, **(fault(kernel, step) if fault else {})):
         # at a tolerance of 1e6 no step is refused
         run = recorded_run(recording, parameters, start, DRIVE.period, Budget(PERIODS, 1e6, 1000, 100_000))
     assert run.status == DONE
@@ -114,6 +169,31 @@ def test_rodas_keeps_its_order_through_reversals(exact_reversing):
     kernel = kernel_of(REVERSING)
     errors = [implicit_error(kernel, count, exact_reversing) for count in IMPLICIT_STEPS]
     assert abs(slope(IMPLICIT_STEPS, errors) - 5.0) <= WITHIN
+
+
+def stage_late(kernel, step):
+    """Every stage sees the drive a hundredth of a step late."""
+    rates = kernel["rates"]
+    return {"rates": lambda floats, t, *rest: rates(floats, t + 0.01 * step, *rest)}
+
+
+def time_derivative_lost(kernel, step):
+    """df/dt is left out, as for an unforced problem."""
+    jacobian, width = kernel["jacobian"], kernel["WIDTH"]
+
+    def unforced(floats, t, point, lane, out):
+        jacobian(floats, t, point, lane, out)
+        floats[out + width - 1 : out + kernel["STATES"] * width : width] = 0.0
+
+    return {"jacobian": unforced}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", [stage_late, time_derivative_lost])
+def test_planted_faults_of_the_implicit_method_are_rejected(fault, exact_reversing):
+    kernel = kernel_of(REVERSING)
+    errors = [implicit_error(kernel, count, exact_reversing, fault) for count in IMPLICIT_STEPS]
+    assert abs(slope(IMPLICIT_STEPS, errors) - 5.0) > 4 * WITHIN
 
 
 @pytest.mark.slow
@@ -180,8 +260,8 @@ SIXTEEN_DIGITS = 1e-12  # coefficients up to 170 with 16 digits, through an inve
 
 
 def test_order_conditions():
-    for order, found, wanted in TABLEAU.conditions(TABLEAU.weights):
-        assert found == pytest.approx(wanted, abs=SIXTEEN_DIGITS), (order, wanted)
+    for order, value, wanted in TABLEAU.conditions(TABLEAU.weights):
+        assert value == pytest.approx(wanted, abs=SIXTEEN_DIGITS), (order, wanted)
 
 
 def test_nodes_and_time_weights_are_row_sums():
@@ -193,10 +273,10 @@ def test_nodes_and_time_weights_are_row_sums():
 def test_error_estimate_is_of_order_four():
     """The last stage is the difference to an embedded solution that fulfils all conditions up to 4, and none of 5."""
     embedded = TABLEAU.weights - np.eye(8)[-1]
-    for order, found, wanted in TABLEAU.conditions(embedded):
+    for order, value, wanted in TABLEAU.conditions(embedded):
         if order <= 4:
-            assert found == pytest.approx(wanted, abs=SIXTEEN_DIGITS), (order, wanted)
-    assert max(abs(found - wanted) for order, found, wanted in TABLEAU.conditions(embedded) if order == 5) > 1e-4
+            assert value == pytest.approx(wanted, abs=SIXTEEN_DIGITS), (order, wanted)
+    assert max(abs(value - wanted) for order, value, wanted in TABLEAU.conditions(embedded) if order == 5) > 1e-4
 
 
 def dense_weights(x):
@@ -207,9 +287,9 @@ def dense_weights(x):
 
 @pytest.mark.parametrize("x", [0.15, 0.4, 0.5, 0.85, 1.0])
 def test_dense_output_is_of_order_four(x):
-    for order, found, wanted in TABLEAU.conditions(dense_weights(x), x):
+    for order, value, wanted in TABLEAU.conditions(dense_weights(x), x):
         if order <= 4:
-            assert found == pytest.approx(wanted, abs=SIXTEEN_DIGITS), (order, wanted)
+            assert value == pytest.approx(wanted, abs=SIXTEEN_DIGITS), (order, wanted)
 
 
 def test_stiff_decay_is_damped():
@@ -235,5 +315,5 @@ def test_a_wrong_digit_shows():
     wrong.alpha_matrix = changed @ TABLEAU.gamma_matrix
     wrong.beta_matrix = wrong.alpha_matrix + TABLEAU.gamma_matrix
     wrong.alpha, wrong.beta = wrong.alpha_matrix.sum(axis=1), wrong.beta_matrix.sum(axis=1)
-    off = [abs(found - wanted) for _, found, wanted in itertools.islice(wrong.conditions(TABLEAU.weights), 17)]
+    off = [abs(value - wanted) for _, value, wanted in itertools.islice(wrong.conditions(TABLEAU.weights), 17)]
     assert max(off) > SIXTEEN_DIGITS

@@ -89,6 +89,13 @@ def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path
     assert (tmp_path / "again.png").read_bytes() == (tmp_path / "sheet.png").read_bytes()
 
 
+def test_a_machine_without_a_position_is_drawn_by_the_place_of_what_rubs():
+    """Gears, strings and clutches turn; `vc.plot(motion)` asked for a position that they have not."""
+    clutch = vc.simulate(vc.System(vc.Clutch(), vc.Coulomb(), vc.Harmonic(0.3, 1.0)), periods=1)
+    (line,) = [line for line in vc.plot(clutch).lines if len(line.get_xdata()) > 2]
+    assert line.get_ydata()[-1] == clutch["slip"][-1]
+
+
 @pytest.mark.slow
 def test_pyplot_stays_out_of_it(results):
     import subprocess

@@ -273,7 +273,7 @@ def test_regime_diagram_parts_blocks_where_they_stick_for_half_of_the_time():
     rows = diagram.table()
     assert [row["stiffness"] for row in rows] == [2.0] * 5 + [50.0] * 5
     assert [row["name"] for row in rows[:2]] == ["k2_x40", "k2_x8"]
-    with pytest.raises(ValueError, match=r"found\[0\] \(record\): stiffness and pulling_speed"):
+    with pytest.raises(ValueError, match=r"analyses\[0\] \(record\): stiffness and pulling_speed"):
         regime_diagram([stick_slip(*blocks[0].record())])
     with pytest.raises(ValueError, match="at least one"):
         regime_diagram([])

@@ -80,8 +80,8 @@ def main(words: list[str] | None = None) -> int:
     settings = {"html_extra_path": str(extra.resolve())}
     if options.no_notebooks:
         settings["nb_execution_mode"] = "off"
-    options = [word for name, value in settings.items() for word in ("-D", f"{name}={value}")]
-    if build_main(["-q", "-W", "--keep-going", "-j", "2", "-c", str(HERE), *options, str(sources), str(html)]):
+    definitions = [word for name, value in settings.items() for word in ("-D", f"{name}={value}")]
+    if build_main(["-q", "-W", "--keep-going", "-j", "2", "-c", str(HERE), *definitions, str(sources), str(html)]):
         return 1
     if browser is not None:
         print_sheet(browser, html)

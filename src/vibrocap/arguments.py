@@ -181,5 +181,5 @@ def _installed_by(missing: list[str]) -> str:
 
 def require(what: str, *packages: str) -> None:
     """ModuleNotFoundError, which says how to install them, where packages are missing that `what` needs."""
-    if said := lacking(*packages):
-        raise ModuleNotFoundError(f"{what} {said}")
+    if refusal := lacking(*packages):
+        raise ModuleNotFoundError(f"{what} {refusal}")

@@ -42,8 +42,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     with _said(path):
-        if said := other_place(path):
-            raise OSError(errno.ELOOP, said, str(path))
+        if reason := other_place(path):
+            raise OSError(errno.ELOOP, reason, str(path))
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file() and not target.is_dir():
             with _read_by_someone(target):

@@ -147,8 +147,8 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
-        said = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        reason, _, place = said.partition(" (at ")
+        words = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        reason, _, place = words.partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
     data, asked = unfolded(data)
     changes, more = unfolded_changes(data, {**(changes or {}), **{f"run.{name}": x for name, x in run.items()}})

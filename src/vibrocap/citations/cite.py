@@ -173,8 +173,8 @@ def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
     else:
         system = of if isinstance(of, System) else getattr(of, "system", None)
         if not isinstance(system, System):
-            said = "should be a system, a part, a case or a result that has a system or a law"
-            raise ArgumentError("of", f"{said}, got {type(of).__name__}")
+            text = "should be a system, a part, a case or a result that has a system or a law"
+            raise ArgumentError("of", f"{text}, got {type(of).__name__}")
         for part, given in system.parts.items():
             if given.source or part in PARTS or number_in(part, "friction"):  # an environment has none
                 citations.append(_citation(given))

@@ -264,17 +264,17 @@ def _parameter(field: Any, kind: Any, declared: Option) -> inspect.Parameter:
     return inspect.Parameter(field.name, place, default=default, annotation=annotation)
 
 
-def perform(chosen: Command, request: Request) -> int:
+def perform(entered: Command, request: Request) -> int:
     """Run a command: its options are checked, it computes, and its answer is shown; returns the exit code."""
     if isinstance(request, WithParts):
         request.register()
     request.refuse()
     with refusing(request), request.page() if isinstance(request, Drawn) else contextlib.nullcontext():
-        if chosen.doing:
-            with progress(chosen.doing.format_map(vars(request))) as report:
-                answer = chosen.run(request, report)
+        if entered.doing:
+            with progress(entered.doing.format_map(vars(request))) as report:
+                answer = entered.run(request, report)
         else:
-            answer = chosen.run(request)
+            answer = entered.run(request)
         return shown(answer, request)
 
 

@@ -155,5 +155,5 @@ def described(parts: Mapping[str, Any]) -> dict[str, str]:
 def _pieces(asked: Any, names: Mapping[str, str]) -> list[tuple[str, str]]:
     """Names behind those that stand before a comma already, which are not offered again."""
     before, comma, _ = asked.incomplete.rpartition(",")
-    given = before.split(",")
-    return [(before + comma + name, said) for name, said in names.items() if name not in given]
+    words = before.split(",")
+    return [(before + comma + name, said) for name, said in names.items() if name not in words]

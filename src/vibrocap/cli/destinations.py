@@ -18,15 +18,15 @@ def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
     if path is None:
         return
     if path.suffix.lower() not in kinds:
-        given = f"ends in {path.suffix!r}" if path.suffix else "has no ending"
-        raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {given}")
+        text = f"ends in {path.suffix!r}" if path.suffix else "has no ending"
+        raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {text}")
     if path.is_dir():
         raise Refusal(f"{option}: {str(path)!r} is a folder; give the name of a file in it")
     if not path.parent.exists():
         raise Refusal(f"{option}: there is no folder {str(path.parent)!r}; make it first, or give another name")
     writable_folder(option, path.parent)
-    if said := other_place(path):
-        raise Refusal(f"{option}: {str(path)!r} cannot be written: {said}")
+    if reason := other_place(path):
+        raise Refusal(f"{option}: {str(path)!r} cannot be written: {reason}")
     if path.exists() and not os.access(path, os.W_OK):
         raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")
 
@@ -102,5 +102,5 @@ def own_names(option: str, folder: Path, *names: str) -> None:
 
 def needs(option: str, *packages: str) -> None:
     """Refusal if packages that the core does not need are not installed."""
-    if said := lacking(*packages):
-        raise Refusal(f"{option}: {said}")
+    if refusal := lacking(*packages):
+        raise Refusal(f"{option}: {refusal}")

@@ -334,13 +334,13 @@ def units_of_case(
         complaints.append(f"--pendulum: needs the normal force of {', '.join(loose)}; give it by --load")
     if any(record.rotary for record in records):
         complaints.append("--pendulum: is for a contact that slides; the records are of one that turns")
-    given = pairs("pendulum", split(texts), complaints, PENDULUM)
-    unknown = [name for name in given if name not in ("mass", "length")]
-    if unknown or len(given) < 2:
+    entries = pairs("pendulum", split(texts), complaints, PENDULUM)
+    unknown = [name for name in entries if name not in ("mass", "length")]
+    if unknown or len(entries) < 2:
         complaints.append(f"--pendulum {','.join(texts)}: should be {PENDULUM}")
         return None
     try:
-        return PendulumScales(pendulum_mass_kg=float(given["mass"]), pendulum_length_m=float(given["length"]))
+        return PendulumScales(pendulum_mass_kg=float(entries["mass"]), pendulum_length_m=float(entries["length"]))
     except ValueError:
         complaints.append(f"--pendulum {','.join(texts)}: mass (kg) and length (m) should be numbers > 0")
         return None

@@ -48,7 +48,7 @@ MOVED = {
 @functools.cache
 def app_of(*wanted: str) -> App:
     """The command line with these commands, whose modules are imported; by default with all."""
-    made = App(
+    app = App(
         name="vibrocap",
         help=ABOUT,
         help_format="plaintext",
@@ -61,9 +61,9 @@ def app_of(*wanted: str) -> App:
         importlib.import_module(f"{commands.__name__}.{name.replace('-', '_')}")
         chosen = COMMANDS[name]
         examples = "Examples:\n\n" + "".join(f"  {line}\n" for line in chosen.examples)
-        made.command(chosen.entry(), name=name, help=chosen.words, help_epilogue=examples)
-    made.command(completion, name="--completion", show=False)
-    return made
+        app.command(chosen.entry(), name=name, help=chosen.words, help_epilogue=examples)
+    app.command(completion, name="--completion", show=False)
+    return app
 
 
 def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:

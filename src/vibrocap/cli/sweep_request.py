@@ -153,8 +153,8 @@ class SweepRequest(WithParts):
             if self.out is not None:
                 writable_folder("--out", self.out)
                 if (self.out / "study.json").exists() and not self.resume:
-                    said = "holds a study already; continue with --resume, or name another folder"
-                    complaints.add("--out", f"{self.out} {said}")
+                    text = "holds a study already; continue with --resume, or name another folder"
+                    complaints.add("--out", f"{self.out} {text}")
         with complaints.collected():
             writable_table("--export", self.export)
             with_headings(self.export, self.unit_headings, "--export")

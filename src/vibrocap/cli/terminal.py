@@ -73,10 +73,10 @@ def part(heading: str, rows: Iterable[tuple[str, str | None]], width: int) -> Ca
 
 def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
     """An empty table; columns called "value" are set to the right, the first `no_wrap` are not broken."""
-    made = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
+    listing = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
     for index, column in enumerate(columns):
-        made.add_column(column, justify="right" if column == "value" else "left", no_wrap=index < no_wrap)
-    return made
+        listing.add_column(column, justify="right" if column == "value" else "left", no_wrap=index < no_wrap)
+    return listing
 
 
 def parameters_in_words(part: Any) -> Table:
@@ -84,14 +84,14 @@ def parameters_in_words(part: Any) -> Table:
     from vibrocap.physics.parameters import parameter_table
     from vibrocap.physics.symbols import printed
 
-    made = Table(box=None, pad_edge=False)
+    listing = Table(box=None, pad_edge=False)
     for title in ("parameter", "symbol", "value", "meaning"):
-        made.add_column(title, justify="right" if title == "value" else "left")
+        listing.add_column(title, justify="right" if title == "value" else "left")
     for info in parameter_table(part):
         value = getattr(part, info.name)
         shown = f"{value:g}" if isinstance(value, (int, float)) else "none" if value is None else str(value)
-        made.add_row(info.name, printed(info.symbol), shown, info.meaning)
-    return made
+        listing.add_row(info.name, printed(info.symbol), shown, info.meaning)
+    return listing
 
 
 @contextlib.contextmanager

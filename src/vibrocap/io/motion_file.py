@@ -221,8 +221,8 @@ def _case_in_csv(path: Path) -> str:
 
 
 def _case_in_netcdf(path: Path) -> str:
-    if said := lacking("h5py"):
-        raise CaseError([said], str(path))
+    if refusal := lacking("h5py"):
+        raise CaseError([refusal], str(path))
     from vibrocap.studies.dataset import netcdf_attributes
 
     with netcdf_attributes(path) as attributes:

@@ -39,9 +39,9 @@ def rules(system: System, paths: tuple[str, ...]) -> str:
     alone are in the records of parts (`controls.py`) where they are plain, here where a check of its own makes them.
     """
     ways = Ways()
-    made = written_system(system, paths, ways)
+    variant = written_system(system, paths, ways)
     texts: dict[str, list[str]] = {}  # conditions by what is said
-    for field, check in (*_checks(made), ("", lambda: _place_stays_free(system, made))):
+    for field, check in (*_checks(variant), ("", lambda: _place_stays_free(system, variant))):
         for asked, value in ways.through(check):
             if isinstance(value, ValueError) and asked:
                 texts.setdefault(_said(value, field), []).append(condition(asked))
@@ -55,12 +55,12 @@ def mirrored(system: System, paths: tuple[str, ...]) -> str:
     corners lie, of which every order would be a way of its own; a page has the numbers of the pieces, and looks.
     """
     ways = Ways()
-    made = written_system(system, paths, ways)
-    if isinstance(made.drive, Piecewise) and type(made.drive).odd is Piecewise.odd:
-        asking: Any = object.__new__(type("Asking", (_AskedShape, type(made.drive)), {"ways": ways}))
-        vars(asking).update(vars(made.drive))
-        object.__setattr__(made, "drive", asking)
-    ends = ways.through(lambda: made.mirrored, MOST_CASES)
+    variant = written_system(system, paths, ways)
+    if isinstance(variant.drive, Piecewise) and type(variant.drive).odd is Piecewise.odd:
+        asking: Any = object.__new__(type("Asking", (_AskedShape, type(variant.drive)), {"ways": ways}))
+        vars(asking).update(vars(variant.drive))
+        object.__setattr__(variant, "drive", asking)
+    ends = ways.through(lambda: variant.mirrored, MOST_CASES)
     cases = [(asked, "true" if value is True else "false") for asked, value in ends]
     return "false" if len(cases) == MOST_CASES else chosen(cases)
 

@@ -164,14 +164,15 @@ def mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
 
 
 def draw_history(
-    motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
+    motion: Trajectory, name: str | None = None, *, periods: float | None = None, ax: Axes | None = None
 ) -> Axes:
     """A quantity of a motion over time in drive periods; where its contact sticks is shaded.
 
-    name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
+    name: a state, an observable or an integral (`motion.names`), by default the place of what rubs; periods: so many
+    at the end, by default all
     """
     with drawing(ax) as ax:
-        return history(motion, name, last_periods(motion, periods), ax, shaded=periods is not None)
+        return history(motion, name or place_of(motion), last_periods(motion, periods), ax, shaded=periods is not None)
 
 
 def last_periods(motion: Trajectory, periods: float | None) -> Stretch:

@@ -23,9 +23,9 @@ MOST_POINTS = 4000  # of a line: longer records are drawn by the extremes of as 
 MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREEN), SLOW: ("D", ORANGE)}
 
 
-def stick_slip_figure(found: StickSlip) -> Figure:
+def stick_slip_figure(analysis: StickSlip) -> Figure:
     """The whole record above; below a detail with its phases and levels, the slider's velocity there, the periods."""
-    moves, periods = found.velocity is not None, np.diff([slip.start for slip in found.main_slips])
+    moves, periods = analysis.velocity is not None, np.diff([slip.start for slip in analysis.main_slips])
     counted = len(periods) > 1
     heights = [1.6, 1.0 + moves, 1.4][: 2 + counted]
     narrow_height = PRINTED * sum(heights)
@@ -37,20 +37,20 @@ def stick_slip_figure(found: StickSlip) -> Figure:
         else:
             top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.35))[:, 0]
             left, *others = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
-        _whole(top.subplots(), found)
-        window = _detail_window(found)
+        _whole(top.subplots(), analysis)
+        window = _detail_window(analysis)
         if not moves:
-            _detail(left.subplots(), found, window)
+            _detail(left.subplots(), analysis, window)
         else:
             axes = left.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
-            _detail(axes[0], found, window)
-            _velocity(axes[1], found, window)
+            _detail(axes[0], analysis, window)
+            _velocity(axes[1], analysis, window)
             axes[0].set_xlabel("")
             left.align_ylabels()
         for part in others:
-            _periods(part.subplots(), found, periods)
-        plots.heading(fig, f"{found.name}: {found.regime.name}")
-        reason = found.regime.reason
+            _periods(part.subplots(), analysis, periods)
+        plots.heading(fig, f"{analysis.name}: {analysis.regime.name}")
+        reason = analysis.regime.reason
         plots.footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
     return fig
 
@@ -88,23 +88,23 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
     return fig
 
 
-def _whole(ax: Axes, found: StickSlip) -> None:
-    x, y = plots.decimated(found.time, found.force, MOST_POINTS)
+def _whole(ax: Axes, analysis: StickSlip) -> None:
+    x, y = plots.decimated(analysis.time, analysis.force, MOST_POINTS)
     ax.plot(x, y, color="#5A5A5A", linewidth=0.5)
-    minor = tuple(slip for slip in found.slips if slip.minor)
-    size = 0.8 if len(found.slips) <= CROWD else 0.4
-    for slips, face, name in ((found.main_slips, VERMILION, "slip"), (minor, "white", "minor slip")):
+    minor = tuple(slip for slip in analysis.slips if slip.minor)
+    size = 0.8 if len(analysis.slips) <= CROWD else 0.4
+    for slips, face, name in ((analysis.main_slips, VERMILION, "slip"), (minor, "white", "minor slip")):
         if slips:
             where = [slip.start for slip in slips]
             ax.plot(
                 where, [slip.start_force for slip in slips], "v", color=VERMILION, markerfacecolor=face,
                 markersize=5 * size, markeredgewidth=size, label=f"{name} ({len(slips)})",
             )  # fmt: skip
-    _levels(ax, found)
-    window = _detail_window(found)
-    if window[1] - window[0] < 0.99 * (found.time[-1] - found.time[0]):
+    _levels(ax, analysis)
+    window = _detail_window(analysis)
+    if window[1] - window[0] < 0.99 * (analysis.time[-1] - analysis.time[0]):
         ax.axvspan(*window, color=BLUE, alpha=0.10, linewidth=0, label="detail below")
-    ax.set(xlabel="time [s]", ylabel=_force_label(found), title="The record")
+    ax.set(xlabel="time [s]", ylabel=_force_label(analysis), title="The record")
     handles = ax.get_legend_handles_labels()[0]
     if handles and page().width is None:
         plots.legend(ax, loc="center left", bbox_to_anchor=(1.005, 0.5))
@@ -112,40 +112,40 @@ def _whole(ax: Axes, found: StickSlip) -> None:
         plots.legend_below(ax, handles, ncols=2 if page().narrow else 3)
 
 
-def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
-    kept = (found.time >= window[0]) & (found.time <= window[1])
-    ax.plot(found.time[kept], found.force[kept], color="#5A5A5A", linewidth=0.7)
-    _shade(ax, found, window)
-    for phase in found.phases:
+def _detail(ax: Axes, analysis: StickSlip, window: tuple[float, float]) -> None:
+    kept = (analysis.time >= window[0]) & (analysis.time <= window[1])
+    ax.plot(analysis.time[kept], analysis.force[kept], color="#5A5A5A", linewidth=0.7)
+    _shade(ax, analysis, window)
+    for phase in analysis.phases:
         if phase.kind == "slip" and phase.start >= window[0] and phase.end <= window[1]:
             ax.plot(
                 (phase.start, phase.end), (phase.start_force, phase.end_force), "o", color=VERMILION, markersize=3.5,
                 markerfacecolor="white" if phase.minor else VERMILION, markeredgewidth=0.8,
             )  # fmt: skip
-    title = "Detail: stick phases shaded, start and end of slips" if found.phases else "Detail"
-    ax.set(xlabel="time [s]", ylabel=_force_label(found), title=title, xlim=window)
+    title = "Detail: stick phases shaded, start and end of slips" if analysis.phases else "Detail"
+    ax.set(xlabel="time [s]", ylabel=_force_label(analysis), title=title, xlim=window)
 
 
-def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
-    assert found.velocity is not None
-    kept = (found.time >= window[0]) & (found.time <= window[1])
-    scale, prefix = plots.unit_of(found.velocity[kept])
-    ax.plot(found.time[kept], found.velocity[kept] / scale, color=BLUE, linewidth=0.7)
-    _shade(ax, found, window)
-    assert found.pulling_speed is not None
-    ax.axhline(found.pulling_speed / scale, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+def _velocity(ax: Axes, analysis: StickSlip, window: tuple[float, float]) -> None:
+    assert analysis.velocity is not None
+    kept = (analysis.time >= window[0]) & (analysis.time <= window[1])
+    scale, prefix = plots.unit_of(analysis.velocity[kept])
+    ax.plot(analysis.time[kept], analysis.velocity[kept] / scale, color=BLUE, linewidth=0.7)
+    _shade(ax, analysis, window)
+    assert analysis.pulling_speed is not None
+    ax.axhline(analysis.pulling_speed / scale, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
     ax.set(xlabel="time [s]", ylabel=f"velocity [{prefix}m/s]", title="Slider (pulling speed dashed)", xlim=window)
 
 
-def _periods(ax: Axes, found: StickSlip, periods: np.ndarray) -> None:
+def _periods(ax: Axes, analysis: StickSlip, periods: np.ndarray) -> None:
     """How often each period occurs, from zero on, so that their spread is seen beside their size."""
-    assert found.period is not None
+    assert analysis.period is not None
     lines: list[tuple[float | None, str, str, Any]] = [
-        (found.period.mean, f"mean {found.period.mean:.4g} s", BLUE, "-"),
-        (found.period.median, f"median {found.period.median:.4g} s", BLUE, (0, (1, 1.5))),
-        (found.recurrence.spectral_period, "spectrum {:.4g} s", GREEN, (0, (5, 2))),
-        (found.recurrence.correlation_period, "correlation {:.4g} s", ORANGE, (0, (3, 1, 1, 1))),
-        (found.regime.inertial_period, r"$2\pi\sqrt{{m/k}}$ = {:.4g} s", VERMILION, (0, (8, 2))),
+        (analysis.period.mean, f"mean {analysis.period.mean:.4g} s", BLUE, "-"),
+        (analysis.period.median, f"median {analysis.period.median:.4g} s", BLUE, (0, (1, 1.5))),
+        (analysis.recurrence.spectral_period, "spectrum {:.4g} s", GREEN, (0, (5, 2))),
+        (analysis.recurrence.correlation_period, "correlation {:.4g} s", ORANGE, (0, (3, 1, 1, 1))),
+        (analysis.regime.inertial_period, r"$2\pi\sqrt{{m/k}}$ = {:.4g} s", VERMILION, (0, (8, 2))),
     ]
     known = [value for value, *_ in lines if value is not None]
     shown = (0.0, 1.05 * max(*known, float(np.max(periods))))
@@ -159,31 +159,31 @@ def _periods(ax: Axes, found: StickSlip, periods: np.ndarray) -> None:
     plots.legend_below(ax, ax.get_legend_handles_labels()[0], ncols=2)
 
 
-def _levels(ax: Axes, found: StickSlip) -> None:
+def _levels(ax: Axes, analysis: StickSlip) -> None:
     lines = (
-        (found.static_level.mean if found.static_level else None, "static level", VERMILION, "-"),
-        (found.kinetic_level, "kinetic level", BLUE, (0, (5, 2))),
-        (found.slip_end_level.mean if found.slip_end_level else None, "level at slip end", GREEN, (0, (1, 1.5))),
+        (analysis.static_level.mean if analysis.static_level else None, "static level", VERMILION, "-"),
+        (analysis.kinetic_level, "kinetic level", BLUE, (0, (5, 2))),
+        (analysis.slip_end_level.mean if analysis.slip_end_level else None, "level at slip end", GREEN, (0, (1, 1.5))),
     )
-    unit = "" if found.force_unit == "1" else " N"
+    unit = "" if analysis.force_unit == "1" else " N"
     for value, name, colour, dashes in lines:
         if value is not None:
             ax.axhline(value, color=colour, linestyle=dashes, linewidth=1.1, label=f"{name} {value:.4g}{unit}")
 
 
-def _shade(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
-    for phase in found.phases:
+def _shade(ax: Axes, analysis: StickSlip, window: tuple[float, float]) -> None:
+    for phase in analysis.phases:
         if phase.kind == "stick" and phase.end > window[0] and phase.start < window[1]:
             ax.axvspan(max(phase.start, window[0]), min(phase.end, window[1]), **plots.STICK_SHADE)
 
 
-def _detail_window(found: StickSlip) -> tuple[float, float]:
+def _detail_window(analysis: StickSlip) -> tuple[float, float]:
     """A stretch of some periods around the middle of the record."""
-    begin, end = float(found.time[0]), float(found.time[-1])
-    period = found.period.mean if found.period else (end - begin) / DETAIL_PERIODS
+    begin, end = float(analysis.time[0]), float(analysis.time[-1])
+    period = analysis.period.mean if analysis.period else (end - begin) / DETAIL_PERIODS
     middle, half = 0.5 * (begin + end), min(0.5 * DETAIL_PERIODS * period, 0.5 * (end - begin))
     return middle - half, middle + half
 
 
-def _force_label(found: StickSlip) -> str:
-    return "force over normal force" if found.force_unit == "1" else "force [N]"
+def _force_label(analysis: StickSlip) -> str:
+    return "force over normal force" if analysis.force_unit == "1" else "force [N]"

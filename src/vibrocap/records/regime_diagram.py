@@ -43,15 +43,15 @@ class RegimeDiagram:
         return rows
 
 
-def regime_diagram(found: Sequence[StickSlip]) -> RegimeDiagram:
+def regime_diagram(analyses: Sequence[StickSlip]) -> RegimeDiagram:
     """The regimes of many records over stiffness and pulling speed, which each of them has to know. ValueError else."""
-    records = list(found)
+    records = list(analyses)
     if not records:
-        raise ArgumentError("found", "should be at least one StickSlip, got none")
+        raise ArgumentError("analyses", "should be at least one StickSlip, got none")
     for at, record in enumerate(records):
         if record.stiffness is None or record.pulling_speed is None:
             what = "stiffness and pulling_speed are needed for its place in the diagram; give them to stick_slip"
-            raise ArgumentError(f"found[{at}] ({record.name})", what)
+            raise ArgumentError(f"analyses[{at}] ({record.name})", what)
     borders, rows = [], []
     for record in records:
         kind = record.regime

@@ -131,19 +131,19 @@ def _mark(ax: Any, mark: Mark, place: int) -> None:
 TITLES = {"LM": "LM (LuGre)", "EM": "EM (exponential)"}
 
 
-def draw_map(found: SteadyTravel, path: Path) -> Path:
+def draw_map(travel: SteadyTravel, path: Path) -> Path:
     """The map into a file: mean velocity over mass ratio and spring, a panel for each load."""
     view = View(
         "mean_velocity",
         "of the settled motion",
         "1",
         "signed",
-        found.panels[0].residue,
+        travel.panels[0].residue,
         (
-            ViewAxis("machine.mass_ratio", found.mass_ratio, r"mass ratio $\lambda$"),
-            ViewAxis("machine.stiffness", found.stiffness, r"spring $\rho$"),
+            ViewAxis("machine.mass_ratio", travel.mass_ratio, r"mass ratio $\lambda$"),
+            ViewAxis("machine.stiffness", travel.stiffness, r"spring $\rho$"),
         ),
-        tuple(_steady_panel(panel) for panel in found.panels),
+        tuple(_steady_panel(panel) for panel in travel.panels),
         None,
         "h 1.8, omega 1, nu 1.2, the paper's friction and start",
         f"each run until it has settled, at most {PERIODS} periods",
@@ -159,29 +159,29 @@ def _steady_panel(panel: SteadyPanel) -> StudyPanel:
     )
 
 
-def draw_branches(found: SteadyTravel, path: Path) -> Path:
+def draw_branches(travel: SteadyTravel, path: Path) -> Path:
     """The diagram of branches into a file."""
-    return save(branch_figure(found.branches, "drift"), path)
+    return save(branch_figure(travel.branches, "drift"), path)
 
 
-def write_map(found: SteadyTravel, path: Path) -> None:
+def write_map(travel: SteadyTravel, path: Path) -> None:
     """The runs of the map: a row for each, full precision."""
     statuses = list(Status)
     head = ("friction", "normal_load", "mass_ratio", "stiffness", "mean_velocity", "least_load", "settled", "status")
     rows = []
-    for panel in found.panels:
+    for panel in travel.panels:
         for i, j in np.ndindex(panel.status.shape):
-            numbers = found.mass_ratio[i], found.stiffness[j], panel.mean_velocity[i, j], panel.least_load[i, j]
+            numbers = travel.mass_ratio[i], travel.stiffness[j], panel.mean_velocity[i, j], panel.least_load[i, j]
             how = bool(panel.settled[i, j]), statuses[int(panel.status[i, j])].value
             rows.append((panel.friction, panel.load, *map(float, numbers), *how))
     write_table(path, head, rows)
 
 
-def write_branches(found: SteadyTravel, path: Path) -> None:
+def write_branches(travel: SteadyTravel, path: Path) -> None:
     """The points of the branches: a row for each, full precision."""
     rows = (
         (number, float(place), float(drift), bool(stable))
-        for number, branch in enumerate(found.branches.branches)
+        for number, branch in enumerate(travel.branches.branches)
         for place, drift, stable in zip(branch.parameter, branch.drift, branch.stable, strict=True)
     )
     write_table(path, ("branch", "stiffness", "drift", "stable"), rows)

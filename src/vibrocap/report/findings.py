@@ -165,15 +165,15 @@ def _loads(motions: tuple[LoadedMotion, ...]) -> str:
     )
 
 
-def travel(found: SteadyTravel, maps: Path, branches: Path) -> str:
+def travel(steady: SteadyTravel, maps: Path, branches: Path) -> str:
     """The map of steady travel, and the branches on which travel is born."""
     words = {1.0: "N = 1", "dynamic": "dynamic load"}
     rows = []
-    for panel in found.panels:
+    for panel in steady.panels:
         ended = ", ".join(f"{count} {escape(status)}" for status, count in panel.ended.items()) or "none"
         share, hidden = f"{100.0 * panel.travelling:.1f} %", str(panel.hidden) if panel.hidden else "none"
         rows.append((f"{law(panel.friction)}, {words[panel.load]}", share, ended, hidden))
-    diagram = found.branches
+    diagram = steady.branches
     born = {round(diagram.branches[join.parent].special_points[join.special].parameter, 6) for join in diagram.joins}
     places = " and ".join(f"{place:g}" for place in sorted(born))
     head = ("runs", "settled and travelling", "did not go to their end", "a constant load hid a lift-off")

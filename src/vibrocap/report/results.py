@@ -25,44 +25,44 @@ FILMED = 2  # drive periods of the film
 SHOWN = 3  # and more, of the motion on its orbit
 
 
-def write_design_page(found: Optimum, folder: Path, command: str) -> Path:
+def write_design_page(optimum: Optimum, folder: Path, command: str) -> Path:
     """Write `report.html` into the folder of a search that found a design, with its pictures beside it.
 
     command: how to run the search again
     """
-    assert found.orbit is not None
-    assert found.value is not None
-    motion = computed(found.case(max(SHOWN, FILMED) * found.orbit.response_period).simulate())
+    assert optimum.orbit is not None
+    assert optimum.value is not None
+    motion = computed(optimum.case(max(SHOWN, FILMED) * optimum.orbit.response_period).simulate())
     motion_figure(motion).savefig(folder / "motion.png")
-    search_figure(found).savefig(folder / "search.png")
+    search_figure(optimum).savefig(folder / "search.png")
     shown = picture(folder / "motion.png", "the motion on its orbit")
-    animate_motion(motion, folder / "film.gif", FILMED * found.orbit.response_period)
+    animate_motion(motion, folder / "film.gif", FILMED * optimum.orbit.response_period)
     shown += f'<p><img alt="film of {FILMED} responses" src="film.gif" width="960"></p>'
     parts = [
-        ("The design", _design(found)),
-        ("Its steady motion", facts(in_si(found.orbit).facts) + shown),
-        ("What limits it", _limits(found)),
-        ("What starts lead to", _motions(found)),
-        ("The search", facts({k: v for k, v in found.facts.items() if k in ("designs", "under uncertainty")})
-         + listed("Better candidates that do not win", found.rejected)
+        ("The design", _design(optimum)),
+        ("Its steady motion", facts(in_si(optimum.orbit).facts) + shown),
+        ("What limits it", _limits(optimum)),
+        ("What starts lead to", _motions(optimum)),
+        ("The search", facts({k: v for k, v in optimum.facts.items() if k in ("designs", "under uncertainty")})
+         + listed("Better candidates that do not win", optimum.rejected)
          + picture(folder / "search.png", "the best design over the evaluations")),
         ("The case", f"<pre>{escape((folder / 'best.toml').read_text(encoding='utf-8'))}</pre>"),
     ]  # fmt: skip
-    value = f"{found.measure.replace('_', ' ')} {found.value:.8g}{_unit(found.unit)}"
+    value = f"{optimum.measure.replace('_', ' ')} {optimum.value:.8g}{_unit(optimum.unit)}"
     return write_page(folder, f"The best design: {value}", parts, [command, "vibrocap simulate best.toml"])
 
 
-def write_front_page(found: ParetoFront, folder: Path, command: str) -> Path:
+def write_front_page(front: ParetoFront, folder: Path, command: str) -> Path:
     """Write `report.html` into the folder of a Pareto front that has designs: its picture and its table."""
-    ax = draw_front(found)
+    ax = draw_front(front)
     ax.figure.savefig(folder / "front.png")  # type: ignore[union-attr]
-    rows = found.table()
+    rows = front.table()
     cells = [[str(i), *map(_cell, row.values())] for i, row in enumerate(rows)]
     parts = [
-        ("The front", picture(folder / "front.png", "the Pareto front") + facts(found.facts)),
+        ("The front", picture(folder / "front.png", "the Pareto front") + facts(front.facts)),
         ("Its designs", table(["", *map(escape, rows[0])], cells)),
     ]
-    heading = f"Pareto front of {found.measures[0].replace('_', ' ')} and {found.measures[1].replace('_', ' ')}"
+    heading = f"Pareto front of {front.measures[0].replace('_', ' ')} and {front.measures[1].replace('_', ' ')}"
     return write_page(folder, heading, parts, [command, "vibrocap simulate cases/000.toml"])
 
 
@@ -74,100 +74,100 @@ def _unit(unit: str) -> str:
     return "" if unit in ("", "1") else f" {unit}"
 
 
-def _design(found: Optimum) -> str:
+def _design(optimum: Optimum) -> str:
     """The variables, with the slopes of the measure and its elasticities."""
-    assert found.design is not None
-    assert found.value is not None
-    assert found.orbit is not None
+    assert optimum.design is not None
+    assert optimum.value is not None
+    assert optimum.orbit is not None
     rows = []
-    for path, value in found.design.items():
-        low, high = found.slopes.get(path, (None, None))
+    for path, value in optimum.design.items():
+        low, high = optimum.slopes.get(path, (None, None))
         slope = low if high is None else high if low is None else 0.5 * (low + high)
         elasticity = ""
-        if slope is not None and not isinstance(value, str) and found.value != 0.0:
-            elasticity = number(float(slope * value / found.value))
-        unit = quantity(path, found.orbit.system).unit
+        if slope is not None and not isinstance(value, str) and optimum.value != 0.0:
+            elasticity = number(float(slope * value / optimum.value))
+        unit = quantity(path, optimum.orbit.system).unit
         shown = _cell(value) + ("" if isinstance(value, str) else _unit(unit))
         rows.append([escape(path), shown, *("" if x is None else number(x) for x in (low, high)), elasticity])
     head = ["variable", "value", "slope of the measure below", "above", "elasticity"]
-    constraints = [[escape(words), number(value)] for words, value in found.constraints.items()]
+    constraints = [[escape(words), number(value)] for words, value in optimum.constraints.items()]
     return table(head, rows) + (table(["constraint", "value"], constraints) if constraints else "")
 
 
-def _limits(found: Optimum) -> str:
-    assert found.orbit is not None
-    given = in_si(found, found.orbit.system).starts
-    starts = [", ".join(f"{k} {v:g}" for k, v in given[i].items()) or "rest" for i in found.reached_from]
+def _limits(optimum: Optimum) -> str:
+    assert optimum.orbit is not None
+    given = in_si(optimum, optimum.orbit.system).starts
+    starts = [", ".join(f"{k} {v:g}" for k, v in given[i].items()) or "rest" for i in optimum.reached_from]
     reached = f"reached from {'; '.join(starts)}" if starts else "reached from none of the starts within the periods"
-    multipliers = [[number(float(part(m))) for part in (np.real, np.imag, np.abs)] for m in found.orbit.multipliers]
+    multipliers = [[number(float(part(m))) for part in (np.real, np.imag, np.abs)] for m in optimum.orbit.multipliers]
     return (
-        listed("It is limited by", found.limits)
+        listed("It is limited by", optimum.limits)
         + f"<p>The motion is {escape(reached)}.</p>"
         + table(["real part", "imaginary part", "size of the multiplier"], multipliers, names=0)
     )
 
 
-def _motions(found: Optimum) -> str:
+def _motions(optimum: Optimum) -> str:
     """What starts spread over the states lead to at the design."""
-    if found.attractors is None:
+    if optimum.attractors is None:
         return ""
-    shown = in_si(found.attractors)
+    shown = in_si(optimum.attractors)
     rows = []
     for k, row in enumerate(shown.table()):
-        twin = found.attractor is not None and row["twin"] == found.attractor
-        whose = "the design's" if k == found.attractor else "its mirror twin" if twin else ""
+        twin = optimum.attractor is not None and row["twin"] == optimum.attractor
+        whose = "the design's" if k == optimum.attractor else "its mirror twin" if twin else ""
         drift, multiplier = row["drift"], row["largest_multiplier"]
         cells = [number(100.0 * row["share"]), *("" if x is None else number(x) for x in (drift, multiplier)), whose]
         rows.append([escape(row["kind"]), *cells])
     drift = shown.attractors[0].unit_of("drift") if shown.attractors else "1"
     unit = "" if drift == "1" else f" [{escape(drift)}]"
     head = ["motion", "of the starts [%]", f"drift per drive period{unit}", "largest multiplier", ""]
-    return f"<p>{escape(found.reached[0].upper() + found.reached[1:])}.</p>" + table(head, rows)
+    return f"<p>{escape(optimum.reached[0].upper() + optimum.reached[1:])}.</p>" + table(head, rows)
 
 
-def write_fit_page(found: Fit, folder: Path, command: str, more: Sequence[Chapter] = ()) -> list[Path]:
+def write_fit_page(fit: Fit, folder: Path, command: str, more: Sequence[Chapter] = ()) -> list[Path]:
     """Write `report.html` and its pictures into the folder of a law's fit; the files.
 
     command: how to run the fit again; more: what was asked beside it, such as a bootstrap
     """
-    drawn = [save(fit_figure(found), folder / "fit.png"), save(residual_figure(found), folder / "residuals.png")]
+    drawn = [save(fit_figure(fit), folder / "fit.png"), save(residual_figure(fit), folder / "residuals.png")]
     parts = [
-        ("The fit", facts(found.facts) + picture(drawn[0], "measured and fitted force, and intervals")),
-        ("What was found", "".join(map(_chapter, (*found.chapters, *more)))),
+        ("The fit", facts(fit.facts) + picture(drawn[0], "measured and fitted force, and intervals")),
+        ("What was found", "".join(map(_chapter, (*fit.chapters, *more)))),
         ("What the errors look like", picture(drawn[1], "residuals over time, position and velocity")),
         ("The law in a case", _text(folder / "friction.toml")),
     ]
-    return [*drawn, write_page(folder, found.heading, parts, [command])]
+    return [*drawn, write_page(folder, fit.heading, parts, [command])]
 
 
-def write_comparison_page(found: Comparison, folder: Path, command: str) -> list[Path]:
+def write_comparison_page(comparison: Comparison, folder: Path, command: str) -> list[Path]:
     """Write `report.html` and its picture into the folder of several laws' fits; each law has a page of its own."""
-    drawn = save(comparison_figure(found), folder / "comparison.png")
+    drawn = save(comparison_figure(comparison), folder / "comparison.png")
     rows = [
         (
             data_link(f"{law.law}/report.html") if law.fit.ok else escape(law.law),
             *(number(100 * share) for share in (law.held_out, law.relative_rmse)),
             *(number(value) for value in (law.parameters, law.aic, law.bic)),
         )
-        for law in found.laws
+        for law in comparison.laws
     ]
     head = ("law", "error held out [%]", "error fitted [%]", "parameters", "AIC", "BIC")
-    ranked = table(head, rows) + f"<p>Held out: {escape(found.method)}.</p>"
+    ranked = table(head, rows) + f"<p>Held out: {escape(comparison.method)}.</p>"
     return [
         drawn,
         write_page(folder, "Friction laws compared", [("Ranked", ranked + picture(drawn, "the laws"))], [command]),
     ]
 
 
-def write_motion_page(found: MotionFit, folder: Path, command: str) -> list[Path]:
+def write_motion_page(fit: MotionFit, folder: Path, command: str) -> list[Path]:
     """Write `report.html` and its picture into the folder of a case fitted to records of its motion."""
-    drawn = save(motion_fit_figure(found), folder / "predicted.png")
+    drawn = save(motion_fit_figure(fit), folder / "predicted.png")
     parts = [
-        ("The fit", facts(found.facts)),
+        ("The fit", facts(fit.facts)),
         ("The motion, measured and predicted", picture(drawn, "measured and predicted motion with its band")),
         ("The fitted case", _text(folder / "fitted.toml")),
     ]
-    return [drawn, write_page(folder, found.heading, parts, [command, "vibrocap simulate fitted.toml"])]
+    return [drawn, write_page(folder, fit.heading, parts, [command, "vibrocap simulate fitted.toml"])]
 
 
 def _chapter(chapter: Chapter) -> str:

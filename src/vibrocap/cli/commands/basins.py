@@ -36,13 +36,13 @@ def basins(request: BasinsRequest, report: Report) -> Answer:
     """Which initial conditions lead to which steady motion."""
     from vibrocap.orbits.attractors.basins import basins as basins_of
 
-    given = request.setup
-    asked = [_axis(one, given.system) for axis in request.plane for one in axis.split(",")]
+    setup = request.setup
+    asked = [_axis(one, setup.system) for axis in request.plane for one in axis.split(",")]
     result = basins_of(
-        given.system,
+        setup.system,
         {along.plain.removeprefix(INITIAL): ends for along, ends in asked},
         request.resolution,
-        initial=given.initial,
+        initial=setup.initial,
         progress=report,
         **request.given("phase", "settle_periods"),
     )

@@ -34,10 +34,10 @@ def branch(request: BranchRequest, report: Report) -> Answer:
     """
     from vibrocap.orbits.continuation.branch_diagram import branches
 
-    given = request.setup
-    along, low, high = quantity_range(request.over, given.system)
+    setup = request.setup
+    along, low, high = quantity_range(request.over, setup.system)
     settings = request.given("depth", "points", "settle_periods")
-    result = branches(given.system, along.plain, (low, high), initial=given.initial, **settings)
+    result = branches(setup.system, along.plain, (low, high), initial=setup.initial, **settings)
     shown = in_si(result, over=along.path)
     quantity = "mean_velocity" if result.system.cyclic is not None else "period"
     if not any(len(branch) for branch in result.branches):

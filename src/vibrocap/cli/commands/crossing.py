@@ -50,21 +50,21 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
     from vibrocap.orbits.crossings.crossing import crossing as crossings
     from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 
-    given = request.setup
-    along, low, high = quantity_range(request.over, given.system)
-    unit, scale = measure_unit(request.measure, given.system)
+    setup = request.setup
+    along, low, high = quantity_range(request.over, setup.system)
+    unit, scale = measure_unit(request.measure, setup.system)
     result = crossings(
-        given.system,
+        setup.system,
         request.measure,
         along.plain,
         (low, high),
         value=request.value if scale is None else request.value / scale,
-        against=None if request.against is None else _other(given.system, request.against),
-        initial=given.initial,
+        against=None if request.against is None else _other(setup.system, request.against),
+        initial=setup.initial,
         progress=report,
         **request.given("points", "periods"),
     )
-    shown = in_si(result, given.system, over=along.path)
+    shown = in_si(result, setup.system, over=along.path)
     other = "" if request.against is None else f" less that with {request.against}"
     head = f"{result.measure}{other} = {said(request.value, unit, 6)} over {along.path}"
     what = ""

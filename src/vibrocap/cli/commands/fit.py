@@ -79,31 +79,31 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
     return Answer(record, text, result, written=tuple(("Written:", path) for path in written))
 
 
-def _further(request: FitRequest, found: "Fit") -> "tuple[Any, list[Chapter]]":
+def _further(request: FitRequest, fitted: "Fit") -> "tuple[Any, list[Chapter]]":
     """What is asked beside a fit: the record with it, and it in words."""
-    record, more = view(found), []
+    record, more = view(fitted), []
     if request.bootstrap is not None:
         from vibrocap.identification.experiments.bootstrap import bootstrap
 
-        record["bootstrap"] = scattered = bootstrap(found, replicates=request.bootstrap, seed=request.seed)
+        record["bootstrap"] = scattered = bootstrap(fitted, replicates=request.bootstrap, seed=request.seed)
         more.append(scattered.chapter)
     if request.posterior is not None:
-        record["posterior"] = drawn = _drawn(found, request)
+        record["posterior"] = drawn = _drawn(fitted, request)
         more.append(drawn.chapter)
     if request.design is not None:
         from vibrocap.identification.experiments.experiment_design import candidate_motions, experiment_design
 
-        motions = candidate_motions(**rig("--design", request.design), unit=found.units.displacement)
-        record["design"] = design = experiment_design(found, motions)
+        motions = candidate_motions(**rig("--design", request.design), unit=fitted.units.displacement)
+        record["design"] = design = experiment_design(fitted, motions)
         more.append(design.chapter)
     return record, more
 
 
-def _drawn(found: "Fit | MotionFit", request: FitRequest) -> "Posterior":
+def _drawn(fitted: "Fit | MotionFit", request: FitRequest) -> "Posterior":
     """Samples of what a fit leaves uncertain, written into --out."""
     from vibrocap.identification.experiments.posterior import posterior
 
-    drawn = posterior(found, samples=request.posterior or 0, seed=request.seed)
+    drawn = posterior(fitted, samples=request.posterior or 0, seed=request.seed)
     if request.out is not None:
         write_text(made_folder(request.out) / "posterior.json", json_text(view(drawn)) + "\n")
     return drawn
@@ -136,20 +136,20 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     return Answer(result, result.summary(), result if good else None, written=shown, incomplete=incomplete)
 
 
-def _write(found: "Fit", folder: Path, scales: Any, request: FitRequest, more: "Sequence[Chapter]" = ()) -> list[Path]:
+def _write(fitted: "Fit", folder: Path, scales: Any, request: FitRequest, more: "Sequence[Chapter]" = ()) -> list[Path]:
     """The files of a fit in a folder."""
-    written = list(found.save(folder, scales))
-    written.append(write_residuals(found, folder / "residuals.csv"))
+    written = list(fitted.save(folder, scales))
+    written.append(write_residuals(fitted, folder / "residuals.csv"))
     if request.report:
         from vibrocap.report.results import write_fit_page
 
-        written += write_fit_page(found, folder, request.again(), more)
+        written += write_fit_page(fitted, folder, request.again(), more)
     elif _can_draw():
         from vibrocap.plotting.fits import fit_figure, residual_figure
         from vibrocap.plotting.look.finishing import save
 
-        written.append(save(fit_figure(found), folder / "fit.png"))
-        written.append(save(residual_figure(found), folder / "residuals.png"))
+        written.append(save(fit_figure(fitted), folder / "fit.png"))
+        written.append(save(residual_figure(fitted), folder / "residuals.png"))
     return written
 
 
@@ -157,13 +157,13 @@ def _can_draw() -> bool:
     return importlib.util.find_spec("matplotlib") is not None
 
 
-def write_residuals(found: "Fit", path: Path) -> Path:
+def write_residuals(fitted: "Fit", path: Path) -> Path:
     """Every sample of every record as a line of CSV: motion, force and what the fit makes of it, in SI units."""
-    unit, speed = found.units.heading, found.units.velocity.replace("/", "_per_")
+    unit, speed = fitted.units.heading, fitted.units.velocity.replace("/", "_per_")
     forces = (f"measured_{unit}", f"fitted_{unit}", f"error_{unit}")
     rows = (
         (record.name, int(record.held_out), *(f"{value:.9g}" for value in row))
-        for record in found.records
+        for record in fitted.records
         for row in zip(
             *(record.time, record.velocity, record.measured, record.predicted, record.predicted - record.measured),
             strict=True,

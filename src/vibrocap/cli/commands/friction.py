@@ -72,7 +72,7 @@ def beyond_friction(system: System, breakaways: list[float]) -> list[str]:
 def print_limits(page: Page, name: str, limits: Any, force: str = "", speed: str = "", length: str = "") -> None:
     """The limits of friction at a contact, with the units of their numbers."""
     page.say(f"{name}: {limits.law} at normal load N = {said(limits.load, force)}", style="bold")
-    made = table("Limits", "limit", "value", "meaning")
+    listing = table("Limits", "limit", "value", "meaning")
     for name, value, unit, meaning in (
         ("breakaway force", limits.breakaway_force, force, "N eta_s: approached, not reached, by bristles"),
         ("Coulomb force", limits.coulomb_force, force, "N eta_c"),
@@ -80,8 +80,8 @@ def print_limits(page: Page, name: str, limits: Any, force: str = "", speed: str
         ("boundary velocity", limits.boundary_velocity, speed, BOUNDARY),
     ):
         if value is not None:
-            made.add_row(name, said(value, unit, 12), meaning)
-    page.print(made)
+            listing.add_row(name, said(value, unit, 12), meaning)
+    page.print(listing)
     damper = f"{force} s/m" if force else ""
     curve = table("Steady sliding (eqs 11, 12)", "velocity", "friction", "slope")
     for point in limits.curve:
@@ -92,22 +92,22 @@ def print_limits(page: Page, name: str, limits: Any, force: str = "", speed: str
 
 
 def _offset_table(offset: Any, speed: str, damper: str) -> Table:
-    made = table("Offset points, where the steady curve is level (eqs 13-15)", "point", "value", "meaning")
+    listing = table("Offset points, where the steady curve is level (eqs 13-15)", "point", "value", "meaning")
     if offset.exist:
-        made.add_row("lower, exact", said(offset.lower, speed, 15), "of eq. 13; for exponent 2 Lambert's W")
-        made.add_row("upper, exact", said(offset.upper, speed, 15), "likewise")
+        listing.add_row("lower, exact", said(offset.lower, speed, 15), "of eq. 13; for exponent 2 Lambert's W")
+        listing.add_row("upper, exact", said(offset.upper, speed, 15), "likewise")
     else:
-        made.add_row("exact", "none", offset.reason)
+        listing.add_row("exact", "none", offset.reason)
     printed = {"lower, as printed": offset.printed_lower, "upper, as printed": offset.printed_upper.value}
     for (name, value), equation in zip(printed.items(), ("eq. 14", "eq. 15"), strict=True):
-        made.add_row(name, "none" if value is None else said(value, speed, 15), equation)
+        listing.add_row(name, "none" if value is None else said(value, speed, 15), equation)
     upper = offset.corrected_upper.value
     corrected = "none" if upper is None else said(upper, speed, 15)
-    made.add_row("upper, eq. 15 corrected", corrected, "any exponent (erratum 4)")
+    listing.add_row("upper, eq. 15 corrected", corrected, "any exponent (erratum 4)")
     if offset.greatest_viscous_damping is not None:
         greatest = said(offset.greatest_viscous_damping, damper)
-        made.add_row("largest delta2", greatest, "above it there are no offset points")
-    return made
+        listing.add_row("largest delta2", greatest, "above it there are no offset points")
+    return listing
 
 
 KINDS = {

@@ -155,10 +155,10 @@ def _measures(system: System | None) -> Answer:
     known = {name: measure for name, measure in measure_table(system).items() if name not in without}
 
     def text(page: Page) -> None:
-        made = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
+        listing = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
         for name, measure in known.items():
-            made.add_row(name, *([measure.si_unit.replace("1", "")] if with_units else []), measure.meaning)
-        page.print(made)
+            listing.add_row(name, *([measure.si_unit.replace("1", "")] if with_units else []), measure.meaning)
+        page.print(listing)
         page.print("Every run also has status, settled, response_period, window_start and window_periods.")
 
     record = {name: {"si_unit": x.si_unit if with_units else "1", "meaning": x.meaning} for name, x in known.items()}

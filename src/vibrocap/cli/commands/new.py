@@ -224,14 +224,14 @@ def _converted(request: NewRequest) -> str:
     """A case in the other form."""
     refused = Complaints()
     assert request.from_ is not None
-    given = pairs("scales", split(request.scales), refused, "KEY=VALUE, such as pendulum_mass_kg=0.2")
+    entries = pairs("scales", split(request.scales), refused, "KEY=VALUE, such as pendulum_mass_kg=0.2")
     setup = read_source(request.from_)
     known = setup.system.units or setup.scales
     wanted = request.to or (DIMENSIONLESS if setup.system.units is not None else SI)
     record = setup.system.machine.si_scales
     with refused.collected():
-        if given:
-            known = _scales(record, given)
+        if entries:
+            known = _scales(record, entries)
     if known is None and parameter_table(record) and wanted == SI and not refused:
         infos = (info for info in parameter_table(record) if not isinstance(info.default, (float, type(None))))
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)

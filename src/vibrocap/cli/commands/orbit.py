@@ -63,22 +63,22 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
     from vibrocap.orbits.closing.returns import OfSection, checked_section
 
-    given = request.setup
+    setup = request.setup
     if request.gradients:
         try:
-            check_gradients(given.system)
+            check_gradients(setup.system)
         except ArgumentError as error:
             raise Refusal(f"--gradients: {error.complaint.text}") from None
-    section, context = checked_section(given.system, request.section), given.system.si_context()
+    section, context = checked_section(setup.system, request.section), setup.system.si_context()
     section = section if context is None else OfSection().converted(section, context, back=True)
     settings = request.given("response_period", "half", "settle_periods", "returns", "tolerance")
-    result = steady_motion(given.system, initial=given.initial, section=section, **settings)
+    result = steady_motion(setup.system, initial=setup.initial, section=section, **settings)
     left = result.passed or (result if result.closes and result.unstable else None)
     ways = left.pushed_off(settle_periods=request.settle_periods) if left and left.response_period else None
     what = None
     if result.status is OrbitStatus.NOT_SETTLED and result.response_period:
-        what = classify(given.system, result.state, settle_periods=max(request.settle_periods, LEAST_SETTLING))
-    record = orbit_view(result, left, ways, what) | {"bounds": bounds_record(given.system, result)}
+        what = classify(setup.system, result.state, settle_periods=max(request.settle_periods, LEAST_SETTLING))
+    record = orbit_view(result, left, ways, what) | {"bounds": bounds_record(setup.system, result)}
     slopes, lacking = (None, "") if not request.gradients or result.failed else gradients_of(result)
     if slopes is not None:
         record["gradients"] = view(slopes)["slopes"]
@@ -129,15 +129,15 @@ def bound_rows(bounds: list[dict[str, Any]]) -> list[tuple[str, str]]:
     return rows
 
 
-def orbit_view(found: "Orbit", left: "Orbit | None", ways: Any, what: Any) -> dict[str, Any]:
+def orbit_view(closed: "Orbit", left: "Orbit | None", ways: Any, what: Any) -> dict[str, Any]:
     """An orbit; one that is unstable with what it gives way to; and the class of a motion that is no orbit."""
-    record = view(in_si(found))
+    record = view(in_si(closed))
     if left is not None and ways is not None:
         names = ("drift", "state", "largest_multiplier")
         unstable = {name: value for name, value in view(in_si(left)).items() if name in names}
-        record["unstable_orbit"] = unstable | {"gives_way_to": view(in_si(ways, found.system))}
+        record["unstable_orbit"] = unstable | {"gives_way_to": view(in_si(ways, closed.system))}
     if what is not None:
-        record["class"] = view(in_si(what, found.system))
+        record["class"] = view(in_si(what, closed.system))
     return record
 
 
@@ -215,16 +215,16 @@ def _multiplier(multiplier: complex) -> str:
 SHOWN = ("mean_velocity", "cost_of_transport")
 
 
-def gradients_of(found: "Orbit") -> "tuple[Gradients | None, str]":
+def gradients_of(closed: "Orbit") -> "tuple[Gradients | None, str]":
     """(slopes of mean velocity and cost of transport, of what cannot travel of the work of the drive; or None and why).
 
     They are over every parameter that has a slope.
     """
     from vibrocap.orbits.closing.gradients import measures_with_gradients
 
-    known = measures_with_gradients(found.system)
+    known = measures_with_gradients(closed.system)
     try:
-        return found.gradients(measures=[name for name in SHOWN if name in known] or known[:1]), ""
+        return closed.gradients(measures=[name for name in SHOWN if name in known] or known[:1]), ""
     except ArgumentError as error:
         return None, str(error)
 
@@ -232,10 +232,10 @@ def gradients_of(found: "Orbit") -> "tuple[Gradients | None, str]":
 def print_gradients(page: Page, slopes: "Gradients") -> None:
     """Slope and elasticity by parameter, a table for each measure."""
     for measure, rows in itertools.groupby(slopes.slopes, lambda slope: slope.measure):
-        made = table(f"Gradient of {measure.replace('_', ' ')}", "parameter", "slope", "elasticity")
-        made.columns[-1].justify = "right"
+        listing = table(f"Gradient of {measure.replace('_', ' ')}", "parameter", "slope", "elasticity")
+        listing.columns[-1].justify = "right"
         for row in rows:
             share = "" if math.isnan(row.elasticity) else f"{row.elasticity:.4g}"
-            made.add_row(row.parameter, said(row.slope, row.unit.removesuffix("1"), 8), share)
-        page.print(made)
+            listing.add_row(row.parameter, said(row.slope, row.unit.removesuffix("1"), 8), share)
+        page.print(listing)
     page.say("They hold for the present mode sequence. Elasticity: relative change for relative change.", "dim")

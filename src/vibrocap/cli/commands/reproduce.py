@@ -49,12 +49,12 @@ def print_claims(page: Page, result: Any) -> None:
     The numbers found stand beside it where the terminal is wide enough; the report has them all.
     """
     wide = page.width >= WIDE
-    made = table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
-    made.columns[1].no_wrap = False
+    listing = table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
+    listing.columns[1].no_wrap = False
     for verdict in result.claims:
         numbers = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
-        made.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([numbers] if wide else []))
-    page.print(made)
+        listing.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([numbers] if wide else []))
+    page.print(listing)
     counts = collections.Counter(verdict.finding.outcome.value for verdict in result.claims)
     tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())
     page.print(f"{len(result.claims)} claims in {result.seconds:.0f} s: {tally}.")

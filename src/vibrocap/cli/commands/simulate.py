@@ -67,44 +67,44 @@ def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title
 
 def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
     period, plain = motion.said("period", 8), computed(motion)
-    made = table("Motion", "quantity", "value", "what it rests on")
+    listing = table("Motion", "quantity", "value", "what it rests on")
     periods = f"{plain.end / plain.period:.6g} of {motion.periods:.6g} drive periods T = {period}"
-    made.add_row("time reached", f"{record['time']:.10g}", periods)
+    listing.add_row("time reached", f"{record['time']:.10g}", periods)
     for name, value in record["state"].items():
-        made.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
-    made.add_section()
+        listing.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
+    listing.add_section()
     if record["drift"] is not None:
-        made.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
+        listing.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
         velocity = record["mean_velocity"]
         start, end = (without_unit(mark) / motion.period for mark in velocity["window"])
         count = round(end - start)
         settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
-        made.add_row("mean velocity", f"{velocity['value']:.10g}", window)
+        listing.add_row("mean velocity", f"{velocity['value']:.10g}", window)
         if (cost := record["cost_of_transport"]) is not None:
             words = "work of the drive per distance travelled, over the same periods"
-            made.add_row("cost of transport", f"{cost:.10g}", words)
+            listing.add_row("cost of transport", f"{cost:.10g}", words)
         for name, turns in (record["winding"] or {}).items():
-            made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
-        made.add_row("response", *_response(motion))
+            listing.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
+        listing.add_row("response", *_response(motion))
     if (least := record["least_reaction"]) is not None:
         words = "of the ground in the whole run; below 0 the machine would have lifted off"
-        made.add_row("least reaction", f"{least:.10g}", words)
+        listing.add_row("least reaction", f"{least:.10g}", words)
     for i, law in enumerate(motion.system.laws, 1):
         name = numbered("stick_fraction", i)
         if record[name] is not None:
-            made.add_row(name.replace("_", " "), f"{record[name]:.6g}", "share of the whole run at rest")
+            listing.add_row(name.replace("_", " "), f"{record[name]:.6g}", "share of the whole run at rest")
         elif law.kind != "set-valued":
-            made.add_row(name.replace("_", " "), "none", f"the {law.name} law creeps instead of sticking")
-    made.add_section()
+            listing.add_row(name.replace("_", " "), "none", f"the {law.name} law creeps instead of sticking")
+    listing.add_section()
     for kind, count in record["events"].items():
         stem, number = name_and_number(kind)
         words = (events.MEANINGS | events.ADDED).get(kind, "this happens")
         if number > 1 and stem in events.MEANINGS:
             words = events.MEANINGS[stem].replace("the contact", f"contact {number}")
         if count:
-            made.add_row(kind.replace("_", " "), str(count), f"times {words}")
-    return made
+            listing.add_row(kind.replace("_", " "), str(count), f"times {words}")
+    return listing
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
@@ -120,14 +120,14 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
 
 def _energy_table(energy: dict[str, Any]) -> Table:
     start, end = (f"{mark:.6g}" for mark in energy["window"])
-    made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
+    listing = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     own = energy.get("own", {})
     for name, text in ({name: f"work of {name.replace('_', ' ')}" for name in own} | CHANNELS).items():
         work = (energy | own).get(name)
         if work is None or (name in ("damper", "belt", "impact", "contact_storage") and without_unit(work) == 0.0):
             continue
-        made.add_row(name.replace("_", " "), f"{work:{'.1e' if name == 'residual' else '.10g'}}", text)
-    return made
+        listing.add_row(name.replace("_", " "), f"{work:{'.1e' if name == 'residual' else '.10g'}}", text)
+    return listing
 
 
 CERTIFICATE = {
@@ -143,7 +143,7 @@ CERTIFICATE = {
 
 
 def _certificate_table(certificate: dict[str, Any]) -> Table:
-    made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
+    listing = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
     verdicts = {verdict["field"]: verdict for verdict in certificate["verdicts"]}
     for field, meaning in CERTIFICATE.items():
         if (verdict := verdicts.get(field)) is None:
@@ -153,13 +153,15 @@ def _certificate_table(certificate: dict[str, Any]) -> Table:
         value = verdict["value"]
         if field == "stick_force_ratio":
             value, bound = f"{value:.6g}", "1"
-        made.add_row(field.replace("_", " "), value if isinstance(value, str) else f"{value:.1e}", bound, word, meaning)
-    made.add_section()
+        listing.add_row(
+            field.replace("_", " "), value if isinstance(value, str) else f"{value:.1e}", bound, word, meaning
+        )
+    listing.add_section()
     verdict = ("passed", "") if certificate["ok"] else ("FAILED", "see below")
-    made.add_row("all of it", "", "", *verdict)
+    listing.add_row("all of it", "", "", *verdict)
     steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
-    made.add_row("steps", steps, "", "", "Taylor + implicit")
-    return made
+    listing.add_row("steps", steps, "", "", "Taylor + implicit")
+    return listing
 
 
 def in_words(name: str, system: System, digits: int = 6) -> str:

@@ -100,41 +100,44 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     return Answer(record, text, drawn)
 
 
-def print_stick_slip(page: Page, found: "StickSlip") -> None:
+def print_stick_slip(page: Page, analysis: "StickSlip") -> None:
     """The summary of a record."""
-    page.say(f"{found.name}: {found.regime.name}", style="bold")
-    page.say(f"  {found.regime.reason}")
-    unit = "" if found.force_unit == "1" else " N"
+    page.say(f"{analysis.name}: {analysis.regime.name}", style="bold")
+    page.say(f"  {analysis.regime.reason}")
+    unit = "" if analysis.force_unit == "1" else " N"
     drift = None
-    if found.drift is not None:
-        change = found.drift.last - found.drift.first
-        drift = f"{change:+.3g} s from the first third to the last, standard error {found.drift.error:.2g} s"
+    if analysis.drift is not None:
+        change = analysis.drift.last - analysis.drift.first
+        drift = f"{change:+.3g} s from the first third to the last, standard error {analysis.drift.error:.2g} s"
     rows: list[tuple[str, str | None]] = [
-        ("slips", _slip_count(found)),
-        ("period", _spread_text(found.period, " s")),
+        ("slips", _slip_count(analysis)),
+        ("period", _spread_text(analysis.period, " s")),
         ("drift of period", drift),
-        ("spectrum", _spread_text(found.recurrence.spectral_period, " s")),
-        ("correlation", _spread_text(found.recurrence.correlation_period, " s")),
-        ("slip", _spread_text(found.slip, " um", scale=1e6)),
-        ("release of spring", _spread_text(found.release, " um", scale=1e6)),
-        ("stick phases", _spread_text(found.stick_duration, " s")),
-        ("slip phases", _spread_text(found.slip_duration, " s")),
-        ("at rest", None if found.stick_fraction is None else f"{found.stick_fraction:.1%} of the time"),
-        ("static level", _spread_text(found.static_level, unit, found.static_coefficient)),
-        ("kinetic level", _spread_text(found.kinetic_level, unit, found.kinetic_coefficient, found.kinetic_from)),
-        ("level at slip end", _spread_text(found.slip_end_level, unit)),
-        ("rate over k V", _spread_text(found.loading_ratio, "")),
-        ("fastest", None if found.velocity is None else f"{found.velocity.max():.4g} m/s"),
-        ("noise", f"{found.noise:.3g}{unit}, {found.spikes:,} spikes taken out"),
+        ("spectrum", _spread_text(analysis.recurrence.spectral_period, " s")),
+        ("correlation", _spread_text(analysis.recurrence.correlation_period, " s")),
+        ("slip", _spread_text(analysis.slip, " um", scale=1e6)),
+        ("release of spring", _spread_text(analysis.release, " um", scale=1e6)),
+        ("stick phases", _spread_text(analysis.stick_duration, " s")),
+        ("slip phases", _spread_text(analysis.slip_duration, " s")),
+        ("at rest", None if analysis.stick_fraction is None else f"{analysis.stick_fraction:.1%} of the time"),
+        ("static level", _spread_text(analysis.static_level, unit, analysis.static_coefficient)),
+        (
+            "kinetic level",
+            _spread_text(analysis.kinetic_level, unit, analysis.kinetic_coefficient, analysis.kinetic_from),
+        ),
+        ("level at slip end", _spread_text(analysis.slip_end_level, unit)),
+        ("rate over k V", _spread_text(analysis.loading_ratio, "")),
+        ("fastest", None if analysis.velocity is None else f"{analysis.velocity.max():.4g} m/s"),
+        ("noise", f"{analysis.noise:.3g}{unit}, {analysis.spikes:,} spikes taken out"),
     ]
     page.rows(rows, 19)
-    for note in found.notes:
+    for note in analysis.notes:
         page.say(f"  note: {note}")
 
 
-def _slip_count(found: "StickSlip") -> str | None:
+def _slip_count(analysis: "StickSlip") -> str | None:
     """How many slips there are, and what the minor ones change."""
-    main, every = len(found.main_slips), [slip.start for slip in found.slips]
+    main, every = len(analysis.main_slips), [slip.start for slip in analysis.slips]
     if len(every) == main:
         return str(main) if main else None
     period = (every[-1] - every[0]) / (len(every) - 1)
@@ -158,10 +161,10 @@ def _spread_text(
     return f"{scale * value.mean:.5g}{unit} (median {scale * value.median:.5g}{deviation}, {value.number}){more}"
 
 
-def print_records(page: Page, found: "list[StickSlip]") -> None:
+def print_records(page: Page, analyses: "list[StickSlip]") -> None:
     """A table of several records."""
-    made = table(None, "record", "regime", "slips", "period s", "inertial s", "slip um", "at rest", no_wrap=7)
-    for record in found:
+    listing = table(None, "record", "regime", "slips", "period s", "inertial s", "slip um", "at rest", no_wrap=7)
+    for record in analyses:
         numbers = (
             record.period.mean if record.period else math.nan,
             record.regime.inertial_period or math.nan,
@@ -169,6 +172,6 @@ def print_records(page: Page, found: "list[StickSlip]") -> None:
         )
         shown = ["" if math.isnan(number) else f"{number:.4g}" for number in numbers]
         rest = "" if record.stick_fraction is None else f"{record.stick_fraction:.0%}"
-        made.add_row(record.name, record.regime.name, str(len(record.main_slips)), *shown, rest)
-    page.print(made)
+        listing.add_row(record.name, record.regime.name, str(len(record.main_slips)), *shown, rest)
+    page.print(listing)
     page.print("inertial: 2 pi sqrt(m/k). Of one record more is told with --record NAME.")

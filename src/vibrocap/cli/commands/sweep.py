@@ -163,21 +163,21 @@ class Outcome:
     became: Mapping[str, int] = dataclasses.field(default_factory=dict)
 
 
-def _outcome(found: "Completed") -> Outcome:
+def _outcome(outcome: "Completed") -> Outcome:
     """That of a study, looked at in parts, in memory that does not grow with a study in a store but for words."""
     from vibrocap.measures.standard import OUTCOME
 
     statuses: Counter[int] = Counter()
     became: Counter[str] = Counter()
-    settled, study = 0, found.study
-    for status, settling in found.numbers("status", "settled"):
+    settled, study = 0, outcome.study
+    for status, settling in outcome.numbers("status", "settled"):
         statuses.update({int(code): int((status == code).sum()) for code in np.unique(status)})
         settled += int((settling & (status == 0)).sum())
     sizes = dict(zip(study.plan.dims, study.plan.shape, strict=True))
     if OUTCOME in study.measures:
-        dataset = found.dataset()
+        dataset = outcome.dataset()
         became.update(map(str, dataset[OUTCOME].values[dataset["status"].values == 0].tolist()))
-    return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset, became=became)
+    return Outcome(sizes, statuses, None if study.settle is None else settled, outcome.dataset, became=became)
 
 
 def print_study(page: Page, found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:

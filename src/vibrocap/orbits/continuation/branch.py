@@ -157,8 +157,8 @@ def empty_branch(closure: ClosingMap) -> Branch:
 
 def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) -> Branch:
     """The record of a branch from the ways followed from one start, against and along its order."""
-    way = walked(closure, back, onward)
-    points = way.points
+    walk = walked(closure, back, onward)
+    points = walk.points
     multipliers = np.stack([point.multipliers(closure.half) for point in points])
     periods = np.array([closure.period(point.x) for point in points])
     drift = np.array([closure.drift(point.closing) for point in points])
@@ -176,12 +176,12 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         multipliers=multipliers,
         stable=np.all(np.abs(multipliers) < 1.0 - CLOSE_TO_CIRCLE, axis=1),
         mode_sequence=np.array([point.closing.mode_sequence for point in points]),
-        arclength=way.ways,
+        arclength=walk.ways,
         certified=np.array([point.closing.certified or _confirmed(closure, point) for point in points]),
         winding=np.array([point.closing.winding for point in points], dtype=int).reshape(len(points), -1),
-        special_points=way.special_points,
-        ends=way.ends,
-        start=way.start,
+        special_points=walk.special_points,
+        ends=walk.ends,
+        start=walk.start,
         closing_map=closure,
     )
 
@@ -270,14 +270,14 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
     map_, located = parent.closing_map, special.found
     if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and located.direction is not None:
         finer, first = switched_point(map_, located)
-        way = followed(finer, first, 1.0, points, step, from_parent=True)
-        if len(way.points) < 2:
+        walk = followed(finer, first, 1.0, points, step, from_parent=True)
+        if len(walk.points) < 2:
             return None
-        if way.points[1].closing.drift < 0.0:
+        if walk.points[1].closing.drift < 0.0:
             turned = dataclasses.replace(first, tangent=-first.tangent)
-            way = followed(finer, turned, 1.0, points, step, from_parent=True)
+            walk = followed(finer, turned, 1.0, points, step, from_parent=True)
         assert isinstance(finer, ClosingMap)
-        result = joined(finer, None, way)
+        result = joined(finer, None, walk)
         return dataclasses.replace(result, ends=(end_at(special), result.ends[1]))
     if special.kind in CORNERS and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
         for finer, first in branches_at_corner(map_, located):
@@ -310,10 +310,10 @@ def first_orbit(
     between = checked_range(system, over, between)
     if orbit is not None and initial is not None:
         raise ArgumentError("orbit and initial", "should not both be given: a start is one of them")
-    given = system if orbit is None else orbit.system
-    if orbit is not None and given.with_parameters({over: system.parameter(over)}) != system:
+    variant = system if orbit is None else orbit.system
+    if orbit is not None and variant.with_parameters({over: system.parameter(over)}) != system:
         raise ArgumentError("orbit", f"should be of the system, whatever its {over}: another parameter differs")
-    value = float(given.parameter(over))
+    value = float(variant.parameter(over))
     inside = min(max(value, between[0]), between[1])
     if orbit is not None:
         if value != inside:

@@ -314,12 +314,12 @@ def _stable_edges(branch: Branch) -> Iterator[_Edge]:
                 yield _Edge(point, at, beyond, why, special, end)
 
 
-def _without_orbit(found: Orbit, start: Mapping[str, float]) -> str:
+def _without_orbit(orbit: Orbit, start: Mapping[str, float]) -> str:
     """What a start leads to that ends on no stable orbit, in words."""
-    if found.status is OrbitStatus.RUN_FAILED:
-        ended = simulate(found.system, initial=start, periods=SEEN).run_status
+    if orbit.status is OrbitStatus.RUN_FAILED:
+        ended = simulate(orbit.system, initial=start, periods=SEEN).run_status
         return "a run that ends early" if ended.ok else f"a run that ends by {ended.value}"
-    return "a motion that does not settle" if found.status is OrbitStatus.NOT_SETTLED else "no stable orbit"
+    return "a motion that does not settle" if orbit.status is OrbitStatus.NOT_SETTLED else "no stable orbit"
 
 
 def _end_at(branch: Branch, point: int) -> int | None:

@@ -98,9 +98,9 @@ TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below whic
 
 def cycles_followed(closure: CycleMap, *given: Any, **options: Any) -> Followed:
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
-    way = _followed_by_sections(closure, *given, **options)
-    special = [(after, stick_loss(closure, record, way.points, after)) for after, record in way.special]
-    return dataclasses.replace(way, special=special)
+    walk = _followed_by_sections(closure, *given, **options)
+    special = [(after, stick_loss(closure, record, walk.points, after)) for after, record in walk.special]
+    return dataclasses.replace(walk, special=special)
 
 
 def _followed_by_sections(
@@ -123,24 +123,24 @@ def _followed_by_sections(
     while True:
         smooth = is_smooth(here)
         longest = min(step, SHORT * flow_across(closure, here)[0]) if smooth else step
-        way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), longest, progress=progress)
-        whole, way = len(way.points), _crossing(closure, way)
-        touches = 1 < len(way.points) < whole
-        special += [(len(points) - 1 + i, special_point) for i, special_point in way.special]
-        points += way.points[1:]
+        walk = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), longest, progress=progress)
+        whole, walk = len(walk.points), _crossing(closure, walk)
+        touches = 1 < len(walk.points) < whole
+        special += [(len(points) - 1 + i, special_point) for i, special_point in walk.special]
+        points += walk.points[1:]
         if (birth := hopf_at_end(closure, points[-1])) is not None:
             return Followed(points, [*special, (len(points) - 1, birth)], BranchEnd.HOPF)
         more = len(points) < most
-        ended = way.end not in (BranchEnd.TOO_MANY_POINTS, BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES)
+        ended = walk.end not in (BranchEnd.TOO_MANY_POINTS, BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES)
         if ended or not more:
-            return Followed(points, special, way.end)
-        stuck = way.end is not BranchEnd.TOO_MANY_POINTS
-        if stuck and abs(points[-1].x[-1] - here.x[-1]) <= TOO_CLOSE and len(way.points) < STRETCH:
-            return Followed(points, special, way.end)
+            return Followed(points, special, walk.end)
+        stuck = walk.end is not BranchEnd.TOO_MANY_POINTS
+        if stuck and abs(points[-1].x[-1] - here.x[-1]) <= TOO_CLOSE and len(walk.points) < STRETCH:
+            return Followed(points, special, walk.end)
         turned = _set_anew(closure, points[-1], touches)
         if turned is None:
-            if stuck or len(way.points) == 1:
-                return Followed(points, special, way.end if stuck else BranchEnd.NEWTON_FAILED)
+            if stuck or len(walk.points) == 1:
+                return Followed(points, special, walk.end if stuck else BranchEnd.NEWTON_FAILED)
             here, sign = points[-1], 1.0
             continue
         closure, here = turned
@@ -161,13 +161,13 @@ def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> b
     return jumps and anew.closing.unstable() == special_point.unstable[0]
 
 
-def _crossing(closure: CycleMap, way: Followed) -> Followed:
+def _crossing(closure: CycleMap, walk: Followed) -> Followed:
     """The part of a way before the first cycle that does not cross the section well any more."""
-    for k, point in enumerate(way.points):
+    for k, point in enumerate(walk.points):
         if k and flow_across(closure, point)[1] < CROSSES:
-            special = [(i, special_point) for i, special_point in way.special if i < k - 1]
-            return Followed(way.points[:k], special, BranchEnd.TOO_MANY_POINTS)
-    return way
+            special = [(i, special_point) for i, special_point in walk.special if i < k - 1]
+            return Followed(walk.points[:k], special, BranchEnd.TOO_MANY_POINTS)
+    return walk
 
 
 def _set_anew(closure: CycleMap, last: BranchPoint, touches: bool) -> tuple[CycleMap, BranchPoint] | None:

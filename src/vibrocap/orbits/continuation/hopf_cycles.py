@@ -18,7 +18,7 @@ FIRST = 1e-2  # amplitude of the first cycle, over the one that would bring a co
 
 
 def hopf_cycles(
-    found: EquilibriumBranch,
+    branch: EquilibriumBranch,
     at: SpecialPoint | None = None,
     *,
     points: int = 1000,
@@ -39,35 +39,35 @@ def hopf_cycles(
     point of the branch, and where no cycle closes beside it (a degenerate one, as without nonlinear terms).
     """
     if at is None:
-        if len(found.hopf_points) != 1:
-            raise ArgumentError("at", f"should be given: the branch has {len(found.hopf_points)} Hopf points")
-        at = found.hopf_points[0]
-    if not isinstance(at, SpecialPoint) or at.kind is not SpecialKind.HOPF or at not in found.hopf_points:
+        if len(branch.hopf_points) != 1:
+            raise ArgumentError("at", f"should be given: the branch has {len(branch.hopf_points)} Hopf points")
+        at = branch.hopf_points[0]
+    if not isinstance(at, SpecialPoint) or at.kind is not SpecialKind.HOPF or at not in branch.hopf_points:
         raise ArgumentError("at", "should be one of the Hopf points of the branch, `found.hopf_points`")
     check_options("up", points, step)
     if at.criticality == "degenerate":
         text = "is degenerate: without nonlinear terms, cycles of all amplitudes stand at this one parameter"
         raise ArgumentError("at", text)
-    closure, first = _first_cycle(found, at, tolerance)
-    way = cycles_followed(closure, first, 1.0, points, step)
+    closure, first = _first_cycle(branch, at, tolerance)
+    walk = cycles_followed(closure, first, 1.0, points, step)
     text = f"cycles are born; omega {at.frequency:.10g}; {at.criticality}"
     born = Found.at_end(SpecialKind.HOPF, 0.0, first, at.error, text, at.parameter)
-    result = joined(closure, None, dataclasses.replace(way, special=[(0, born), *way.special]))
+    result = joined(closure, None, dataclasses.replace(walk, special=[(0, born), *walk.special]))
     return dataclasses.replace(result, ends=(BranchEnd.HOPF, result.ends[1]))
 
 
-def _first_cycle(found: EquilibriumBranch, at: SpecialPoint, tolerance: float) -> tuple[CycleMap, BranchPoint]:
+def _first_cycle(branch: EquilibriumBranch, at: SpecialPoint, tolerance: float) -> tuple[CycleMap, BranchPoint]:
     """(the map, the cycle of a small amplitude with the tangent along which the amplitude grows)."""
-    system, frequency = system_at(found.system, found.over, at.parameter), at.frequency
+    system, frequency = system_at(branch.system, branch.over, at.parameter), at.frequency
     assert frequency is not None
     assert at.vector is not None
     state = np.array([at.state[name] for name in system.state_names])
-    sizes = _sizes(found, at, state)
+    sizes = _sizes(branch, at, state)
     shape = at.vector / sizes
     shape = shape * np.exp(-0.5j * np.angle(np.sum(shape * shape)))  # its parts at right angles
     shape = shape / np.linalg.norm(shape.real)
     start = state + FIRST * sizes * shape.real
-    closure = CycleMap(system, found.over, found.between, start, 2.0 * np.pi / frequency, tolerance, sizes=sizes)
+    closure = CycleMap(system, branch.over, branch.between, start, 2.0 * np.pi / frequency, tolerance, sizes=sizes)
     x = closure.point(start, at.parameter, 2.0 * np.pi / frequency)
     outward = np.concatenate((shape.real[closure.unknowns], (0.0, 0.0)))
     closed, _ = corrected(closure, x, outward, float(outward @ x))
@@ -78,9 +78,9 @@ def _first_cycle(found: EquilibriumBranch, at: SpecialPoint, tolerance: float) -
     return closure, BranchPoint(closed, along if along @ outward > 0.0 else -along)
 
 
-def _sizes(found: EquilibriumBranch, at: SpecialPoint, state: np.ndarray) -> np.ndarray:
+def _sizes(branch: EquilibriumBranch, at: SpecialPoint, state: np.ndarray) -> np.ndarray:
     """Size of each state in a cycle of the shape of the eigenvector that would bring the first contact to rest."""
-    problem, shape = found.mode.problem, np.abs(np.asarray(at.vector))
+    problem, shape = branch.mode.problem, np.abs(np.asarray(at.vector))
     places = [contact.state for contact in problem.recording.contacts if contact.state in problem.unknowns]
     ratios = [abs(state[place]) / shape[place] for place in places if shape[place] > 0.0]
     reach = min(ratios, default=0.0) * shape

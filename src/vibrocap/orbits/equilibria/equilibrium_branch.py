@@ -140,9 +140,9 @@ def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
     return moving[0]
 
 
-def _joined(mode: Sliding, way: Walked) -> EquilibriumBranch:
+def _joined(mode: Sliding, walk: Walked) -> EquilibriumBranch:
     """The public record of a branch that was walked."""
-    problem, points = mode.problem, way.points
+    problem, points = mode.problem, walk.points
     states = np.tile(mode.switched, (len(points), 1))
     states[:, problem.unknowns] = np.stack([mode.state(point.x) for point in points])
     cyclic = problem.recording.cyclic_state
@@ -161,7 +161,7 @@ def _joined(mode: Sliding, way: Walked) -> EquilibriumBranch:
         eigenvalues=np.stack([sorted_eigenvalues(jacobian) for jacobian in jacobians]),
         unstable=np.array([point.closing.unstable() for point in points]),
         stable=np.array([stable(jacobian) is True for jacobian in jacobians]),
-        special_points=way.special_points,
-        ends=way.ends,
+        special_points=walk.special_points,
+        ends=walk.ends,
         mode=mode,
     )

@@ -42,8 +42,8 @@ class SteadyEquations:
     def __init__(self, system: System, path: str | None = None):
         """Raises ArgumentError for a system that is driven in time."""
         if is_driven(system):
-            said = f"should not be driven in time, but its drive is {system.drive.name}"
-            raise ArgumentError("system", f"{said}: it has no equilibria; orbit(system) finds its steady motions")
+            text = f"should not be driven in time, but its drive is {system.drive.name}"
+            raise ArgumentError("system", f"{text}: it has no equilibria; orbit(system) finds its steady motions")
         self.system = system
         recorded = system if path is None else recorded_with(system, path)
         self.recording = equations(recorded)

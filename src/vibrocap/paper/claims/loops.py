@@ -127,12 +127,12 @@ def decline_beyond_m1(runs: Runs, tolerance: float) -> Finding:
     """Accelerating branches beyond M1: largest rise of |R| with speed, over N eta_s, at the printed delta1 and at 1."""
     numbers, right = {}, {}
     for damping in (10.0, LOW):
-        made = loop(runs, bristle_damping=damping)
+        loops = loop(runs, bristle_damping=damping)
         motion = runs.steady("lugre", bristle_damping=damping).motion
-        rise = max(_largest_rise(motion, side) for side in (made.forward, made.back) if side is not None) / LIMIT
+        rise = max(_largest_rise(motion, side) for side in (loops.forward, loops.back) if side is not None) / LIMIT
         numbers[f"delta1 = {damping:g}: largest rise / N eta_s"] = rise
-        numbers[f"delta1 = {damping:g}: largest |R|"] = made.peak_force
-        right[damping] = rise <= tolerance and made.peak_force <= LIMIT
+        numbers[f"delta1 = {damping:g}: largest |R|"] = loops.peak_force
+        right[damping] = rise <= tolerance and loops.peak_force <= LIMIT
     return Finding(
         restricted(right[10.0], right[LOW]),
         numbers,
@@ -171,8 +171,8 @@ def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 8", "The hysteretic curves have offset points near zero velocity.")
 def offset_points_of_the_loop(runs: Runs, tolerance: float) -> Finding:
     """Points of the settled loop with dR/dX' = 0, and how many of them lie below v_s."""
-    made = loop(runs)
-    points = [point for side in (made.forward, made.back) if side is not None for point in side.offset_points]
+    loops = loop(runs)
+    points = [point for side in (loops.forward, loops.back) if side is not None for point in side.offset_points]
     near = [point for point in points if abs(point.velocity) < 0.1]
     return Finding(
         decided(len(near) > 0),

@@ -61,7 +61,7 @@ LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
 
 
 def branch_figure(
-    found: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
+    branches: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
     quantity: str = "mean_velocity",
     *,
     titles: Sequence[str] = (),
@@ -78,7 +78,7 @@ def branch_figure(
     swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
     over: the parameter by another path, such as "drive.frequency_rad_per_s"; by default in SI where the system is
     """
-    given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
+    given = [branches] if isinstance(branches, (Branch, BranchDiagram)) else list(branches)
     _check(given, quantity)
     if swept and [(branch.over, branch.system.law_names) for branch in swept] != [
         (branch.over, branch.system.law_names) for branch in given
@@ -107,36 +107,43 @@ def branch_figure(
     return fig
 
 
-def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
+def draw_branch(diagram: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
 
     quantity: by default the mean velocity, or the period where the machine is held to its place
     """
-    quantity = quantity or ("mean_velocity" if found.system.cyclic is not None else "period")
-    _check([found], quantity)
+    quantity = quantity or ("mean_velocity" if diagram.system.cyclic is not None else "period")
+    _check([diagram], quantity)
     with drawing(ax) as ax:
-        used = draw_branches(ax, _branches(found), quantity)
-        used |= draw_transitions(ax, found, quantity, _along(found))
-        label = with_unit(quantity.replace("_", " "), UNITS[quantity], found.system)
-        ax.set(title=law_title(found), xlabel=parameter_label(found), ylabel=label, xlim=_range(found, _along(found)))
-        legend_below(ax, _handles([found], used), ncols=2)
+        used = draw_branches(ax, _branches(diagram), quantity)
+        used |= draw_transitions(ax, diagram, quantity, _along(diagram))
+        label = with_unit(quantity.replace("_", " "), UNITS[quantity], diagram.system)
+        ax.set(
+            title=law_title(diagram),
+            xlabel=parameter_label(diagram),
+            ylabel=label,
+            xlim=_range(diagram, _along(diagram)),
+        )
+        legend_below(ax, _handles([diagram], used), ncols=2)
     return ax
 
 
-def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
+def draw_floquet_multipliers(diagram: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
     """The size of the largest Floquet multiplier over the parameter: stable below 1."""
     with drawing(ax) as ax:
-        draw_multipliers(ax, _branches(found))
-        ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=_range(found, _along(found)))
+        draw_multipliers(ax, _branches(diagram))
+        ax.set(
+            xlabel=parameter_label(diagram), ylabel=r"largest multiplier $|\mu|$", xlim=_range(diagram, _along(diagram))
+        )
     return ax
 
 
-def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
+def _check(branches: Sequence[Branch | BranchDiagram], quantity: str) -> None:
     """ValueError for what cannot be drawn."""
-    if not given or not any(len(branch) for each in given for branch in _branches(each)):
+    if not branches or not any(len(branch) for each in branches for branch in _branches(each)):
         raise ValueError("found should hold at least one branch that is not empty")
     check_one_of("quantity", quantity, QUANTITIES)
-    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
+    if quantity != "period" and any(np.isnan(branch.drift).any() for each in branches for branch in _branches(each)):
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
 
 
@@ -161,9 +168,9 @@ def diagram_figure(
     return fig, axes
 
 
-def law_title(found: Branch | BranchDiagram) -> str:
+def law_title(diagram: Branch | BranchDiagram) -> str:
     """The friction law, as a title."""
-    return f"{law_words(found.system.law_names)} law"
+    return f"{law_words(diagram.system.law_names)} law"
 
 
 def _along(found: Any, over: str | None = None) -> Quantity:
@@ -171,19 +178,19 @@ def _along(found: Any, over: str | None = None) -> Quantity:
     return quantity_in_si(found.over, found.system) if over is None else quantity_of(over, found.system)
 
 
-def _range(found: Branch | BranchDiagram, along: Quantity) -> tuple[float, float]:
-    low, high = found.between
+def _range(diagram: Branch | BranchDiagram, along: Quantity) -> tuple[float, float]:
+    low, high = diagram.between
     return low * along.scale, high * along.scale
 
 
-def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> str:
+def parameter_label(diagram: Branch | BranchDiagram, over: str | None = None) -> str:
     """Name and symbol of the parameter, in SI its unit, for an axis."""
-    part, name = split_path(found.over)
-    along = _along(found, over)
+    part, name = split_path(diagram.over)
+    along = _along(diagram, over)
     if along.unit != "1":
         stem = split_path(along.path)[1].removesuffix(suffix(along.unit))
         return f"{part} {stem.replace('_', ' ')}{bracketed(along.unit)}"
-    record = found.system.parts[part]
+    record = diagram.system.parts[part]
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
 
@@ -230,18 +237,18 @@ def draw_branches(
     return used
 
 
-def draw_transitions(ax: Axes, found: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
+def draw_transitions(ax: Axes, diagram: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
     """Draw where stable motions of a diagram end within the range, and what follows; returns what to explain."""
     used: set[str] = set()
-    if not isinstance(found, BranchDiagram):
+    if not isinstance(diagram, BranchDiagram):
         return used
-    for transition in found.transitions:
-        branch, x = found.branches[transition.branch], transition.parameter * along.scale
+    for transition in diagram.transitions:
+        branch, x = diagram.branches[transition.branch], transition.parameter * along.scale
         up = scale(UNITS[quantity], branch.system)
         start = float(getattr(branch, quantity)[transition.point]) * up
         end = start
         if transition.reached is not None:
-            other = found.branches[transition.reached]
+            other = diagram.branches[transition.reached]
             away = np.where(other.stable, np.abs(other.parameter - transition.parameter), np.inf)
             end = float(getattr(other, quantity)[int(np.argmin(away))]) * up
         for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
@@ -334,13 +341,13 @@ def stretches(branch: Branch, quantity: str) -> list[tuple[np.ndarray, np.ndarra
     return [(np.array(x), np.array(y), stable) for x, y, stable in lines]
 
 
-def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
-    return found.branches if isinstance(found, BranchDiagram) else (found,)
+def _branches(diagram: Branch | BranchDiagram) -> tuple[Branch, ...]:
+    return diagram.branches if isinstance(diagram, BranchDiagram) else (diagram,)
 
 
-def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
+def _handles(branches: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
     """The legend: what was drawn and nothing else."""
-    handles, symmetries = [], {branch.symmetric for one in given for branch in _branches(one)}
+    handles, symmetries = [], {branch.symmetric for one in branches for branch in _branches(one)}
     whose = "mirror twins" if False in symmetries else "motions"
     for colour, text in {
         BLACK: "symmetric: no travel" if True in symmetries else "cycles",

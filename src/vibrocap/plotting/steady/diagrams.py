@@ -20,47 +20,47 @@ MANY = 2000  # points, of which each is smaller
 LOOKS = {"up": {"markersize": 1.0, "markeredgewidth": 0.0}, "down": {"markersize": 2.0, "markerfacecolor": "none"}}
 
 
-def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> Figure:
+def bifurcation_figure(diagram: BifurcationDiagram, state: str | None = None) -> Figure:
     """A state at the section over the parameter, both ways in which it was swept.
 
     state: by default that of the machine which varies most there
     """
-    fig, axes = diagram_figure([found], WIDTH, 4.2)
+    fig, axes = diagram_figure([diagram], WIDTH, 4.2)
     with style():
-        fig.legend(handles=_draw(axes[0, 0], found, state), loc="outside lower center", ncols=2)
+        fig.legend(handles=_draw(axes[0, 0], diagram, state), loc="outside lower center", ncols=2)
     return fig
 
 
-def draw_bifurcation(found: BifurcationDiagram, state: str | None = None, *, ax: Axes | None = None) -> Axes:
+def draw_bifurcation(diagram: BifurcationDiagram, state: str | None = None, *, ax: Axes | None = None) -> Axes:
     """The panel of `bifurcation_figure`."""
     with drawing(ax) as ax:
-        legend_below(ax, _draw(ax, found, state), ncols=2)
+        legend_below(ax, _draw(ax, diagram, state), ncols=2)
     return ax
 
 
-def _widest(found: BifurcationDiagram) -> str:
+def _widest(diagram: BifurcationDiagram) -> str:
     """The state of the machine whose values at the section spread most, over natural sizes."""
-    system = found.system
+    system = diagram.system
     names = [name for name in system.machine.states if name != system.cyclic]
     columns = [system.state_names.index(name) for name in names]
-    values = found.states[..., columns]
+    values = diagram.states[..., columns]
     spread = np.nanmax(values, axis=(0, 1, 2, 3)) - np.nanmin(values, axis=(0, 1, 2, 3))
     return names[int(np.argmax(spread / np.array(system.scales(), dtype=float)[columns]))]
 
 
-def _draw(ax: Axes, found: BifurcationDiagram, state: str | None) -> list[Line2D]:
+def _draw(ax: Axes, diagram: BifurcationDiagram, state: str | None) -> list[Line2D]:
     """Draw a state; the handles of the legend."""
-    state = state or _widest(found)
-    along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
-    index = found.system.state_names.index(state)
-    size = 0.9 if np.count_nonzero(np.isfinite(found.states[..., index])) > MANY else 2.5
-    for k, way in enumerate(found.directions):
-        x = np.broadcast_to(found.values[:, None], found.states.shape[1:4])
-        ax.plot(along * x.ravel(), up * found.states[k, ..., index].ravel(), rasterized=True, **_look(way, size))
-    ax.set(title=law_title(found), xlabel=parameter_label(found))  # type: ignore[arg-type]
-    ax.set_ylabel(with_unit(f"{quantity_label(state, found.system)} at the section", state, found.system))
+    state = state or _widest(diagram)
+    along, up = quantity_in_si(diagram.over, diagram.system).scale, scale(state, diagram.system)
+    index = diagram.system.state_names.index(state)
+    size = 0.9 if np.count_nonzero(np.isfinite(diagram.states[..., index])) > MANY else 2.5
+    for k, way in enumerate(diagram.directions):
+        x = np.broadcast_to(diagram.values[:, None], diagram.states.shape[1:4])
+        ax.plot(along * x.ravel(), up * diagram.states[k, ..., index].ravel(), rasterized=True, **_look(way, size))
+    ax.set(title=law_title(diagram), xlabel=parameter_label(diagram))  # type: ignore[arg-type]
+    ax.set_ylabel(with_unit(f"{quantity_label(state, diagram.system)} at the section", state, diagram.system))
     words = {"up": "parameter going up", "down": "going down"}
-    return [Line2D([], [], label=words[way], **_look(way, 3.0)) for way in found.directions]
+    return [Line2D([], [], label=words[way], **_look(way, 3.0)) for way in diagram.directions]
 
 
 def _look(way: str, size: float) -> dict[str, Any]:

@@ -27,48 +27,48 @@ MARKS: dict[SpecialKind, tuple[str, float]] = {
 }
 
 
-def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), state: str | None = None) -> Figure:
+def equilibrium_figure(branch: EquilibriumBranch, cycles: Sequence[Branch] = (), state: str | None = None) -> Figure:
     """A state of steady sliding over the parameter, with cycles that surround it, above the eigenvalues' real parts.
 
     cycles: branches of cycles over the same parameter, drawn by the least and the largest value of the state
     state: by default the first that is neither cyclic nor a rate, such as the position of a block on a belt
     """
-    fig, axes = diagram_figure([found], WIDTH, 5.4, 2, height_ratios=[3.0, 2.0])
+    fig, axes = diagram_figure([branch], WIDTH, 5.4, 2, height_ratios=[3.0, 2.0])
     with style():
-        used = _draw_states(axes[0, 0], found, cycles, state or _first_state(found))
-        _draw_eigenvalues(axes[1, 0], found)
-        axes[0, 0].set_title(f"steady sliding, {found.system.law_names} law", pad=8)
-        axes[1, 0].set_xlabel(parameter_label(found))  # type: ignore[arg-type]
+        used = _draw_states(axes[0, 0], branch, cycles, state or _first_state(branch))
+        _draw_eigenvalues(axes[1, 0], branch)
+        axes[0, 0].set_title(f"steady sliding, {branch.system.law_names} law", pad=8)
+        axes[1, 0].set_xlabel(parameter_label(branch))  # type: ignore[arg-type]
         fig.legend(handles=_handles(used), loc="outside lower center", ncols=3)
     return fig
 
 
-def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Axes | None = None) -> Axes:
+def draw_equilibria(branch: EquilibriumBranch, what: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `equilibrium_figure`: a state over the parameter, or, by "eigenvalues", their real parts."""
     with drawing(ax) as ax:
         used: set[str] = set()
         if what == "eigenvalues":
-            _draw_eigenvalues(ax, found)
+            _draw_eigenvalues(ax, branch)
         else:
-            used = _draw_states(ax, found, (), what or _first_state(found))
-        ax.set_xlabel(parameter_label(found))  # type: ignore[arg-type]
+            used = _draw_states(ax, branch, (), what or _first_state(branch))
+        ax.set_xlabel(parameter_label(branch))  # type: ignore[arg-type]
         legend_below(ax, _handles(used), ncols=2)
     return ax
 
 
-def _first_state(found: EquilibriumBranch) -> str:
+def _first_state(branch: EquilibriumBranch) -> str:
     """The state that is drawn unless another is asked for."""
-    machine = found.system.machine
+    machine = branch.system.machine
     names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_states[0])]
     return names[0] if names else machine.contact_states[0]
 
 
-def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], state: str) -> set[str]:
+def _draw_states(ax: Axes, curve: EquilibriumBranch, cycles: Sequence[Branch], state: str) -> set[str]:
     """Draw a state of a branch and the extremes of cycles; returns what the legend must explain."""
-    along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
-    index, used = found.system.state_names.index(state), set()
-    x, y = along * found.parameter, up * found.states[:, index]
-    for first, last, stable in found.parts:  # neighbours share a point, so that the line has no gap
+    along, up = quantity_in_si(curve.over, curve.system).scale, scale(state, curve.system)
+    index, used = curve.system.state_names.index(state), set()
+    x, y = along * curve.parameter, up * curve.states[:, index]
+    for first, last, stable in curve.parts:  # neighbours share a point, so that the line has no gap
         word = "stable" if stable else "unstable"
         ax.plot(x[first : last + 2], y[first : last + 2], color=BLACK, **LINES[word])
         used.add(word)
@@ -80,7 +80,7 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
                 look = LINES["stable" if stable else "unstable"]
                 ax.plot(along * branch.parameter[shown], up * end[shown], color=BLUE, **look)
         used |= {"cycles"} | {"stable" if stable else "unstable" for *_, stable in branch.parts}
-    for special_point in found.special_points:
+    for special_point in curve.special_points:
         marker, size = MARKS[special_point.kind]
         look: dict[str, Any] = {"linestyle": "none", "zorder": 5, "color": VERMILION, "markeredgecolor": "white"}
         if special_point.kind is SpecialKind.UNLOCATED:
@@ -88,7 +88,7 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
         look |= {"marker": marker, "markersize": size}
         ax.plot(along * special_point.parameter, up * special_point.state[state], **look)
         used.add(special_point.kind.value)
-    ax.set_ylabel(with_unit(quantity_label(state, found.system), state, found.system))
+    ax.set_ylabel(with_unit(quantity_label(state, curve.system), state, curve.system))
     return used
 
 
@@ -103,15 +103,15 @@ def _extremes(branch: Branch, point: int, state: str) -> tuple[float, float]:
     return float(np.min(values)), float(np.max(values))
 
 
-def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> None:
+def _draw_eigenvalues(ax: Axes, branch: EquilibriumBranch) -> None:
     """Draw the real parts of the eigenvalues that decide: those nearest to the axis."""
-    along, si = quantity_in_si(found.over, found.system).scale, found.system.units is not None
-    rate = found.system.si.factor_of("rad/s") if si else 1.0
-    real = np.real(found.eigenvalues) * rate
+    along, si = quantity_in_si(branch.over, branch.system).scale, branch.system.units is not None
+    rate = branch.system.si.factor_of("rad/s") if si else 1.0
+    real = np.real(branch.eigenvalues) * rate
     ax.axhline(0.0, color="#9A9A9A", linewidth=0.8, zorder=1)
     largest = real[:, 0]
     for column in range(real.shape[1])[::-1]:  # the one that decides above the others
-        ax.plot(along * found.parameter, real[:, column], color=BLACK if column == 0 else "#8A8A8A", linewidth=1.2)
+        ax.plot(along * branch.parameter, real[:, column], color=BLACK if column == 0 else "#8A8A8A", linewidth=1.2)
     size = 2.5 * float(np.max(np.abs(largest)))
     low = max(float(np.min(real)), -size) if size > 0.0 else float(np.min(real))
     top = max(float(np.max(largest)), 0.0)

@@ -89,18 +89,18 @@ class Store:
                 places.write(self.path, {FINISHED: finished_text(self.study.identity, sum(1 for _ in self.indices))})
         self.clean()
 
-    def mend(self, found: Verification) -> None:
+    def mend(self, verification: Verification) -> None:
         """Let go of damaged tiles, so that they are computed again, and write anew what belongs to no tile."""
         first = self._files.first()
         record = read_record(self.path)
         with kept(self.path):
-            for index in found.damaged:
+            for index in verification.damaged:
                 for place in (f"{DONE}/{tile_name(index)}", *self._empty_folders(index)):
                     places.remove(self.path, place)
-            if not found.others:
+            if not verification.others:
                 return
             if record["files"] != _checksums(record["identity"], first):
-                raise CaseError([*found.others, "this version of Zarr cannot make it anew"], str(self.path))
+                raise CaseError([*verification.others, "this version of Zarr cannot make it anew"], str(self.path))
             places.make_folder(self.path, DONE)
             for name in places.names(self.path, DONE).keys() - set(map(tile_name, self.indices)):
                 places.remove(self.path, f"{DONE}/{name}")
