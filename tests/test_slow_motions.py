@@ -147,9 +147,11 @@ def test_random_rows_end_where_implicit_steps_do(seed, implicit):
     t = np.linspace(0.0, 0.98 * tight.end, 200)  # a linkage may lift off, a little later or earlier
     for tolerance in (1e-6, 1e-8, 1e-9):
         run = motion(*row, tolerance)
-        assert run.certificate.ok
         assert run.status == tight.status
-        if tight.status == vc.Status.FINISHED:
+        assert (
+            run.certificate.ok is run.status.ok
+        )  # of a run that has lifted off, or reached a stop, nothing is certified
+        if run.status.ok:
             assert max(abs(run.state[name] - tight.state[name]) for name in tight.state) <= ROW_END * tolerance
         assert list(run.event_kinds) == list(tight.event_kinds)
         for name in run.system.machine.contact_states:
