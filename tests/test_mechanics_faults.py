@@ -209,3 +209,24 @@ def test_ensembles_say_where_a_mass_matrix_is_singular_and_other_statuses_stay()
 def test_a_motion_too_long_to_keep_says_that_its_mass_matrix_becomes_singular():
     with pytest.raises(ValueError, match=r"periods: .* its mass matrix becomes singular at angle 1\.571"):
         vc.simulate(crank(), periods=5, initial={"angle_rate": 1.0})
+
+
+@pytest.mark.parametrize("uneven", [0, 1])
+def test_a_load_at_any_contact_that_does_not_repeat_is_named(uneven):
+    """The place along a ring comes back after a turn; that of the first contact alone was asked."""
+
+    @parameters
+    class Pair(Machine):
+        """Two blocks, one of them on a ring."""
+
+        name: ClassVar = "pair"
+        first = coordinate("x", "place of one block", "m")
+        ring = coordinate("y", "place of the other along its ring", "m", repeats=1.0)
+
+        def parts(self, q):
+            bodies = Mass("a", 1.0, x=q.first), Mass("b", 1.0, x=q.ring)
+            loads = [2.0 + q.ring if i == uneven else 1.0 for i in range(2)]
+            return [*bodies, Drive(q.first), *(Contact(b, load=n) for b, n in zip(bodies, loads, strict=True))]
+
+    wrong = vc.check_part(Pair, motion=False).wrong
+    assert any("loads should be the same after a turn of ring" in line for line in wrong)

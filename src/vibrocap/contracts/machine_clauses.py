@@ -127,16 +127,17 @@ def turns(part: Any) -> str | None:
         for machine, t, y, drive, frictions in _moving(part):
             moved = (*y[:i], y[i] + period, *y[i + 1 :])
             values, after_turn = (
-                [*machine.rates(t, at, drive, frictions), machine.energy(t, at), *(first.reaction or ())]
+                [
+                    *machine.rates(t, at, drive, frictions),
+                    machine.energy(t, at),
+                    *(load for own in machine.contacts(t, at, drive) for load in own.reaction or ()),
+                ]
                 for at in (y, moved)
-                for first in machine.contacts(t, at, drive)[:1]
             )
             bound = 64 * EPSILON * (1.0 + period) * max(map(abs, (1.0, *values))) ** 2
             if not all(abs(a - b) <= bound for a, b in zip(after_turn, values, strict=True)):
-                values_shown = f"{_shown(values)}, got {_shown(after_turn)}"
-                return (
-                    f"repeats: rates, energy and load should be the same after a whole turn of {name}, {values_shown}"
-                )
+                numbers_shown = f"{_shown(values)}, got {_shown(after_turn)}"
+                return f"repeats: rates, energy and loads should be the same after a turn of {name}, {numbers_shown}"
     return None
 
 

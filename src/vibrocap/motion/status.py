@@ -116,7 +116,10 @@ def least_inertia(machine: Any, t: float, y: Sequence[float]) -> float:
 
 
 def ended(system: System, status: Status, state: Any) -> Status:
-    """How a run ended in a state: "singular mass matrix" where that has stopped it."""
+    """How a run ended in a state: "singular mass matrix" where that has stopped it.
+
+    Limit: a mass matrix that depends on time is asked at the time 0.
+    """
     if status not in STOPPED or not np.all(np.isfinite(state)):
         return status
     machine = system.machine.driven_by(system.drive, system.drives)

@@ -24,10 +24,10 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
     ]
     accelerations = [tuple({row[name].index: row[name] for row in solved}.values()) for name in names]
 
-    def left(description: tuple, acceleration: Any) -> Expression:
-        force, motions, share = description
+    def left(row: tuple, acceleration: Any) -> Expression:
+        force, factors, share = row
         remainder = expression(force)
-        for factor, rate in motions:
+        for factor, rate in factors:
             remainder = remainder - factor * expression(rate).rate()
         return remainder - share * acceleration
 
@@ -48,5 +48,5 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
                 load=load,
             )
         )
-    description = zip(rows, accelerations, strict=True)
-    return Mechanics(tuple(MotionRow(left(row, rates[0]), rates) for row, rates in description), tuple(contacts))
+    motions = zip(rows, accelerations, strict=True)
+    return Mechanics(tuple(MotionRow(left(row, rates[0]), rates) for row, rates in motions), tuple(contacts))
