@@ -13,7 +13,7 @@ import numpy as np
 from scipy import optimize
 
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
-from vibrocap.motion.status import SINGULAR, least_inertia
+from vibrocap.physics.events import SINGULAR_MASS_MATRIX
 from vibrocap.physics.machines.machine import IMPOSED
 from vibrocap.physics.mechanics.parts import Placed
 from vibrocap.physics.parameters import dimension_of_unit
@@ -76,16 +76,18 @@ def accelerated(part: Any) -> str | None:
     """Its rates are finite, and its mass matrix is not singular, wherever its coordinates may reach."""
     machine, t, start, *_ = next(_moving(part, 1))
     names, sizes, room = [*machine.coordinates], machine.scales(), machine.room()
+    dead = [kind == SINGULAR_MASS_MATRIX for kind in machine.bound_kinds]
 
     def least(y: tuple) -> float:
-        """The least inertia; inf out of reach."""
+        """What is left until it is singular; inf out of reach."""
         try:
-            return least_inertia(machine, t, y) if all(bound > 0.0 for bound in machine.bounds(t, y)) else math.inf
+            bounds = [*zip(dead, machine.bounds(t, y), strict=True)]
         except (ValueError, ZeroDivisionError, OverflowError):
             return math.inf
+        reached = all(own or bound > 0.0 for own, bound in bounds)
+        return min(bound for own, bound in bounds if own) if reached else math.inf
 
-    constant = machine.constant("inertia")
-    for at, name in itertools.product(((0.0,) * len(start), start), names[:1] if constant else names):
+    for at, name in itertools.product(((0.0,) * len(start), start), names if any(dead) else ()):
         i = machine.states.index(name)
         low, high = room.get(name, (-math.inf, math.inf))
         reach = max(REACH * sizes[i], TURN if machine.all_coordinates[name].unit == "rad" else 0.0)
@@ -99,7 +101,7 @@ def accelerated(part: Any) -> str | None:
             options={"xatol": 1e-12 * sizes[i]},
         )
         value, worst = min((values[k], float(x[k])), (float(near.fun), float(near.x)))
-        if value <= SINGULAR:
+        if value <= 0.0:
             y = (*at[:i], worst, *at[i + 1 :])
             return f"parts: the mass matrix is singular at {_place(machine, y)}: a coordinate moves no mass there"
     for machine, t, y, drive, frictions in _moving(part):

@@ -18,7 +18,7 @@ from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_room, check_run, initial_state
-from vibrocap.motion.status import STOPPED, Status, ended
+from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluated
 from vibrocap.physics.closed_loop.sampling import MOST_SAMPLES
@@ -165,10 +165,6 @@ def _measured(
     results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
     period, *scales = evaluated([recording.period, *recording.scales], 0.0, states.T, 1.0, parameters.T, (runs,))
     status = STATUS_CODES[results.status]
-    stopped = np.isin(status, [list(Status).index(ending) for ending in STOPPED])
-    for run in np.flatnonzero(stopped & np.all(np.isfinite(results.state), axis=1)):
-        ending = ended(_system_of_run(system, columns, int(run)), list(Status)[status[run]], results.state[run])
-        status[run] = list(Status).index(ending)
     finished = status == FINISHED
     sizes = np.column_stack(scales)
 

@@ -17,7 +17,7 @@ from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.observer import Observer
 from vibrocap.motion.recording.equations import equations, integrals, parameter_values
-from vibrocap.motion.status import Status, ended
+from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, Recorded, codes, recorded_run, series_order
 from vibrocap.physics.dimensions.units import state_keys
@@ -205,7 +205,6 @@ STATUSES = {
 }
 NOTHING = np.empty((0, 0))
 MORE_STEPS = 2  # times as many as the run may take; a tenth of the tolerance takes up to 10^(1/5) times as many
-ASKED_STEPS = 2_000_000  # of a motion that cannot be kept, asked where it leads
 COMPANION = 0.1  # times the tolerance: that of the second run, with which the error is estimated
 
 
@@ -265,7 +264,7 @@ def period_marks(
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     budget = Budget(periods, tolerance, max_events_per_period, max_steps)
     run = _run(system, start, budget, keep_pieces=False)
-    return ended(system, STATUSES[run.status], run.final), run.sections
+    return STATUSES[run.status], run.sections
 
 
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
@@ -289,23 +288,10 @@ def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) ->
         size = 10.0 ** math.floor(math.log10(fitting))
         most = math.floor(fitting / size) * size
         instead = f"some {most:g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
-        instead += f"; {_many_steps(system, begin, budget)}" if error.said != "are free" else ""
+        instead += "; is a damping or a stiffness far too large?" if error.said != "are free" else ""
         raise ArgumentError(
             "periods", f"{taken}, {in_words(error.available)} {error.said}; ask for {instead}"
         ) from None
-
-
-def _many_steps(system: System, begin: list[float], budget: Budget) -> str:
-    """What may let a motion take far more steps than others, in words."""
-    budget = dataclasses.replace(budget, max_steps=min(budget.max_steps, ASKED_STEPS))
-    run = recorded_run(
-        equations(system), parameter_values(system), begin, system.drive.period, budget, keep_pieces=False
-    )
-    if ended(system, STATUSES[run.status], run.final) is not Status.SINGULAR_MASS_MATRIX:
-        return "is a damping or a stiffness far too large?"
-    state = dict(zip(system.state_names, run.final, strict=True))
-    where = ", ".join(f"{name} {_said(state[name], name, system, 4)}" for name in system.machine.coordinates)
-    return f"its mass matrix becomes singular at {where}"
 
 
 def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajectory:
@@ -319,7 +305,7 @@ def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajec
         periods=budget.periods,
         tolerance=budget.tolerance,
         period=period,
-        run_status=ended(system, STATUSES[recorded.status], recorded.final),
+        run_status=STATUSES[recorded.status],
         state_names=system.state_names,
         integral_names=tuple(integrals(recording)),
         piece_start=origin + (begun[:, 0] * period + begun[:, 1]),

@@ -1,12 +1,5 @@
 """How a run ended, and what to try where it ended early."""
 
-import math
-from collections.abc import Sequence
-from typing import Any
-
-import numpy as np
-
-from vibrocap.physics.system import System
 from vibrocap.results import Advised
 
 
@@ -96,35 +89,3 @@ class Status(Advised):
     def text(self) -> str:
         """What happened and what to try."""
         return self.advice
-
-
-STOPPED = (Status.STEP_UNDERFLOW, Status.NOT_FINITE)  # where a singular mass matrix may be the cause
-SINGULAR = 1e-9  # of `least_inertia`: forces over masses give accelerations that much larger
-
-
-def least_inertia(machine: Any, t: float, y: Sequence[float]) -> float:
-    """Least eigenvalue of a mass matrix at a state, its coordinates so scaled that inertias near 0 are 1.
-
-    It is 0, to rounding, where some motion moves no mass; inf where the matrix is not finite.
-    """
-    some = [0.1 + 0.01 * i for i in range(len(y))]
-    near, here = (np.array(machine.evaluated("inertia", t, at)) for at in (some, y))
-    sizes = np.sqrt(np.maximum(np.diag(near), np.abs(np.diag(here))))
-    sizes[sizes == 0.0] = 1.0
-    matrix = here / np.outer(sizes, sizes)
-    return float(np.linalg.eigvalsh(matrix)[0]) if np.all(np.isfinite(matrix)) else math.inf
-
-
-def ended(system: System, status: Status, state: Any) -> Status:
-    """How a run ended in a state: "singular mass matrix" where that has stopped it.
-
-    Limit: a mass matrix that depends on time is asked at the time 0.
-    """
-    if status not in STOPPED or not np.all(np.isfinite(state)):
-        return status
-    machine = system.machine.driven_by(system.drive, system.drives)
-    try:
-        least = least_inertia(machine, 0.0, [float(value) for value in state[: len(machine.states)]])
-    except (ArithmeticError, ValueError):  # a function of the machine is not defined there
-        return status
-    return Status.SINGULAR_MASS_MATRIX if least <= SINGULAR else status

@@ -8,6 +8,7 @@ STICK, SLIP_FORWARD, SLIP_BACK, REVERSAL = "stick", "slip_forward", "slip_back",
 IMPACT, STOP_OPENED = "impact", "stop_opened"
 LIFT_OFF, PARADOX, STOP_REACHED, AMBIGUOUS = "lift_off", "paradox", "stop_reached", "ambiguous_contacts"
 RUNAWAY, SINGULAR_COMMAND, SINGULAR_PATH = "runaway", "singular_command", "singular_path"
+SINGULAR_MASS_MATRIX = "singular_mass_matrix"
 
 CONTACT = {
     STICK: "the contact comes to rest and sticks",
@@ -27,6 +28,7 @@ ENDS = {  # at bounds of the equations, beyond which they do not hold
     AMBIGUOUS: "which contacts rest is no longer certain",
     RUNAWAY: "an unstable controller lets what it measures run away, which ends the run",
     SINGULAR_PATH: "the velocity of a contact no longer tells how its coordinates move, which ends the run",
+    SINGULAR_MASS_MATRIX: "some motion of the machine moves no mass, which ends the run",
     SINGULAR_COMMAND: "no command gives what the controller orders, which ends the run",
 }
 ADDED = {  # of an actuator and of a controller, counted where there is one
@@ -41,8 +43,8 @@ ADDED = {  # of an actuator and of a controller, counted where there is one
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = (PARADOX, LIFT_OFF, LIFT_OFF, STOP_REACHED, AMBIGUOUS, RUNAWAY, SINGULAR_COMMAND, SINGULAR_PATH)
-LOCATED = (False, True, False, True, False, True, True, True)  # a located event, or looked at where a step starts
+BOUNDS = (PARADOX, LIFT_OFF, LIFT_OFF, STOP_REACHED, AMBIGUOUS, RUNAWAY, SINGULAR_COMMAND, SINGULAR_PATH, SINGULAR_MASS_MATRIX)
+LOCATED = (False, True, False, True, False, True, True, True, True)  # a located event, or looked at where a step starts
 
 KINDS = (*CONTACT, *TOUCHING, *BOUNDS)
 MEANINGS = CONTACT | TOUCHING | STOPS | ENDS

@@ -290,10 +290,12 @@ class Machine(Part):
 
     @property
     def bound_kinds(self) -> tuple[str, ...]:
-        """What is reached at each of `bounds`: stops that are neither elastic nor rigid, then singular paths."""
+        """What is reached at each of `bounds`: stops that are neither elastic nor rigid, then singular paths, then dead points."""
         ends = [stop for stop in self.derived.stops if not stop.switches]
         stops = ("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
-        return (*stops, *("singular_path" for _ in self.derived.folds))
+        known = (*stops, *("singular_path" for _ in self.derived.folds))
+        count = len(self._form()[0].program("bounds").results)
+        return (*known, *("singular_mass_matrix" for _ in range(count - len(known))))
 
     @property
     def over_ground(self) -> bool:

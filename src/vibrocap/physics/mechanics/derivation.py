@@ -68,9 +68,6 @@ class Derivation(Motion):
         bent = total(size * (x.slope(i) * x.curvature) for x, size in self.moved)
         return self.applied(i) + self.weight(i) - bent
 
-    def mass_matrix(self) -> tuple:
-        return tuple(tuple(written(self.inertia(i, j)) for j in self.names) for i in self.names)
-
     def whole_mass(self) -> Any:
         """The sum of all masses and inertias."""
         return written(total(as_sum(m.mass) + as_sum(m.inertia) for m in self.masses))

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vibrocap.physics.events import IMPACT
+from vibrocap.physics.mechanics.dead_points import pivots
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program, affine
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
@@ -14,7 +15,7 @@ from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms
 from vibrocap.physics.mechanics.sums import Sum
 from vibrocap.physics.names import number_in, numbered
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import bounds, parameter_table
 
 BELT = "belt"  # channel of the energy that supports put in, and whatever else moves in time
 NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong to the form of the equations
@@ -45,7 +46,7 @@ class Form:
         machine = object.__new__(kind)
         signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
         contacts = len(kind.kind().contact_states) if states else 0
-        self.inputs = Inputs(len(states), contacts, len(numbers), signals)
+        self.inputs = Inputs(len(states), contacts, [bounds(kind, name)[0] for name in numbers], signals)
         vars(machine).update(zip(names, pattern, strict=True))
         vars(machine).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
         self.kind, self.states = kind, states
@@ -67,9 +68,13 @@ class Form:
         """What a function of the machine gives, by its name."""
         return self.program(name)(inputs)
 
+    def again(self) -> "Form":
+        """The same anew: what is no part of the equations is derived there, so that their order stays the same."""
+        return Form(*self._made)
+
     def program(self, name: str) -> Program:
         if name not in self._programs:
-            form = Form(*self._made) if name in JUDGED else self  # so that the order of all others stays the same
+            form = self.again() if name in JUDGED else self
             result = RESULTS[name](form) if name in RESULTS else getattr(form.derived, name)()
             self._programs[name] = Program(result, self.inputs.count)
         return self._programs[name]
@@ -106,7 +111,7 @@ class Form:
         return tuple(states_after)
 
 
-JUDGED = ("mirror", "free", "inertia", "numbers")  # results that are no part of the equations
+JUDGED = ("mirror", "free", "numbers")  # results that are no part of the equations
 RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `Derivation` by their own name
     "rates": Form.rates,
     "powers": Form.powers,
@@ -119,9 +124,8 @@ RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `De
     "actuator": lambda form: form.derived.actuators(),
     "mirror": lambda form: conditions(form.derived),
     "free": lambda form: free_conditions(form.derived),
-    "inertia": lambda form: form.derived.mass_matrix(),
     "switches": lambda form: guards(form.derived),
-    "bounds": lambda form: ends(form.derived),
+    "bounds": lambda form: (*ends(form.derived), *pivots(form.again().derived)),
     "room": lambda form: rooms(form.derived),
 }
 

@@ -44,22 +44,24 @@ PARTS = (Placed, Spring, Damper, Drag, Drive, Potential, Stop, Contact)
 class Inputs:
     """The formulas that stand for time, drive, states, friction forces, parameters, gravity and further inputs.
 
+    least: of each parameter what it may be at least
     signals: names of inputs of which value, slope and curvature are known, "drive" of one that imposes a motion
     """
 
-    def __init__(self, states: int, contacts: int, parameters: int, signals: Sequence[str] = ()):
+    def __init__(self, states: int, contacts: int, least: Sequence[float], signals: Sequence[str] = ()):
         self.tape = tape = Tape()
-        number = iter(range(5 + states + contacts + parameters + 3 * len(signals)))
+        number = iter(range(5 + states + contacts + len(least) + 3 * len(signals)))
 
         def block(count: int) -> tuple[Any, ...]:
             return tuple(tape.input(next(number)) for _ in range(count))
 
         (self.t, self.drive), self.gravity = block(2), block(2)
-        self.parameters, self.states, self.frictions = block(parameters), block(states), block(contacts)
+        self.parameters, self.states, self.frictions = block(len(least)), block(states), block(contacts)
+        self.least = {own: value for own, value in zip(self.parameters, least, strict=True) if value >= 0.0}
         self.signals = {name: block(3) for name in signals}
         moving = self.t, self.drive, *self.states, *itertools.chain(*self.signals.values())
         self.changing = {name.operands[0] for name in moving}
-        self.count = 4 + states + contacts + parameters + 3 * len(signals)
+        self.count = 4 + states + contacts + len(least) + 3 * len(signals)
 
 
 class Space:
