@@ -232,7 +232,9 @@ def test_two_coordinates_that_come_to_move_the_same_masses_end_a_run():
 
     own = {"lead": coordinate("a", "place", "m"), "lag": coordinate("b", "place", "m")}
     own |= {"position": coordinate("X", "place", "m"), "parts": parts, "name": "pair-of-leads", "__doc__": "A pair."}
-    system = vc.System(parameters(type("Pair", (Machine,), own | {"__module__": __name__}))(), vc.Coulomb(), vc.Harmonic())
+    system = vc.System(
+        parameters(type("Pair", (Machine,), own | {"__module__": __name__}))(), vc.Coulomb(), vc.Harmonic()
+    )
     motion = vc.simulate(system, periods=5, initial={"lag": 0.5, "lag_rate": -1.0})
     assert motion.status is vc.Status.SINGULAR_MASS_MATRIX
     left = (1.0 - math.cos(motion.state["lag"])) ** 2 / 2.0  # what is left of M_bb = 1 + cos(b)^2
