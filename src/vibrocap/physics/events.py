@@ -43,17 +43,8 @@ ADDED = {  # of an actuator and of a controller, counted where there is one
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = (
-    PARADOX,
-    LIFT_OFF,
-    LIFT_OFF,
-    STOP_REACHED,
-    AMBIGUOUS,
-    RUNAWAY,
-    SINGULAR_COMMAND,
-    SINGULAR_PATH,
-    SINGULAR_MASS_MATRIX,
-)
+SINGULAR = (SINGULAR_COMMAND, SINGULAR_PATH, SINGULAR_MASS_MATRIX)
+BOUNDS = (PARADOX, LIFT_OFF, LIFT_OFF, STOP_REACHED, AMBIGUOUS, RUNAWAY, *SINGULAR)
 LOCATED = (False, True, False, True, False, True, True, True, True)  # a located event, or looked at where a step starts
 
 KINDS = (*CONTACT, *TOUCHING, *BOUNDS)

@@ -290,7 +290,7 @@ class Machine(Part):
 
     @property
     def bound_kinds(self) -> tuple[str, ...]:
-        """What is reached at each of `bounds`: stops that are neither elastic nor rigid, then singular paths, then dead points."""
+        """What is reached at each of `bounds`: stops at which a run ends, singular paths, dead points."""
         ends = [stop for stop in self.derived.stops if not stop.switches]
         stops = ("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
         known = (*stops, *("singular_path" for _ in self.derived.folds))

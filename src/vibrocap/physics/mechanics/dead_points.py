@@ -11,6 +11,7 @@ import itertools
 from collections.abc import Iterator
 from typing import Any
 
+from vibrocap.physics import elementary
 from vibrocap.physics.mechanics.sums import Sum, eliminate, total, written
 
 DEAD = 1e-9  # of its largest terms, the inertia that is left: forces give accelerations that much larger
@@ -59,4 +60,4 @@ def _largest(x: Sum, motion: Any) -> Sum:
         for atom in itertools.chain.from_iterable(itertools.repeat(atom, n) for atom, n in kept):
             term = term * atom
         squares = squares + term * term
-    return squares.sqrt()
+    return elementary.sqrt(squares)
