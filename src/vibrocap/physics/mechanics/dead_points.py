@@ -60,4 +60,4 @@ def _largest(x: Sum, motion: Any) -> Sum:
         for atom in itertools.chain.from_iterable(itertools.repeat(atom, n) for atom, n in kept):
             term = term * atom
         squares = squares + term * term
-    return elementary.sqrt(squares)
+    return Sum.of(elementary.sqrt(squares))
