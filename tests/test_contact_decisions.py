@@ -13,6 +13,7 @@ from independent import decided, random_problem
 from independent import motion as independent_motion
 from plain_kernels import kernel_of
 from thinned import exhaustive_but
+from vibrocap.numerics.kernel.events.transitions import ARRIVED
 
 TOLERANCE = 1e-10
 TRAPEZOID = vc.Trapezoid(amplitude=0.4, rise=0.2, hold=0.3, fall=0.2)
@@ -273,7 +274,7 @@ def kernel_decision(problem, asked, came, sides):
         kernel.fill("SIDE", [0.0 if i in asked else float(sides[i]) for i in range(n)])
         kernel.fill("CAME_FROM", [float(sides[i]) if i in came else 0.0 for i in range(n)])
         kernel.fill("GAVE_WAY", [0] * n)
-        kernel.fill("TO_DECIDE", [int(i in asked) for i in range(n)])
+        kernel.fill("TRANSITION", [ARRIVED if i in asked else 0 for i in range(n)])
         names["decide_together"](kernel.floats, kernel.ints, 0)
         if kernel.ints[kernel.place("STATUS")]:
             return ()

@@ -14,6 +14,7 @@ from independent import motion as independent_motion
 from plain_kernels import kernel_of
 from thinned import slow_but
 from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.events.transitions import ARRIVED
 from vibrocap.physics.events import KINDS
 from vibrocap.physics.parameters import parameters
 
@@ -339,7 +340,7 @@ def test_side_after_a_jump(law, before, velocity, side, kinds):
     recorded = kernel.ints[kernel.place("RECORDED_EVENTS")]
     assert [KINDS[int(trace[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
     at_rest = before != 0.0 and side == 0.0
-    assert kernel.ints[kernel.place("TO_DECIDE")] == at_rest
+    assert kernel.ints[kernel.place("TRANSITION")] == (ARRIVED if at_rest else 0)
     assert kernel.floats[kernel.place("CAME_FROM")] == (before if at_rest else 0.0)
     assert (kernel.floats[kernel.place("STATE") + 3] == 0.0) == at_rest
 

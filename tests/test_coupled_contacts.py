@@ -8,6 +8,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from thinned import exhaustive_but
+from vibrocap.numerics.kernel.events.transitions import ARRIVED
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.contacts import determinant, solution
 from vibrocap.physics.events import AMBIGUOUS, BOUNDS
@@ -63,7 +64,7 @@ def test_contacts_that_come_to_rest_at_one_instant_take_the_only_set_of_modes(la
         kernel = kernel_of(system)
         kernel.fill("SIDE", 0.0 * sides)
         kernel.fill("CAME_FROM", sides)
-        kernel.fill("TO_DECIDE", [1] * bodies)
+        kernel.fill("TRANSITION", [ARRIVED] * bodies)
         kernel["decide_together"](kernel.floats, kernel.ints, 0)
         taken = kernel.floats[kernel.place("SIDE") :][:bodies]
         assert tuple(taken) == found.sides

@@ -189,8 +189,8 @@ def test_a_kernel_is_a_file_without_its_head():
 
 def test_names_of_a_lane_become_places():
     """Line by line, indices within indices too; a name that no lane has is refused."""
-    text = "lane.zeros[lane.run + 1] += 1  # of one\nh = lane.side[c] * shared.asked - stepper.input[k]\n"
-    wanted = "ints[ZEROS + (ints[RUN + lane] + 1) * LANES + lane] += 1  # of one\n"
+    text = "lane.transition[lane.run + 1] += 1  # of one\nh = lane.side[c] * shared.asked - stepper.input[k]\n"
+    wanted = "ints[TRANSITION + (ints[RUN + lane] + 1) * LANES + lane] += 1  # of one\n"
     wanted += "h = floats[SIDE + c * LANES + lane] * ints[ASKED] - floats[INPUT + k]\n"
     assert with_places(text) == wanted
     assert with_places("for lane in every_lane():") == "for lane in range(LANES):"

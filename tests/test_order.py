@@ -138,7 +138,7 @@ def implicit_error(kernel, count, exact, fault=None):
     step = DRIVE.period / count
 
     def chosen_step(floats, ints, lane, remaining):
-        if ints[kernel["ZEROS"] + lane] > 0:
+        if ints[kernel["TRANSITION"] + lane] > 0:
             ints[kernel["STIFF"] + lane] = 0
             return min(step, kernel["taylor_step"](floats, ints, lane))
         ints[kernel["STIFF"] + lane] = 1

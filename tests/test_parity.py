@@ -11,6 +11,7 @@ import vibrocap.motion.recording.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.codes import DONE, RUNNING
+from vibrocap.numerics.kernel.events.transitions import ARRIVED
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
@@ -85,10 +86,10 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("STEP_LIMIT", 10_000, lane)
         kernel.fill("EVENT_LIMIT", event_limits[lane] if event_limits else 1000, lane)
         if kernel.equations.contacts[0].sticks:
-            kernel.fill("TO_DECIDE", 1, lane)
+            kernel.fill("TRANSITION", ARRIVED, lane)
         else:
             kernel.fill("SIDE", 1.0, lane)
-            kernel.fill("ZEROS", 1, lane)
+            kernel.fill("TRANSITION", 1, lane)
         kernel.fill("RECORDED_EVENT_START", marks + lane * region, lane)
         kernel.fill("RECORDED_EVENT_LIMIT", EVENT_ROOM, lane)
         kernel.fill("PIECE_START", marks + lane * region + EVENT_ROOM * layout.event_size, lane)

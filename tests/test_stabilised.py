@@ -90,7 +90,7 @@ def test_steps_without_stiffness_are_plain(kernel):
     for row in range(SYSTEM_ROWS):
         kernel.series(row)[:] = [0.1 * (-0.5) ** k / math.factorial(k) for k in range(13)]
     kernel.fill("TOLERANCE", TOLERANCE)
-    kernel.fill("ZEROS", 0)
+    kernel.fill("TRANSITION", 0)
     kernel.fill("DECAY_RATE", 0.5)
     before = kernel.floats.copy()
     length, gentle = kernel["series_step"](kernel.floats, kernel.ints, 0, 100.0)
@@ -106,7 +106,7 @@ def test_a_fast_decay_is_damped_for_a_longer_step(kernel):
         decays = [(0.1 * (-0.5) ** k + 1e-3 * TOLERANCE * (-20.0) ** k) / math.factorial(k) for k in range(13)]
         kernel.series(row)[:] = np.multiply(size, decays)
     kernel.fill("TOLERANCE", TOLERANCE)
-    kernel.fill("ZEROS", 0)
+    kernel.fill("TRANSITION", 0)
     kernel.fill("DECAY_RATE", 20.0)
     plain, before = kernel["taylor_step"](kernel.floats, kernel.ints, 0), kernel.series(0).copy()
     length, gentle = kernel["series_step"](kernel.floats, kernel.ints, 0, 100.0)

@@ -126,7 +126,7 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
 
 
 ENTRIES = ("TIME", "PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
-INT_ENTRIES = ("TO_DECIDE", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
+INT_ENTRIES = ("TRANSITION", "SEGMENT", "SEGMENT_COUNT")
 
 
 @pytest.mark.parametrize("system", cases(OWN))

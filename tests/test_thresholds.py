@@ -15,6 +15,7 @@ from vibrocap.motion import contradictions, evidence
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
 from vibrocap.numerics.api import Stroboscope
+from vibrocap.numerics.kernel.events.transitions import ARRIVED, TIED
 from vibrocap.numerics.linker.link import kernel_source
 
 EPSILON = 2.0**-52
@@ -114,13 +115,13 @@ def answer(excess, came=()):
     )  # fmt: skip
     sides = kernel_decision(problem, [0, 1], set(came), {0: 1, 1: 1})
     kernel = contacts_of(2)
-    return sides[0], kernel.ints[kernel.place("TO_DECIDE")]
+    return sides[0], kernel.ints[kernel.place("TRANSITION")]
 
 
 @pytest.mark.parametrize("came", [(), (0,)])
 def test_a_force_within_a_billionth_of_its_limit_is_left_to_the_series(came):
     """On both sides of the limit; farther from it the forces decide at once."""
-    assert [answer(excess, came) for excess in (-1e-8, -3e-10, 3e-10, 1e-8)] == [(0, 0), (0, 2), (0, 2), (1, 0)]
+    assert [answer(excess, came) for excess in (-1e-8, -3e-10, 3e-10, 1e-8)] == [(0, 0), (0, TIED), (0, TIED), (1, 1)]
 
 
 def test_what_holds_in_every_other_mode_may_be_off_by_a_hundredth_of_that():
@@ -150,10 +151,10 @@ def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_l
             floats[out], floats[out + 1] = side * share * 1.5, 1.5
 
         block.fill("SIDE", side)
-        block.fill("TO_DECIDE", 0)
+        block.fill("TRANSITION", 0)
         with mock.patch.dict(block.names, {"holding": holding}):
             block["rest"](block.floats, block.ints, 0)
-        asked = block.ints[block.place("TO_DECIDE")]
+        asked = block.ints[block.place("TRANSITION")] == ARRIVED
         texts.append("asked" if asked else block.floats[block.place("SIDE")] * side)
     assert texts == [0.0, "asked", "asked", "asked", -1.0, "asked"]
 
@@ -175,7 +176,7 @@ def test_a_contact_leaves_with_an_acceleration_from_a_millionth_of_its_growth(bl
     block.floats[velocity + 1 : velocity + 3] = -slope, 1.0
     block.floats[block["LIMIT_OF"][0]] = 1.0
     block.fill("SIDE", 1.0)
-    block.fill("ZEROS", 2)
+    block.fill("TRANSITION", 2)
     with mock.patch.dict(block.names, taylor_step=lambda floats, ints, lane: 1.0):
         assert block["leaves"](block.floats, block.ints, 0, 0) == leaves
 
@@ -207,13 +208,13 @@ def test_a_force_that_has_jumped_beyond_its_limit_asks_again_who_rests():
     """A billionth beyond, which no step makes by itself."""
     kernel = contacts_of(2)
     names = kernel.names
-    for excess, asked in ((-0.1, 0), (3e-10, 0), (3e-9, 1)):
+    for excess, asked in ((-0.1, 0), (3e-10, 0), (3e-9, ARRIVED)):
         kernel.floats[names["HOLD_OF"][0]], kernel.floats[names["LIMIT_OF"][0]] = -2.0 * (1.0 + excess), 2.0
         kernel.fill("SIDE", [0.0, 1.0])
-        kernel.fill("TO_DECIDE", [0, 0])
+        kernel.fill("TRANSITION", [0, 0])
         kernel.fill("GAVE_WAY", [0, 0])
         assert bool(names["open_still"](kernel.floats, kernel.ints, 0)) == bool(asked)
-        assert kernel.ints[kernel.place("TO_DECIDE")] == asked
+        assert kernel.ints[kernel.place("TRANSITION")] == asked
 
 
 def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():

@@ -16,8 +16,7 @@ class Wholes:
     status: int
     period_count: int  # whole periods completed
     whole_periods: int  # periods to run
-    to_decide: list[int]  # [contacts] 1: it is at rest and not decided yet whether it sticks; 2: its series decide
-    zeros: list[int]  # [contacts] how many coefficients of the velocity are known to vanish at the start of the step
+    transition: list[int]  # [contacts] what of its mode is yet to be decided, see `events/transitions.py`
     gave_way: list[int]  # [contacts] 1: it has given way at this instant, of several contacts
     stiff: int  # 1: implicit steps
     patience: int  # steps until the choice of method is looked at again
@@ -217,4 +216,4 @@ NOT_OF_STEPPER = (
     *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
 )
 OF_RETURNS = ("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BY_PLACE", "PASSED", "PASSED_AT", "BEGUN_AT", "SETTLED_AT")
-PER_CONTACT = ("TO_DECIDE", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
+PER_CONTACT = ("TRANSITION", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")

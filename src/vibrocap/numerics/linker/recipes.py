@@ -24,7 +24,7 @@ class Recipe:
 GATHERING = ("observe.accumulators", "observe.stick_statistics")
 TURNING = ("observe.turning_points",)
 POINT = TURNING, (*TURNING, "observe.stiff_point")  # where a law is asked: of laws that are never stiff, and of others
-COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
+COMMON = ("arithmetic.roots", "events.transitions", "step.taylor", "step.stabilised", "step.resolved")
 RECORDING, MEASURING = ("observe.record",), ("observe.limit_of_marks", "observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.start", "loop.one_step")

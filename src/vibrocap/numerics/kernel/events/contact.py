@@ -11,6 +11,14 @@ open is decided here, contact by contact, as it is of one alone.
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.events.transitions import (
+    MODE_HOLDS,
+    arrive,
+    await_decision,
+    give_way,
+    open_arrivals,
+    slide,
+)
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import GUARD, WORK
@@ -46,9 +54,9 @@ def sides_hold(floats, ints, trace, lane):
 def open_still(floats, ints, lane):
     """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
     for c in range(CONTACTS):
-        rests = STICKS[c] == 1 and lane.side[c] == 0.0 and lane.to_decide[c] == 0
-        if rests and abs(lane.sticking_force[c]) > (1.0 + BEYOND) * lane.limit[c]:
-            lane.to_decide[c] = 1
+        sticks = STICKS[c] == 1 and lane.side[c] == 0.0 and lane.transition[c] == MODE_HOLDS
+        if sticks and abs(lane.sticking_force[c]) > (1.0 + BEYOND) * lane.limit[c]:
+            await_decision(floats, ints, lane, c)
     return open_arrivals(ints, lane)
 
 
@@ -58,12 +66,12 @@ def side_holds(floats, ints, trace, lane, c):
     if side == 0.0:
         # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
         clear = abs(lane.sticking_force[c]) < (1.0 - 1e-12) * lane.limit[c]
-        return (clear and lane.to_decide[c] == 0) or not decide(floats, ints, trace, lane, c)
-    if lane.zeros[c] > 0:
+        return (clear and lane.transition[c] == MODE_HOLDS) or not decide(floats, ints, trace, lane, c)
+    if lane.transition[c] > 0:
         return leaves(floats, ints, lane, c)
     none = NO_MOTION * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
     if KINKS[c] == 1 and abs(velocity) <= none:
-        lane.zeros[c] = 1
+        lane.transition[c] = 1
         if leaves(floats, ints, lane, c):
             return True
         lane.events += 1  # it turned together with another contact, or at a corner of its motion
@@ -98,22 +106,19 @@ def decide(floats, ints, trace, lane, c):
     It sticks if the force needed to hold it is within the limit; at the limit, if that force does not grow beyond it.
     The velocity of a slide starts with one vanishing coefficient more than the excess of that force over the limit.
     """
-    lane.to_decide[c] = 0
+    lane.transition[c] = MODE_HOLDS
     h = min(taylor_step(floats, ints, lane), lane.period)
-    slides, direction, zeros = False, 0.0, 0
+    direction, vanishing = 0.0, 0
     for k in range(-1, 2, 2):
         leading = guard_series(floats, lane, c, k, h)
         if leading < ORDER - 1 and floats[GUARD + leading * LANES + lane] < 0.0:
-            slides, direction, zeros = True, float(k), leading + 1
+            direction, vanishing = float(k), leading + 1
     came_from = lane.came_from[c]
     lane.came_from[c] = 0.0
-    if not slides:
+    if direction == 0.0:
         return False
-    lane.side[c] = direction
-    lane.zeros[c] = zeros
+    give_way(floats, ints, lane, c, direction, vanishing)
     lane.zero_progress += 1
-    if SEVERAL:
-        lane.gave_way[c] = 1
     if came_from == direction:
         hook.on_event(floats, ints, trace, lane, GRAZE, c, 0.0)
     return True
@@ -125,16 +130,16 @@ def leaves(floats, ints, lane, c):
     A contact leaves stick without acceleration, unless its law drops from a static to a kinetic level there.
     """
     side, row = lane.side[c], lane.velocity_row[c]
-    if lane.zeros[c] == 2:
+    if lane.transition[c] == 2:
         growth = abs(floats[row + 2 * LANES]) * taylor_step(floats, ints, lane)
         if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * lane.limit[c]):
-            lane.zeros[c] = 1
-    first = lane.zeros[c]
+            lane.transition[c] = 1
+    first = lane.transition[c]
     if SEVERAL and STICKS[c] == 0:
-        lane.zeros[c] = 1  # what else vanished may have done so while another contact rested
+        lane.transition[c] = 1  # what else vanished may have done so while another contact rested
         first = max(1, beyond_rounding(floats, ints, lane, c))
         if first >= ORDER:
-            lane.zeros[c] = ORDER
+            lane.transition[c] = ORDER
             return True  # at rest to rounding, as the middle one of three that are alike
     for k in range(first, ORDER):
         v = floats[row + k * LANES]
@@ -142,7 +147,7 @@ def leaves(floats, ints, lane, c):
             return True
         if v != 0.0:
             break
-        lane.zeros[c] = min(k + 1, ORDER)
+        lane.transition[c] = min(k + 1, ORDER)
         if k == ORDER - 1:
             return True  # at rest for good: nothing will happen on either side
     lane.zero_progress += 1
@@ -196,14 +201,12 @@ def cross(floats, ints, trace, lane, event, c, h):
     else:
         if SEVERAL:
             give_way_together(floats, ints, lane, h)
-        lane.side[c] = 1.0 if event > 0 else -1.0
-        lane.zeros[c] = 2
+        slide(floats, ints, lane, c, 1.0 if event > 0 else -1.0, 2)
 
 
 def turn_round(floats, ints, lane, c):
     """A contact with a force for every velocity goes on to the other side."""
-    lane.side[c] = -lane.side[c]
-    lane.zeros[c] = 1
+    slide(floats, ints, lane, c, -lane.side[c], 1)
     hook.turned(floats, lane, c)
 
 
@@ -227,13 +230,6 @@ def meet(floats, ints, lane, c, h):
         hook.decide_together(floats, ints, lane)
 
 
-def arrive(floats, ints, lane, c):
-    """A contact has come to rest, and is to be asked."""
-    lane.came_from[c] = lane.side[c]
-    lane.side[c] = 0.0
-    lane.to_decide[c] = 1
-
-
 def give_way_together(floats, ints, lane, h):
     """All contacts at rest whose forces are at their limits at time h of the series give way there."""
     for d in range(CONTACTS):
@@ -241,9 +237,7 @@ def give_way_together(floats, ints, lane, h):
             force = series_value(floats, lane.sticking_force_row[d], h)
             limit = series_value(floats, lane.limit_row[d], h)
             if limit - abs(force) <= SLIGHT * limit:
-                lane.side[d] = 1.0 if force > 0.0 else -1.0
-                lane.zeros[d] = 2
-                lane.gave_way[d] = 1
+                give_way(floats, ints, lane, d, 1.0 if force > 0.0 else -1.0, 2)
 
 
 def rest(floats, ints, lane):
@@ -257,8 +251,7 @@ def rest(floats, ints, lane):
     holding(floats, lane.time, WORK, lane, WORK + STATES)
     force, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
     if came_from * force < -(1.0 + DOUBT) * limit:
-        lane.side = -came_from
-        lane.zeros = 1
+        slide(floats, ints, lane, 0, -came_from, 1)
     elif abs(force) < (1.0 - DOUBT) * limit:
         lane.side = 0.0
     else:
@@ -281,17 +274,10 @@ def jumped(floats, ints, trace, lane):
         hook.decide_together(floats, ints, lane)
 
 
-def open_arrivals(ints, lane):
-    """Whether a contact has come to rest and is still to be asked."""
-    arrived = False
-    for c in range(CONTACTS):
-        arrived = arrived or lane.to_decide[c] == 1
-    return arrived
-
-
 def jumped_to(floats, ints, trace, lane, c, v):
     """The velocity of contact c has jumped to v."""
-    lane.zeros[c] = 0
+    if lane.transition[c] > 0:
+        lane.transition[c] = MODE_HOLDS
     if STICKS[c] == 1 and abs(v) <= velocity_rounding(floats, lane, c, v):
         if lane.side[c] != 0.0:
             if not rests_beside(floats, lane, c):
@@ -299,10 +285,10 @@ def jumped_to(floats, ints, trace, lane, c, v):
             arrive(floats, ints, lane, c)
             hook.stay_in_piece(ints, lane)
         elif SEVERAL:
-            lane.to_decide[c] = 1
+            await_decision(floats, ints, lane, c)
         return
     lane.came_from[c] = 0.0
-    lane.to_decide[c] = 0
+    lane.transition[c] = MODE_HOLDS
     if v == 0.0:  # of a kinked law: its rates tell, see `side_holds`
         return
     side = 1.0 if v > 0.0 else -1.0

@@ -19,11 +19,12 @@ The problem is that of the contacts at rest that are to be asked, and of those a
 contacts that slide is known where loads are constant, and else unknown as well. Contacts that do not act on one another
 (`GROUP`) are decided apart.
 
-What is too near a limit to be decided by forces alone is left at rest, with TO_DECIDE = 2: then the series of the force
+What is too near a limit to be decided by forces alone is left at rest, TIED: then the series of the force
 that holds it decides, see `contact.decide`.
 """
 
 from vibrocap.numerics.kernel.codes import AMBIGUOUS_CONTACTS, BEYOND_BOUND, UNDECIDED
+from vibrocap.numerics.kernel.events.transitions import ARRIVED, MODE_HOLDS, TIED, give_way
 from vibrocap.numerics.kernel.events.tried_mode import (
     ACCELERATIONS,
     AT_REST,
@@ -37,9 +38,9 @@ from vibrocap.numerics.kernel.events.tried_mode import (
     LOAD_ROWS,
     NORMALS,
     OPEN,
+    OPEN_FORCES,
     SLOWING,
     TAKEN,
-    TIED,
     TRIED,
     find_forces,
     held_between,
@@ -87,14 +88,13 @@ def decide_together(floats, ints, lane):
     for i in range(count):
         c = int(floats[OPEN + i])
         if floats[AT_REST + c] == 1.0:
-            lane.to_decide[c] = 2 if floats[TIED + c] == 1.0 else 0
+            if floats[OPEN_FORCES + c] == 1.0:
+                lane.transition[c] = TIED
+                continue
+            lane.came_from[c] = 0.0
+            lane.transition[c] = MODE_HOLDS
             if floats[TRIED + c] != 0.0:
-                lane.side[c] = floats[TRIED + c]
-                lane.came_from[c] = 0.0
-                lane.zeros[c] = 1
-                lane.gave_way[c] = 1
-            elif floats[TIED + c] == 0.0:
-                lane.came_from[c] = 0.0
+                give_way(floats, ints, lane, c, floats[TRIED + c], 1)
 
 
 def pose(floats, ints, lane):
@@ -102,7 +102,7 @@ def pose(floats, ints, lane):
     for c in range(CONTACTS):
         floats[GROUP_ASKED + c] = 0.0
     for c in range(CONTACTS):
-        if lane.to_decide[c] == 1:
+        if lane.transition[c] == ARRIVED:
             floats[GROUP_ASKED + GROUP[c]] = 1.0
     count = 0
     for c in range(CONTACTS):
@@ -143,17 +143,17 @@ def solve_modes(floats, count):
     faint = UNDECIDED_SHARE * floats[LARGEST_SIZE]
     for i in range(count):
         c = int(floats[OPEN + i])
-        floats[TIED + c] = 0.0
+        floats[OPEN_FORCES + c] = 0.0
         if floats[AT_REST + c] == 1.0:
             if floats[TRIED + c] != 0.0:
                 if abs(floats[ACCELERATIONS + c]) <= faint:
-                    floats[TIED + c] = 1.0
+                    floats[OPEN_FORCES + c] = 1.0
                     floats[TRIED + c] = 0.0
             else:
                 least, most = held_between(floats, c)
                 size = UNDECIDED_SHARE * (abs(least) + abs(most) + abs(floats[TAKEN + c]))
                 if most - floats[TAKEN + c] <= size or floats[TAKEN + c] - least <= size:
-                    floats[TIED + c] = 1.0
+                    floats[OPEN_FORCES + c] = 1.0
     return fits
 
 

@@ -43,8 +43,8 @@ def first_events(floats, ints, plain, slow, longest, h):
             if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
                 continue
             own = lanes.side[c]
-            one = lanes.zeros[c] == 1
-            two = lanes.zeros[c] == 2
+            one = lanes.transition[c] == 1
+            two = lanes.transition[c] == 2
             if LACUNARY:
                 plain = plain & ~two
             stuck, push, fine, stays = none, own, ~none, none

@@ -15,6 +15,7 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, first_root
 from vibrocap.numerics.kernel.codes import DONE, GRAZE, NOT_FINITE, PLACE_PASSED, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
+from vibrocap.numerics.kernel.events.transitions import settle
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import GUARD
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
@@ -103,10 +104,7 @@ def step(floats, ints, trace, lane):
         if not (abs(lane.state[i]) <= HUGE):
             lane.status = NOT_FINITE
             return
-    for i in range(CONTACTS):
-        lane.zeros[i] = 0
-        if SEVERAL:
-            lane.gave_way[i] = 0
+    settle(ints, lane)
     lane.zero_progress = 0
     if event == PLACE_PASSED:
         hook.on_place(floats, ints, lane)
@@ -176,7 +174,7 @@ def first_event(floats, ints, lane, h):
 
 def first_rest(floats, ints, lane, c, side, h):
     """(event, time, touch) of a contact that slides: where its velocity falls to zero."""
-    row, zeros = lane.velocity_row[c], lane.zeros[c]
+    row, zeros = lane.velocity_row[c], lane.transition[c]
     if SEVERAL and zeros >= ORDER - 1:
         return 0, h, -1.0
     if SEVERAL and STICKS[c] == 0 and zeros == 0:

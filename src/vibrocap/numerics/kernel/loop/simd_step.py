@@ -98,7 +98,7 @@ def step_simd(floats, ints, trace, running):
         gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
         gentle = gentle | (longest >= remaining)
         for c in range(CONTACTS):
-            gentle = gentle | (lanes.zeros[c] > 0)
+            gentle = gentle | (lanes.transition[c] > 0)
         moving = moving & (lanes.stiff == 0) & (gentle | slow | (lanes.patience > 1))
         if SEVERAL:
             moving = moving & (gentle | ~one_rests(floats, every))
@@ -110,7 +110,7 @@ def step_simd(floats, ints, trace, running):
     h = min(remaining, longest)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
-        plain = plain & (lanes.zeros[c] <= 2) & (lanes.to_decide[c] == 0)
+        plain = plain & (lanes.transition[c] >= 0) & (lanes.transition[c] <= 2)
     plain = hook.tangents_wait(ints, plain)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
@@ -202,7 +202,7 @@ def move_simd(floats, ints, trace, plain, h):
     store(floats, at.time, where(plain, time + h, time))
     store(ints, at.status, where(plain & ~finite, NOT_FINITE, lanes.status))
     for c in range(CONTACTS):
-        store(ints, at.zeros[c], where(plain, 0, lanes.zeros[c]))
+        store(ints, at.transition[c], where(plain, 0, lanes.transition[c]))
         if SEVERAL:
             store(ints, at.gave_way[c], where(plain, 0, lanes.gave_way[c]))
     store(ints, at.zero_progress, where(plain, 0, lanes.zero_progress))

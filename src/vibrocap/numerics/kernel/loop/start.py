@@ -7,6 +7,7 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
 from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK
 from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding
+from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS, await_decision
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
@@ -43,8 +44,7 @@ def start_lane(floats, ints, trace, lane, run):
 def start_sides(floats, ints, lane):
     """Each contact slides to the side of its velocity; of one at rest the side is to be decided."""
     for c in range(CONTACTS):
-        lane.to_decide[c] = 0
-        lane.zeros[c] = 0
+        lane.transition[c] = MODE_HOLDS
         lane.gave_way[c] = 0
         lane.came_from[c] = 0.0
         lane.side_told[c] = NOT_TOLD
@@ -81,7 +81,7 @@ def ends_open(floats, ints, lane, h):
             force = series_value(floats, lane.sticking_force_row[c], h)
             limit = series_value(floats, lane.limit_row[c], h)
             opens = opens or abs(force) >= (1.0 - DOUBT) * limit
-        elif STICKS[c] + KINKS[c] > 0 and lane.zeros[c] == 0:
+        elif STICKS[c] + KINKS[c] > 0 and lane.transition[c] == MODE_HOLDS:
             v = present_velocity(floats, lane, c)
             opens = rests_to_rounding(floats, ints, lane, c, v, 2.0) or opens or side * v < 0.0
     return opens
@@ -101,10 +101,9 @@ def rests_to_rounding(floats, ints, lane, c, v, share):
     if not rests_beside(floats, lane, c):
         lane.state[STATE_OF[c]] -= v
     if STICKS[c] == 1:
-        lane.side[c] = 0.0
-        lane.to_decide[c] = 1
+        await_decision(floats, ints, lane, c)
     else:
-        lane.zeros[c] = 1
+        lane.transition[c] = 1
     return True
 
 

@@ -30,7 +30,7 @@ def still_simd(floats, ints, c, h):
     every = all_lanes()
     row = at.velocity_row[c]
     reach = abs(load(floats, row)) + excursion(floats, row + every, h)
-    return (reach <= NO_MOTION * lanes.scale[STATE_OF[c]]) & (lanes.zeros[c] == 0)
+    return (reach <= NO_MOTION * lanes.scale[STATE_OF[c]]) & (lanes.transition[c] == 0)
 
 
 def out_of_doubt(floats, c, slow, h):

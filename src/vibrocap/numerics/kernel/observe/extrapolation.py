@@ -11,6 +11,7 @@ multiplier r, is at most LEFT_TO_GO of the threshold. Otherwise all that the lan
 on as if nothing had been tried, for at least 1, 2, 4 ... periods before the next trial.
 """
 
+from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS
 from vibrocap.numerics.kernel.generated.equations import contact_velocity
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, KINKS, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import KEPT, MARKS, PERIOD_BUDGET, WORK
@@ -110,10 +111,10 @@ def ends_trial(floats, ints, lane):
 
 def at_ease(ints, lane):
     """Whether no contact is just about to be decided."""
-    open_contacts = 0
+    settled = True
     for c in range(CONTACTS):
-        open_contacts += lane.to_decide[c] + lane.zeros[c]
-    return open_contacts == 0
+        settled = settled and lane.transition[c] == MODE_HOLDS
+    return settled
 
 
 def present_sides(floats, lane):

@@ -80,7 +80,7 @@ def starts_from_rest(ints, lane):
     """Whether a contact leaves rest, or turns, where the step starts."""
     starts = 0
     for c in range(CONTACTS):
-        zeros = lane.zeros[c]
+        zeros = lane.transition[c]
         if zeros > 0 and (not SEVERAL or zeros < ORDER):
             starts += 1  # of several, one that rests for good leaves nothing
     return starts > 0

@@ -50,7 +50,7 @@ def taylor_step(floats, ints, lane):
     wanted = rough_logarithm(tolerance)
     zeros = 0
     for c in range(CONTACTS):
-        zeros = max(zeros, lane.zeros[c])
+        zeros = max(zeros, lane.transition[c])
     if LACUNARY and zeros == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):

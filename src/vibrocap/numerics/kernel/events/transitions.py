@@ -1,0 +1,67 @@
+"""The mode of a contact, and all ways from one to another.
+
+    side    transition      the contact
+    +1, -1  MODE_HOLDS      slides
+    +1, -1  k = 1 .. ORDER  leaves rest, or turns: the first k coefficients of its velocity vanish
+    0       MODE_HOLDS      sticks
+    0       ARRIVED         rests; forces are to decide whether it sticks (`decision.py`; of one alone, its series)
+    0       TIED            rests; forces are too near a limit, so the series of the sticking force decides
+
+    from            by                                     to
+    slides          `arrive`: its velocity vanishes        ARRIVED
+    slides          `slide`: a kinked law passes rest      k = 1 of the other side
+    sticks          `await_decision`: its force jumped     ARRIVED
+    sticks          `give_way`: its limit is reached       k = 2
+    ARRIVED, TIED   the decision                           TIED, sticks, or `give_way` with k = 1 or more
+    leaves rest     the velocity grows to the other side   ARRIVED, or k = 1 of the other side
+    any             `settle`: a step                       MODE_HOLDS
+
+Two memories of the instant: `came_from`, the side of one that has arrived, until it is decided; and of several contacts
+`gave_way`, by which the largest force that friction can hold is the kinetic one until time advances.
+"""
+
+from vibrocap.numerics.kernel.generated.facts import SEVERAL
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS
+
+MODE_HOLDS, ARRIVED, TIED = 0, -1, -2
+
+
+def await_decision(floats, ints, lane, c):
+    """A contact rests, and is to be decided."""
+    lane.side[c] = 0.0
+    lane.transition[c] = ARRIVED
+
+
+def arrive(floats, ints, lane, c):
+    """A contact that slides has come to rest, and is to be decided."""
+    lane.came_from[c] = lane.side[c]
+    await_decision(floats, ints, lane, c)
+
+
+def slide(floats, ints, lane, c, side, vanishing):
+    """A contact at rest starts to slide; vanishing: how many leading coefficients of its velocity vanish."""
+    lane.side[c] = side
+    lane.transition[c] = vanishing
+
+
+def give_way(floats, ints, lane, c, side, vanishing):
+    """The same of a contact that rested; of several, the others find it with kinetic friction at this instant."""
+    slide(floats, ints, lane, c, side, vanishing)
+    if SEVERAL:
+        lane.gave_way[c] = 1
+
+
+def settle(ints, lane):
+    """Time has advanced: nothing is known of the velocities but their signs."""
+    for c in range(CONTACTS):
+        lane.transition[c] = MODE_HOLDS
+        if SEVERAL:
+            lane.gave_way[c] = 0
+
+
+def open_arrivals(ints, lane):
+    """Whether a contact has come to rest and is still to be decided."""
+    arrived = False
+    for c in range(CONTACTS):
+        arrived = arrived or lane.transition[c] == ARRIVED
+    return arrived
