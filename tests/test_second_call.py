@@ -49,7 +49,7 @@ def test_a_second_call_writes_no_kernel_and_imports_what_its_case_needs(tmp_path
     assert in_room(after, "cli.commands") == {"simulate"}
     assert in_room(after, "physics.friction") == {"law", "exponential"}
     assert {"square", "scheduled", "fourier_series", "three_phase"}.isdisjoint(in_room(after, "physics.drives"))
-    assert {"lugre", "worm", "crawler", "block_row", "linkage_crawler"}.isdisjoint(in_room(after, "physics.machines"))
+    assert {"lugre", "rows", "linkage_crawler"}.isdisjoint(in_room(after, "physics.machines"))
 
 
 def key(system, order=12, literal=False):

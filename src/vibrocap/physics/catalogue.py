@@ -115,10 +115,7 @@ def machines() -> Mapping[str, type[Machine]]:
 
 def _row(name: str) -> Any:
     """The row of more bodies of a name; KeyError where it is none."""
-    from vibrocap.physics.machines.block_row import BlockRow
-    from vibrocap.physics.machines.crawler import Crawler
-    from vibrocap.physics.machines.row import row_called
-    from vibrocap.physics.machines.worm import Worm
+    from vibrocap.physics.machines.rows import BlockRow, Crawler, Worm, row_called
 
     return row_called(name, (Crawler, Worm, BlockRow))
 

@@ -16,16 +16,8 @@ Stance = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=NARROWEST, 
 class LinkageCrawler(Machine):
     """Two bodies, both rubbing, with an actuator between them; two rods of the length l, hinged, carry a mass m on top.
 
-    Pushed apart the bodies let the mass down, drawn together they lift it: motion and loads of the contacts are
-    coupled. With w = w_0 + z the distance of the bodies, h = sqrt(1 - w^2/4) the height of the mass and c = (w/2)/h the
-    slope of the rods from the vertical:
-
-        (lambda_1 + 1/4 + c^2/4) v_1' + (1/4 - c^2/4) v_2' =   F + J - R_1
-        (lambda_2 + 1/4 + c^2/4) v_2' + (1/4 - c^2/4) v_1' = - F - J - R_2
-        F = rho z + nu z' - c/2 - drive,     J = c (1 + c^2)/(8 h) z'^2,     z' = v_2 - v_1
-        N_1 = lambda_1 + [1 + h'' + (v_1' + v_2')/(2 c)]/2,     N_2 = lambda_2 + [1 + h'' - (v_1' + v_2')/(2 c)]/2
-
-    from Lagrange's equations and the balance of forces at the mass. Mass is counted in m, length in l, time in
+    Pushed apart, to the distance w = w_0 + z, the bodies let the mass down to the height h = sqrt(1 - w^2/4), drawn
+    together they lift it: motion and loads of the contacts are coupled. Mass is counted in m, length in l, time in
     sqrt(l/g); a positive drive pushes the bodies apart. Loads always follow the motion.
 
     A rod that is steeper than the cone of friction cannot slide its foot away, however hard it is pressed: friction and
@@ -67,15 +59,11 @@ class LinkageCrawler(Machine):
         return 1.0 - 0.5 * self.stance, 1.0, 1.0, 1.0
 
     def scene(self, t, y) -> Any:
-        height = sqrt(1.0 - 0.25 * (self.stance + y[0]) * (self.stance + y[0]))
-        behind, ahead = y[2], y[2] + self.stance + y[0]
-        top = (0.5 * (behind + ahead), 0.1 + height)
-        feet = (1, behind), (2, ahead)
-        return (
-            *(Shape("box", f"body {i}", ((x, 0.1),), (0.3, 0.2)) for i, x in feet),
-            Shape("spring", "spring", ((behind + 0.15, 0.1), (ahead - 0.15, 0.1))),
-            *(Shape("rod", f"rod {i}", ((x, 0.1), top)) for i, x in feet),
-            *(Shape("hinge", f"hinge {i}", ((x, 0.1),)) for i, x in feet),
-            Shape("disc", "mass", (top,), (0.25, 0.25)),
-            *(Shape("contact", f"contact {i}", ((x, 0.0),), (0.27, 0.0)) for i, x in feet),
-        )
+        (behind, _), (ahead, _), (middle, height) = self.evaluated("places", t, y)
+        top, shapes = (middle, 0.1 + height), []
+        for i, x in (1, behind), (2, ahead):
+            shapes += [Shape("box", f"body {i}", ((x, 0.1),), (0.3, 0.2)), Shape("hinge", f"hinge {i}", ((x, 0.1),))]
+            shapes.append(Shape("rod", f"rod {i}", ((x, 0.1), top)))
+            shapes.append(Shape("contact", f"contact {i}", ((x, 0.0),), (0.27, 0.0)))
+        spring = Shape("spring", "spring", ((behind + 0.15, 0.1), (ahead - 0.15, 0.1)))
+        return *shapes, spring, Shape("disc", "mass", (top,), (0.25, 0.25))

@@ -10,12 +10,9 @@ class ModeCouplingBlock(ConsistentUnits):
     """Block on a belt, on springs that couple its motion along the belt, x, to that towards it, y.
 
     The smallest model in which a constant friction coefficient makes vibrations (Hoffmann, Fischer, Allgaier and Gaul,
-    Mech. Res. Comm. 29, 2002, 197-205): pressed on, the block is pulled along.
-
-        m x'' = drive - k11 x - k12 y - c x' - R,     m y'' = -k12 x - k22 y - c y',     N = N_0 + k3 y
-
-    k22 holds the stiffness k3 of the contact. On a faster belt, R = -mu N, the stiffness matrix is [[k11, k12 - mu k3],
-    [k12, k22]]: without damping two frequencies meet, at sqrt((k11 + k22)/(2 m)), and one vibration grows, where
+    Mech. Res. Comm. 29, 2002, 197-205): pressed on, the block is pulled along. N = N_0 + k3 y, and k22 holds the
+    stiffness k3 of the contact. On a faster belt, R = -mu N, the stiffness matrix is [[k11, k12 - mu k3], [k12, k22]]:
+    without damping two frequencies meet, at sqrt((k11 + k22)/(2 m)), and one vibration grows, where
 
         mu > [(k11 - k22)^2/(4 k12) + k12]/k3
 

@@ -10,14 +10,10 @@ class Oscillator(ConsistentUnits):
     """Block of mass m on a spring k and a damper c, on a belt of the speed v_b, moved by the force of the drive.
 
     The oldest machine of dry friction (Den Hartog 1931), and with a running belt the standard test of stick-slip. The
-    block is at x, its contact slides with v over the belt:
-
-        x' = v + v_b,      m v' = drive - k x - c x' - R
-
-    v is the state, so that it is exactly zero while the contact sticks. A block that is pulled over fixed ground
-    through a spring, whose far end moves at the speed V, is the same system: v_b = -V, and the stretch of the spring is
-    -x (`pulled`). Without a spring it is a mass on the ground. Any consistent units may be used; with a law whose
-    coefficients are forces in N, the normal load is 1.
+    block is at x; v = x' - v_b, over the belt, is the state, so that it is exactly zero while the contact sticks. A
+    block that is pulled over fixed ground through a spring, whose far end moves at the speed V, is the same system: v_b
+    = -V, and the stretch of the spring is -x (`pulled`). Without a spring it is a mass on the ground. Any consistent
+    units may be used; with a law whose coefficients are forces in N, the normal load is 1.
     """
 
     mass: Positive = parameter(1.0, "m", "mass of the block", "mass")

@@ -5,7 +5,7 @@ from pydantic import model_validator
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Positive, parameter, parameters
 from vibrocap.physics.machines.oscillator import Oscillator
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, behind, elastic_stop
 from vibrocap.physics.parameters import Fraction
 
 
@@ -13,16 +13,10 @@ from vibrocap.physics.parameters import Fraction
 class OscillatorWithStops(Oscillator):
     """Oscillator that strikes a stop on the ground: in front at x = delta, and behind at x = -delta_b if given.
 
-    Energy harvesters, impact absorbers, spool valves. Without `stop_stiffness` the stops are rigid walls,
-
-        x' := -e x',     (1 - e^2) m x'^2/2 is lost,     (1 + e) m x' goes into the ground
-
+    Energy harvesters, impact absorbers, spool valves. Without `stop_stiffness` the stops are rigid walls, x' := -e x',
     with no impulse of friction, which is finite. A block that is pushed against a wall rests there after its rebounds,
-    of which those slower than 1e-7 sqrt(N delta/m) are left out (`rebounds`):
-
-        at the wall   x' = 0,     until   drive - k x - c x' - R = 0,
-
-    the force W with which the wall pushes back (`wall_force`). At rest the wall takes all of that force and friction
+    of which those slower than 1e-7 sqrt(N delta/m) are left out (`rebounds`), until the force W with which the wall
+    pushes back (`wall_force`) would have to pull. At rest the wall takes all of that force and friction
     none: how they share it is open, the motion is not. On a running belt friction slides at the wall. With
     `stop_stiffness` the stops are springs (`Stop`), whose force counts as one from outside.
     """
@@ -38,12 +32,8 @@ class OscillatorWithStops(Oscillator):
     stop_damping: StopDamping = parameter(
         None, "c_s", "damper of an elastic stop; none where it has none", "viscous damping"
     )
-    back_stop_stiffness: StopStiffness = parameter(
-        None, "k_b", "spring of the stop behind; none where it is that of the one in front", "stiffness"
-    )
-    back_stop_damping: StopDamping = parameter(
-        None, "c_b", "damper of the stop behind; none where it is that of the one in front", "viscous damping"
-    )
+    back_stop_stiffness: StopStiffness = behind("k_b", "spring", "stiffness")
+    back_stop_damping: StopDamping = behind("c_b", "damper", "viscous damping")
 
     source: ClassVar[str] = "denhartog1931; shaw1983"
     name: ClassVar[str] = "oscillator-with-stops"

@@ -17,14 +17,9 @@ class PendulumCapsuleWithStops(PendulumCapsule):
     """Pendulum capsule whose pendulum is stopped at the angles theta_m and -theta_m: the floor, or limits of its drive.
 
     Without `restitution` a run ends there, with the status "stop reached". With it the pendulum bounces off the
-    capsule, of whose momentum nothing is lost, and of the energy (1 - e^2) B theta'^2/(2 (lambda+1)),
-
-        theta' := -e theta',     (lambda+1) X' - cos(theta) theta' stays
-
-    with no impulse of friction, which is finite under a constant load (one that follows the motion is refused). A
-    pendulum that is pushed against its stop rests there after its rebounds, see `RigidStopCapsule`:
-
-        together   (lambda+1) X'' = -R,     until  P + cos(theta) X'' = 0
+    capsule, theta' := -e theta', without loss of momentum and with no impulse of friction, which is finite under a
+    constant load (one that follows the motion is refused). A pendulum that is pushed against its stop rests there after
+    its rebounds, see `RigidStopCapsule`.
     """
 
     limit_angle: Positive = parameter(math.pi / 2, "theta_m", "angle at which the pendulum is stopped", "phase")

@@ -14,16 +14,10 @@ Motion = Annotated[str, allowed(MOTIONS, ("angle", "displacement"))]
 class PendulumCrawler(Machine):
     """Pendulum capsule whose angle theta(t), or sin(theta), is what the drive says: an ideal tracking of a motion.
 
-    With s = sin(theta), the displacement of the bob along the line, the balance of momentum alone is left:
-
-        X' = p + mu s',     (lambda + 1) p' = -R,     mu = 1/(lambda + 1)
-
-    which is the crawler with mirrored displacement. The torque that the motion takes (Liu et al. 2019, eq. 4),
-
-        T = theta'' - cos(theta) X'' - sin(theta) + rho theta + nu theta'
-
-    is `actuator_torque`, and T theta' is `actuator_power`. Energy and work of the drive are those of the common centre,
-    as for the crawler. Units are those of the pendulum capsule; the load is constant.
+    The balance of momentum alone is left: with sin(theta) it is the two-mass crawler with mirrored displacement. The
+    torque T that the motion takes (Liu et al. 2019, eq. 4) is `actuator_torque`, and T theta' is `actuator_power`.
+    Energy and work of the drive are those of the common centre, as for the crawler. Units are those of the pendulum
+    capsule; the load is constant.
     """
 
     mass_ratio: Positive = CAPSULE

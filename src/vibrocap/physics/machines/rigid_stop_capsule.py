@@ -11,15 +11,10 @@ from vibrocap.physics.parameters import Fraction
 class RigidStopCapsule(TwoMassCapsule):
     """Two-mass capsule in which the inner mass strikes a rigid wall: forward, and back too where `back_gap` is given.
 
-    Newton's law of impact, at z = delta with z' > 0 (or at z = -delta_b with z' < 0):
-
-        z' := -e z',     lambda X' + (X' + z') stays,     lambda/(lambda + 1) (1 - e^2) z'^2/2 is lost
-
-    Dry friction is finite and has no impulse then. Rebounds of a mass that is pushed against the wall accumulate in a
-    finite time (Zeno). Those slower than 1e-7 natural speeds, which would rise by rounding only, are left out: the
-    masses continue together (z' = 0), with the momentum that they have, until the wall would have to pull:
-
-        together   (lambda + 1) X'' = [drive] - R,     until  drive - F - X'' = 0
+    By Newton's law of impact z' := -e z', which takes lambda/(lambda + 1) (1 - e^2) z'^2/2; dry friction is finite and
+    has no impulse then. Rebounds of a mass that is pushed against the wall accumulate in a finite time (Zeno). Those
+    slower than 1e-7 natural speeds, which would rise by rounding only, are left out: the masses continue together, with
+    the momentum that they have, until the wall would have to pull.
     """
 
     restitution: Fraction = parameter(0.5, "e", "coefficient of restitution of the stops, 0 to 1", "fraction")

@@ -11,6 +11,11 @@ StopDamping = Annotated[Any, allowed("a number >= 0, or be left out where the st
 BACK_GAP = parameter(None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap")
 
 
+def behind(symbol: str, what: str, role: str) -> Any:
+    """The spring or the damper of the stop behind, as a parameter."""
+    return parameter(None, symbol, f"{what} of the stop behind; none where it is that of the one in front", role)
+
+
 def elastic_stop(machine: Any, stretch: Any, **more: Any) -> Stop:
     """The elastic stops of a machine that has their parameters, see `Stop`."""
     return Stop(

@@ -1,4 +1,4 @@
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass, load
 from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
@@ -9,16 +9,18 @@ ACTUATIONS = '"internal" (the drive acts between the masses) or "external" (on t
 Actuation = Annotated[str, allowed(ACTUATIONS, ("internal", "external"))]
 
 
+def actuation_parameter(default: str) -> Any:
+    """Where the drive acts, as a parameter."""
+    words = 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
+    return parameter(default, "a", words)
+
+
 @parameters
 class TwoMassCapsule(WithInnerMass):
     """Inner mass m on a spring and a damper in a capsule M; both move along one line.
 
-    With z the displacement of the mass in the capsule, and the force F that pulls it back,
-
-        z'' + X'' = drive - F,     lambda X'' = F - drive - R,     F = rho z + nu z'
-
-    A drive between the masses pushes the capsule back, as here. One that pulls the mass from outside, such as a magnet
-    (actuation = "external"), does not: lambda X'' = F - R (Liu et al. 2013).
+    A drive between the masses pushes the capsule back, lambda X'' = rho z + nu z' - drive - R. One that pulls the mass
+    from outside, such as a magnet (actuation = "external"), does not (Liu et al. 2013).
 
     Mass is counted in m, time in 1/omega_0 and length in l for omega_0 and l of one's choice, force and the load in m l
     omega_0^2. The load is constant; where force is counted in m g, as in SI, normal_load = "weight" is lambda + 1.
@@ -30,9 +32,7 @@ class TwoMassCapsule(WithInnerMass):
     stiffness: NonNegative = parameter(1.0, "rho", "spring", "stiffness", over=", k/(m omega_0^2)")
     damping: NonNegative = parameter(0.1, "nu", "viscous damper", "viscous damping", over=", c/(m omega_0)")
     normal_load: Load = load(" over m l omega_0^2")
-    actuation: Actuation = parameter(
-        "internal", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
-    )
+    actuation: Actuation = actuation_parameter("internal")
 
     name: ClassVar[str] = "two-mass-capsule"
     source: ClassVar[str] = "chernousko2002; liu2013"

@@ -10,11 +10,8 @@ class TwoMassCrawler(WithInnerMass):
     """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
 
     The drive is the displacement z(t) of the inner mass in the body. The state is p, the velocity of the common centre
-    of mass, which continues where z' jumps; the body moves with
-
-        X' = p - mu z',     (lambda + 1) p' = -R,     mu = m/(M + m) = 1/(lambda + 1)
-
-    With z' piecewise constant or linear these are the two-phase and three-phase crawlers of Chernousko (2002), whose
+    of mass, which continues where z' jumps; the body moves with X' = p - mu z', mu = m/(M + m) = 1/(lambda + 1). With
+    z' piecewise constant or linear these are the two-phase and three-phase crawlers of Chernousko (2002), whose
     progress is known in closed form. At rest the contact holds R = -z'', in units of m.
 
     The energy is that of the common centre, (lambda + 1) p^2/2, and the work of the drive what reaches it; that of the

@@ -27,12 +27,9 @@ class WeightScales(Scales):
 class Feeder(Machine):
     """Part on a plate that vibrates along a line at an angle to it, as vibratory feeders do (Sloot and Kruyt 1996).
 
-    The load rises and falls with the plate: friction holds on one way and lets go on the other. The drive is the
-    displacement d of the plate, and s the place of the part on it,
-
-        s' = p - d' cos(beta),     m p' = -R,     N = m (1 + d'' sin(beta))
-
-    The run ends where the part leaves the plate, at N = 0. Time is in units of sqrt(l/g), for any length l.
+    The load rises and falls with the plate, N = m (1 + d'' sin(beta)): friction holds on one way and lets go on the
+    other. The drive is the displacement d of the plate, s the place of the part on it. The run ends where the part
+    leaves the plate, at N = 0. Time is in units of sqrt(l/g), for any length l.
     """
 
     mass: Positive = parameter(1.0, "m", "mass of the part", "mass")
@@ -54,13 +51,9 @@ class Feeder(Machine):
 class BristleRobot(Machine):
     """Bristle robot: a body on two leaning legs; the drive pushes it up and down, the legs turn this into travel.
 
-    After Cicconofri and DeSimone (2015), with springs along and across each leg. Body at x = X + s + 1/2 + u, z = 1 -
-    h, turned by phi; feet at x_1 = X, x_2 = X + 1 + w; hips at 1/2 behind and before the middle of the body. From foot
-    to hip it is d_x, d_z, and the leg is stretched along and across by
-
-        e = (s d_x + d_z)/sqrt(1 + s^2) - sqrt(1 + s^2),     b = (d_x - s d_z)/sqrt(1 + s^2)
-
-    The drive acts along z + r sin(phi). Time is in units of sqrt(l/g), length in the distance l of the hips.
+    After Cicconofri and DeSimone (2015), with springs along and across each leg, whose directions stay as in the
+    upright robot. The drive acts along the height of the motor. Time is in units of sqrt(l/g), length in the distance l
+    of the hips.
     """
 
     mass: Positive = parameter(4.0, "m", "mass of the body", "mass")
@@ -95,15 +88,9 @@ class BristleRobot(Machine):
         return parts
 
     def scene(self, t, y):
-        sag, pitch, shift, stretch, back = y[0], y[2], y[4], y[6], y[8]
-        middle, height = back + self.lean + 0.5 + shift, 1.0 - sag
-
-        def on_body(x):
-            return middle + x * cos(pitch), height + x * sin(pitch)
-
-        feet, hips = ((back, 0.0), (back + 1.0 + stretch, 0.0)), (on_body(-0.5), on_body(0.5))
-        shapes = [Shape("rod", "body", hips), Shape("disc", "motor", (on_body(self.arm),), (0.3, 0.3))]
-        for i, (foot, hip) in enumerate(zip(feet, hips, strict=True), start=1):
+        *feet, _, motor, hip_1, hip_2 = self.evaluated("places", t, y)
+        shapes = [Shape("rod", "body", (hip_1, hip_2)), Shape("disc", "motor", (motor,), (0.3, 0.3))]
+        for i, (foot, hip) in enumerate(zip(feet, (hip_1, hip_2), strict=True), start=1):
             shapes += [Shape("rod", f"leg {i}", (foot, hip)), Shape("hinge", f"hip {i}", (hip,))]
             shapes.append(Shape("contact", f"contact {i}", (foot,), (0.25, 0.0)))
         return tuple(shapes)

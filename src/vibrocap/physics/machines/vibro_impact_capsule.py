@@ -1,21 +1,18 @@
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
-from vibrocap.physics.machines.stops import BACK_GAP, BackGap, StopDamping, StopStiffness, elastic_stop
-from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
+from vibrocap.physics.machines.stops import BACK_GAP, BackGap, StopDamping, StopStiffness, behind, elastic_stop
+from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule, actuation_parameter
 
 
 @parameters
 class VibroImpactCapsule(TwoMassCapsule):
     """Two-mass capsule in which the inner mass strikes a spring: forward, and back too where `back_gap` is given.
 
-    The stop is a spring without mass at the distance delta, which the mass touches and leaves without a jump,
-
-        F = rho z + nu z' + beta max(0, z - delta)  [- beta max(0, -z - delta_b)]
-
-    or a spring and a damper, which acts while it is touched; the stop behind may have its own (`Stop`). With actuation
-    = "external", rho = 1 and the friction level N eta = 1 it is the capsule of Liu, Wiercigroch, Pavlovskaia and Yu
-    (Int. J. Mech. Sci. 66, 2013, 2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, nu = 2 xi, lambda = gamma.
+    The stop is a spring without mass at the distance delta, which the mass touches and leaves without a jump, or a
+    spring and a damper; the stop behind may have its own (`Stop`). With actuation = "external", rho = 1 and the
+    friction level N eta = 1 it is the capsule of Liu, Wiercigroch, Pavlovskaia and Yu (Int. J. Mech. Sci. 66, 2013,
+    2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, nu = 2 xi, lambda = gamma.
     """
 
     mass_ratio: Positive = parameter(
@@ -33,15 +30,9 @@ class VibroImpactCapsule(TwoMassCapsule):
         "viscous damping",
         in_si="damper of the stop; none where it has none",
     )
-    back_stop_stiffness: StopStiffness = parameter(
-        None, "beta_b", "spring of the stop behind; none where it is that of the one in front", "stiffness"
-    )
-    back_stop_damping: StopDamping = parameter(
-        None, "nu_b", "damper of the stop behind; none where it is that of the one in front", "viscous damping"
-    )
-    actuation: Actuation = parameter(
-        "external", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
-    )
+    back_stop_stiffness: StopStiffness = behind("beta_b", "spring", "stiffness")
+    back_stop_damping: StopDamping = behind("nu_b", "damper", "viscous damping")
+    actuation: Actuation = actuation_parameter("external")
 
     source: ClassVar[str] = "liu2013"
     name: ClassVar[str] = "vibro-impact-capsule"

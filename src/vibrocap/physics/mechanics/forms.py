@@ -10,7 +10,7 @@ from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program, affine
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
 from vibrocap.physics.mechanics.parts import is_word
-from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, scene_of
+from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, places_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms
 from vibrocap.physics.mechanics.sums import Sum
@@ -111,13 +111,14 @@ class Form:
         return tuple(states_after)
 
 
-JUDGED = ("mirror", "free", "numbers")  # results that are no part of the equations
+JUDGED = ("mirror", "free", "numbers", "places")  # results that are no part of the equations
 RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `Derivation` by their own name
     "rates": Form.rates,
     "powers": Form.powers,
     "effects": Form.effects,
     "after_switch": Form.outcomes,
     "scene": lambda form: tuple(map(fields_of, scene_of(form.derived))),
+    "places": lambda form: places_of(form.derived),
     "mechanism": lambda form: mechanism_of(form.derived),
     "contacts": lambda form: form.derived.contact_results(),
     "momentum": lambda form: form.derived.common_momentum(),

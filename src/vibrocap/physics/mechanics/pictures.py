@@ -80,6 +80,11 @@ def _same(a: Quantity, b: Quantity) -> bool:
     return a.value == b.value and all(a.slope(i) == b.slope(i) for i in {**a.slopes, **b.slopes})
 
 
+def places_of(motion: Any) -> tuple:
+    """(x, z) of every body and point, in the order of the parts."""
+    return tuple(_at(body.along.value, body.height.value) for body in motion.bodies)
+
+
 def fields_of(record: Any) -> tuple:
     """The values of a record's fields."""
     return tuple(getattr(record, field.name) for field in dataclasses.fields(record))
