@@ -138,12 +138,13 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.friction.viscous import viscous
-    from vibrocap.physics.machines.inner_mass import InnerMassScales, TwoMassCapsule
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+    from vibrocap.physics.machines.inner_mass import InnerMassScales
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.oscillator_with_stops import OscillatorWithStops
-    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
     from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.pendulum_pairs import DoublePendulumCapsule, TwoPendulumCapsule
@@ -161,6 +162,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
         worm,
     )
     from vibrocap.physics.machines.turning_bodies import Clutch, DrillString
+    from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
     from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
     from vibrocap.physics.machines.vibrated_bodies import BristleRobot, Feeder, WeightScales
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
