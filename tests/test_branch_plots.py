@@ -116,7 +116,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
         save(branch_plots.branch_figure(diagram(), "speed"), tmp_path / "x.png")
     with pytest.raises(ValueError, match="at least one branch"):
         save(branch_plots.branch_figure([]), tmp_path / "x.png")
-    with pytest.raises(ValueError, match="held to its place"):
+    with pytest.raises(ValueError, match="does not travel"):
         save(branch_plots.branch_figure(branch([1.0, 2.0], [np.nan] * 2, [True] * 2)), tmp_path / "x.png")
 
 

@@ -124,7 +124,7 @@ def test_what_cannot_be_run_beyond_is_named(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_the_picture_shows_what_follows(folded):
-    """An arrow for each of the mirror twins, from the last stable motion to the branch that is reached."""
+    """An arrow for each of the mirror-image solutions, from the last stable motion to the branch that is reached."""
     figure = branch_figure(computed(folded))
     assert LEADS in [text.get_text() for text in figure.legends[0].get_texts()]
     (transition,) = folded.transitions

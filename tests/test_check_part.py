@@ -262,7 +262,7 @@ BROKEN = [
     ({"scales": lambda self, effort: (1.0,)}, "scales: should be 0 positive numbers"),
     ({"command": lambda self, t, m, own, r, s: (r - m[0]) * (r - m[0])}, "odd: is True, but the command is"),
     ({"command": lambda self, t, m, own, r, s: float("nan")}, "command, rates, switches: should be finite"),
-    ({"switches": lambda self, *given: (1.0,)}, "switch_events: should name what happens at each of 1 guards"),
+    ({"switches": lambda self, *given: (1.0,)}, "switch_events: should name the event at each of 1 guards"),
 ]
 
 

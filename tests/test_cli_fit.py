@@ -444,7 +444,7 @@ def test_what_is_known_beforehand_and_differs_between_records(folder, capsys):
     table = {load["name"]: load for load in json.loads(capsys.readouterr().out)["nuisances"]}
     # the data alone tell it to some thousandths
     assert bare(table["offset"]["value"]) == pytest.approx(0.001, abs=2e-4)
-    assert table["offset"]["verdict"] == "as known beforehand: the data say less"
+    assert table["offset"]["verdict"] == "as known beforehand: the prior outweighs the data"
     assert abs(bare(table["offset[narrow]"]["value"])) < 0.02
     assert command(*law, "--terms", "search") == OK
     assert json.loads(capsys.readouterr().out)["terms"]["terms"] == []

@@ -85,7 +85,7 @@ def test_a_new_case_is_written_once(capsys):
     first = Path("case.toml").read_text()
     assert "simulate case.toml" in first
     assert main([*words, "--drive", "ramp"]) == WRONG_INPUT
-    assert "--out: 'case.toml' is there already; name another file, or say --overwrite" in capsys.readouterr().err
+    assert "--out: 'case.toml' exists; name another file, or add --overwrite" in capsys.readouterr().err
     assert Path("case.toml").read_text() == first
     assert main([*words, "--drive", "ramp", "--overwrite"]) == OK
     assert case_from_text(Path("case.toml").read_text()).system.drive == vc.Ramp()

@@ -171,7 +171,7 @@ def test_a_measured_place_is_no_longer_cyclic_and_a_measured_angle_no_longer_tur
     free = vc.System(capsule, law, drive, controller=vc.AnglePID())
     assert (held.cyclic, free.cyclic) == (None, "position")
     assert (equations(held).cyclic_state, equations(free).cyclic_state) == (-1, 2)
-    with pytest.raises(ValueError, match="is held to its place"):
+    with pytest.raises(ValueError, match="does not travel"):
         vc.mean_velocity(vc.simulate(held, periods=2))
     rotor = vc.RotorCapsule()
     turned = vc.System(rotor, law, drive, controller=vc.AnglePID())

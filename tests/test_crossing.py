@@ -101,7 +101,7 @@ def test_another_measure_and_a_value():
 
 
 def twin_jump():
-    """Over the amplitude the start leads to one of two mirror twins, then to the other; neither drift vanishes."""
+    """Over the amplitude the start leads to one of two mirror-image solutions, then to the other; no drift vanishes."""
     start = {"angle": 0.3}
     system = capsule("exponential", 2.0, 1.0)
     return vc.crossing(system, "drift", "drive.amplitude", (1.4, 1.8), initial=start, points=20)
@@ -112,7 +112,7 @@ def test_a_jump_to_the_mirror_twin_is_no_crossing():
     assert jump.differences.min() < -0.1 < 0.1 < jump.differences.max()
     assert {place.kind for place in jump.found} == {CrossingKind.JUMP}
     assert jump.places == ()
-    assert "mirror twin" in str(jump)
+    assert "mirror-image solution" in str(jump)
     assert "no crossing" in str(jump)
 
 

@@ -87,7 +87,7 @@ def test_a_known_checksum_is_checked(basalt, tmp_path):
 
 
 def test_a_wrong_checksum_is_refused_and_nothing_is_kept(basalt, tmp_path):
-    with pytest.raises(FetchError, match="the checksum of what came is not the published file's"):
+    with pytest.raises(FetchError, match="its checksum is not the published file's"):
         fetch(with_sum(basalt, 64 * "0"), tmp_path)
     assert list((tmp_path / "basalt-velocity-step").iterdir()) == []
 
@@ -133,7 +133,7 @@ def test_archives_are_unpacked(server, tmp_path):
     with pytest.raises(FetchError, match=r"EMPS.zip holds no DATA_EMPS_PULSES.mat; delete"):
         fetch(emps, tmp_path / "b")
     (folder / "EMPS.zip").write_text("<html>Too many downloads</html>")
-    with pytest.raises(FetchError, match="what came is no zip archive"):
+    with pytest.raises(FetchError, match="the download is no zip archive"):
         fetch(emps, tmp_path / "c")
 
 

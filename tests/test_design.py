@@ -712,7 +712,7 @@ def test_slopes_vanish_at_a_smooth_optimum_and_are_those_of_differences(biharmon
 
 
 def test_other_motions_of_a_design_are_said():
-    """A machine with mirror twins: half of the starts lead to each, and the design is one of them."""
+    """A machine with mirror-image solutions: half of the starts lead to each, and the design is one of them."""
     machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=0.88624890, damping=1.40524509)
     system = vc.System(machine, vc.Exponential(), vc.Harmonic(1.8, 1.2))
     design = optimise(system, {"drive.frequency": (1.2, 1.3)}, starts=START, evaluations=32, refinement=20)
@@ -723,7 +723,7 @@ def test_other_motions_of_a_design_are_said():
     twin = design.attractors.attractors[own.twin]
     assert twin.motion.drift == pytest.approx(-design.orbit.drift, abs=1e-9)
     assert own.share + twin.share <= 1.0
-    assert f"its mirror twin from {100.0 * twin.share:.3g} %" in design.facts["reached"]
+    assert f"its mirror-image solution from {100.0 * twin.share:.3g} %" in design.facts["reached"]
     rows = design.attractors.table()
     assert rows[design.attractor]["largest_multiplier"] < 1.0
     assert sum(row["starts"] for row in rows) + np.sum(design.attractors.label < 0) == 64

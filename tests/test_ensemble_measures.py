@@ -164,7 +164,7 @@ class TestAgainstArrays:
 
 
 def test_both_answers_about_symmetry_occur():
-    """A motion that travels has a mirror twin; one that does not is its own."""
+    """A motion that travels has a mirror-image solution; one that does not is its own."""
     travels = vc.measured(motion_of("exponential"), ["symmetric", "drift"], settle=1e-3)
     assert travels["symmetric"] == 0.0
     assert abs(travels["drift"]) > 0.1

@@ -223,7 +223,7 @@ def test_a_machine_with_stops_in_a_page(node):
         made,
     )
     taken, residual, half, *said = found
-    assert half == ["should be a whole number, as it says which branch of the equations holds", "displacement", False]
+    assert half == ["should be a whole number, as it selects the branch of the equations", "displacement", False]
     motion = case.simulate()
     assert residual < 1e-8
     assert taken[-1][1] == pytest.approx(motion.at(motion.end, "impact_work")[0], rel=1e-6)

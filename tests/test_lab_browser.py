@@ -218,7 +218,7 @@ def test_a_rule_between_numbers_is_kept(shown):
 
 
 def test_two_cases_stand_beside_each_other(shown):
-    """The motion as it was, kept; a preset on another law; the mirror twin. Address and swap."""
+    """The motion as it was, kept; a preset on another law; the mirror-image solution. Address and swap."""
     beside = """(() => {{
       const box = document.getElementById('beside');
       box.value = {!r};
@@ -270,7 +270,7 @@ def test_the_mirror_twin_is_shown_wherever_there_is_one(chromium, tmp_path):
         assert twin != pytest.approx(end(chromium)[: len(signs)], rel=1e-2)
     chromium.open(f"{out.as_uri()}#v=1&preset=twin-0&drive.duty=0.4&beside=twin")
     chromium.wait(SETTLED)
-    assert "no mirror twin" in chromium.js("document.getElementById('notice').textContent")
+    assert "no mirror-image solution" in chromium.js("document.getElementById('notice').textContent")
     assert chromium.js("[lab.shown.count > 0, lab.other]") == [True, None]
     changed(chromium, lambda: chromium.js("lab.model.set('drive.duty', 0.5); lab.compute()"))
     assert chromium.js("[document.getElementById('notice').textContent, lab.other.count > 0]") == ["", True]

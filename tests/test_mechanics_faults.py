@@ -60,14 +60,14 @@ FAULTS = {
     "take sin, cos, sqrt, exp, tanh and atan from vibrocap.mechanics, not from math": (
         lambda q, c: swings(q, c, x=-math.sin(q.angle))
     ),
-    "the coordinate 'angle' moves no mass: give what it moves a mass": lambda q, c: swings(q, c, x=0.0, z=1.0),
+    "the coordinate 'angle' moves no mass: give the body that it moves a mass": lambda q, c: swings(q, c, x=0.0, z=1.0),
     "the coordinate 'angle' moves no mass: ": (
         lambda q, c: [c, Mass("bob", 0.0, on=c, x=q.angle), joint(q), Contact(c)]
     ),
-    "what it stands on should be a body": lambda q, c: swings(q, c, on="capsule"),
+    "the body that it stands on should be a body": lambda q, c: swings(q, c, on="capsule"),
     "'bob' stands on 'capsule', which is not among the parts": lambda q, c: swings(q, c)[1:],
     "the contact of 'capsule' is with ['capsule'], not among": lambda q, c: swings(q, c, on=None)[1:],
-    "nothing carries 'bob': say on which body it stands": lambda q, c: swings(q, c, on=None, x=q.angle, z=0.0),
+    "nothing carries 'bob': name the body below it": lambda q, c: swings(q, c, on=None, x=q.angle, z=0.0),
     "two bodies have the name 'block'": lambda q, c: blocks(q, c, block(q, c), Contact(c)),
     "the load on 'capsule' should be dynamic or weight": lambda q, c: blocks(q, c, Contact(c, load="heavy")),
     "the load on 'disc', which turns, is a torque: give it": (
@@ -77,15 +77,15 @@ FAULTS = {
     "contact 3 (disc): its sliding velocity follows from those before it": (
         lambda q, c: [*swings(q, c), d := Mass("disc", 1.0, x=q.angle), Contact(d), Contact(d, on=c)]
     ),
-    "a Drive acts along what never moves": lambda q, c: swings(q, c, Drive(1.0)),
-    "a Spring acts along what never moves": lambda q, c: swings(q, c, Spring(1.0, 0.5)),
+    "a Drive acts along a path that never moves": lambda q, c: swings(q, c, Drive(1.0)),
+    "a Spring acts along a path that never moves": lambda q, c: swings(q, c, Spring(1.0, 0.5)),
     "should be parts, masses, springs and so on, got 3.0": lambda q, c: swings(q, c, 3.0),
     "q.angel: there is no such quantity": lambda q, c: swings(q, c, Drive(q.angel)),
     "a place follows q.drive, a force here": lambda q, c: swings(q, c, Spring(1.0, q.angle + q.drive)),
     "a stop should bound one coordinate": (
         lambda q, c: [*swings(q, c)[:3], Contact(c, load=1.0), Stop(q.angle + q.position, 0.3, restitution=0.5)]
     ),
-    "a rigid stop bounds what rubs, among several contacts": (
+    "a rigid stop bounds a rubbing body, among several contacts": (
         lambda q, c: [c, b := block(q, c), joint(q), Contact(c), Contact(b, on=c), Stop(q.angle, 0.3, restitution=0.5)]
     ),
     "TypeError: 'NoneType' object is not iterable": lambda q, c: None,
@@ -141,7 +141,7 @@ def test_a_machine_without_parts_is_told_so():
         position = coordinate("X", "place", "m")
         name: ClassVar = "empty"
 
-    assert any("should give what the machine is made of" in each for each in vc.check_part(Empty, motion=False).wrong)
+    assert any("should list the parts of the machine" in each for each in vc.check_part(Empty, motion=False).wrong)
 
 
 def test_contacts_may_be_named_in_any_order():

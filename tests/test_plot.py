@@ -284,7 +284,7 @@ def test_modes_are_explained_as_far_as_they_occur():
 
 def test_machine_without_a_known_load_is_refused():
     motion = vc.simulate(vc.System(vc.Oscillator(), vc.Exponential(), vc.Harmonic()), periods=1)
-    with pytest.raises(ValueError, match="the oscillator does not say how its load follows the motion"):
+    with pytest.raises(ValueError, match="the oscillator does not define its load"):
         vc.plot(motion, "load")
 
 

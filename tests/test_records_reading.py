@@ -191,7 +191,7 @@ def test_what_was_guessed_is_said(written):
     assert made.notes == (
         "force: column 'Load [kN]' in kN",
         "time: column 'Time (s)' in s (guessed from its name)",
-        "velocity: column 'vel' in m/s (guessed from its name); its unit is nowhere said, taken as SI",
+        "velocity: column 'vel' in m/s (guessed from its name); no unit given, SI assumed",
     )
     np.testing.assert_allclose(made.force, 1e3 * FORCE, rtol=1e-15)
 
@@ -527,7 +527,7 @@ def test_a_record_ends_where_its_motion_is_unknown_and_another_begins_behind(wri
     for at in (1, 2, 30, 31, 36):  # the ends, the middle, and so near behind that nothing is left between
         t, _, v, x = lines[at].split(",")
         lines[at] = ",".join((t, mark, v, x))
-    with pytest.warns(RecordWarning, match="9 of 60 samples are left out, the first at line 2; it goes on as 2 rec"):
+    with pytest.warns(RecordWarning, match="9 of 60 samples are left out, the first at line 2; it continues as 2 rec"):
         made = written("\n".join(lines))
     assert [each.name for each in made] == ["data_part_1", "data_part_2"]
     for each, (first, last) in zip(made, ((2, 29), (36, 60)), strict=True):

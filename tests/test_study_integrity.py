@@ -264,7 +264,7 @@ def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monk
         assert part in said
     assert len(list((whole / "done").iterdir())) == TILES - 2
     found = stored(whole, resume=True, mixed=True)
-    assert "computed with something else" in found.attrs["mixed"]
+    assert "computed with other sources" in found.attrs["mixed"]
     assert verify_study(whole).mixed == ((1, 0), (1, 2))
     assert verify_study(whole).finished
     assert main(["sweep", str(whole), "--verify"]) == 0

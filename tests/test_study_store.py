@@ -319,9 +319,7 @@ def test_an_unfinished_beginning_is_begun_anew_and_nothing_else_is_removed(tmp_p
         before = (tmp_path / "b" / name).read_bytes() if name.endswith("json") else None
         (tmp_path / "b" / name).write_text("mine")
         there = files(tmp_path / "b")
-        with pytest.raises(
-            CaseError, match=rf"{said} is not of the study that was begun there(.|\n)*nothing was touched"
-        ):
+        with pytest.raises(CaseError, match=rf"{said} does not belong to this study(.|\n)*nothing was touched"):
             stored(tmp_path / "b")
         assert files(tmp_path / "b") == there
         (tmp_path / "b" / name).unlink() if before is None else (tmp_path / "b" / name).write_bytes(before)

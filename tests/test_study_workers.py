@@ -85,7 +85,7 @@ def test_a_worker_with_something_else_is_refused_or_its_tiles_say_so(tmp_path, c
             stored(tmp_path / "a", workers=executor, resume=True)
         found = stored(tmp_path / "a", workers=executor, resume=True, mixed=True)
     assert verify_study(tmp_path / "a").mixed == ((0, 0),)
-    assert "computed with something else" in found.attrs["mixed"]
+    assert "computed with other sources" in found.attrs["mixed"]
 
 
 @pytest.mark.slow

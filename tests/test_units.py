@@ -159,7 +159,7 @@ def test_the_default_load_without_units_stays_the_weight_of_the_pendulum():
          "initial.velocity: has no unit in a case in SI; give velocity_m_per_s"),
         (("angle = 1.0", "angel_deg = 1.0"), "initial.angel_deg: no such key in SI; did you mean 'angle_deg'?"),
         (("[run]", "[scales]\npendulum_mass_kg = 1\n[run]"),
-         "scales: belongs to a case without units; in SI [machine] says what its units are: "
+         "scales: belongs to a case without units; in SI [machine] has to give its units: "
          "pendulum_mass_kg, pendulum_length_m, gravity_m_per_s2"),
         (("[machine]", 'units = "si"\n[machine]'), """units: should be "SI" or "dimensionless", got 'si'"""),
     ],
@@ -294,7 +294,7 @@ def test_wrong_axes_in_si_are_named_as_they_were_given(over, said):
 
 def test_axes_in_si_need_scales():
     plain = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
-    with pytest.raises(CaseError, match=r"drive.frequency_Hz: the case does not say .*; give drive.frequency, or"):
+    with pytest.raises(CaseError, match=r"drive.frequency_Hz: the case does not give .*; add drive.frequency, or"):
         vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4, tolerance=1e-8, settle=0)
 
 
@@ -345,7 +345,7 @@ def test_a_system_is_changed_in_si():
         system.with_parameters({path.replace("qu", "q"): 1.0})
     with pytest.raises(ArgumentError, match="is given in two ways"):
         system.with_parameters({path: 1.0, "drive.frequency": 1.0})
-    with pytest.raises(ArgumentError, match="the case does not say what its units are; give drive"):
+    with pytest.raises(ArgumentError, match="the case does not give its units; add drive"):
         dataclasses.replace(system, units=None).with_parameters({path: 1.0})
 
 

@@ -93,9 +93,9 @@ def test_the_plane_of_basins_is_given_in_si():
         (("basins", "si.toml", "--plane", "angle,velocity=-1:1"),
          "--plane velocity: has no unit in a case in SI; give velocity_m_per_s"),
         (("basins", "plain.toml", "--plane", "angle,velocity_m_per_s=-1:1"),
-         "--plane velocity_m_per_s: the case does not say what its units are; give velocity, or a case in SI"),
+         "--plane velocity_m_per_s: the case does not give its units; add velocity, or a case in SI"),
         (("branch", "plain.toml", "--over", "drive.frequency_Hz=1:2"),
-         "--over drive.frequency_Hz: the case does not say what its units are; give drive.frequency, or a case in SI"),
+         "--over drive.frequency_Hz: the case does not give its units; add drive.frequency, or a case in SI"),
     ],
 )  # fmt: skip
 def test_units_that_are_missing_or_not_known_are_named(place, capsys, words, said):

@@ -70,7 +70,7 @@ def _head_wanted(key: str, value: Any) -> str | None:
         "effort": (text in EFFORT_WORDS, f"one of {listed(EFFORT_WORDS)}"),
         "units": (text in UNITS, f"one of {listed(UNITS)}"),
         "gravity": (number >= 0.0, "a number >= 0"),
-        "travels": (value is False, "false, of a machine that is held to its place, or left out"),
+        "travels": (value is False, "false, for a machine that does not travel, or left out"),
     }
     right, words = wanted[key]
     return None if right else words

@@ -155,7 +155,7 @@ class Form:
             for key in self.keys:
                 complaints.add(key, 'has a unit in a case that says units = "dimensionless"')
         if self.si and sections["scales"]:
-            where = f"in SI [machine] says what its units are: {', '.join(scale_fields(self.classes))}"
+            where = f"in SI [machine] has to give its units: {', '.join(scale_fields(self.classes))}"
             complaints.add("scales", f"belongs to a case without units; {where}")
         return len(complaints) > before
 

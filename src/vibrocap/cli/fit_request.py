@@ -93,7 +93,7 @@ class FitRequest(WithParts, Drawn):
         "NAME,NAME,... parameters and terms with a value in each record", advanced=True
     )
     along: list[str] | None = option(
-        "NAME=CONDITION, what changes with a number of the record, or load; may be repeated", advanced=True
+        "NAME=CONDITION, a parameter that changes with a number of the record, or load; may be repeated", advanced=True
     )
     prior: list[str] | None = option(
         "NAME=MEAN+-DEVIATION, known of a parameter, a term or an unknown beforehand, such as mass=95+-1; may be "
@@ -128,7 +128,7 @@ class FitRequest(WithParts, Drawn):
         "linear, soft_l1, huber, cauchy or arctan; all but linear weigh outliers less", "linear", advanced=True
     )
     weights: str = option(
-        "power: records count alike, whatever their forces; equal: samples have the same noise", "power", advanced=True
+        "power: records count alike at any force; equal: samples have the same noise", "power", advanced=True
     )
     start: str = option("the contact at the first sample: fitted, or relaxed", "fitted", advanced=True)
     intervals: str | None = option(
@@ -174,7 +174,7 @@ class FitRequest(WithParts, Drawn):
         if self.machine is not None and (self.law or self.compare or self.steady or self.spring):
             wrong.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
         elif self.machine is not None and (others := [flag(name) for name in OF_LAW if self.changed(name)]):
-            wrong.append(f"{others[0]}: is for --law; with --machine give what is unknown by --over")
+            wrong.append(f"{others[0]}: is for --law; with --machine name the unknowns by --over")
         elif self.machine is None and bool(self.law) == bool(self.compare):
             wrong.append("--law: give one law, or several with --compare, or a case with --machine")
         if self.compare and (others := [name for name in OF_ONE if self.changed(name)]):

@@ -98,7 +98,7 @@ class SweepRequest(WithParts):
         complaints = Complaints([*self._destination_complaints(), *self._option_complaints()])
         over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
         if not self.over and self.cases is None:
-            complaints.add("--over", "is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
+            complaints.add("--over", "is missing; name a parameter to vary, such as --over machine.mass_ratio=0.1:8:40")
         cases, before = None, len(complaints)
         with complaints.collected():
             cases = read_cases(self.cases) if self.cases else None

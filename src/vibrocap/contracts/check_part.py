@@ -135,4 +135,4 @@ def _notes(cls: Any, kind: str) -> Iterator[str]:
     if plain:
         yield f"{', '.join(plain)}: has no symbol or no meaning"
     if not (cls.__doc__ or "").strip():
-        yield "the class has no docstring; its first line is what lists show"
+        yield "the class has no docstring; lists show its first line"

@@ -69,7 +69,7 @@ def finite(controller: Any) -> str | None:
         if len(rates) != count:
             return f"rates: should be {count} numbers, one for each of states, got {len(rates)}"
         if len(guards) != len(controller.switch_events):
-            return f"switch_events: should name what happens at each of {len(guards)} guards of switches"
+            return f"switch_events: should name the event at each of {len(guards)} guards of switches"
         if not all(map(math.isfinite, (command, *rates, *guards))):
             return f"command, rates, switches: should be finite, got {command}, {rates}, {guards}"
         for name, rate in zip(controller.states, rates, strict=True):

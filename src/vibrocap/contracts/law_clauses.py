@@ -103,8 +103,8 @@ def kind(law: Any) -> str | None:
         if not middle - limit - 4 * EPSILON <= back < 0.0 < forward <= middle + limit + 4 * EPSILON:
             return (
                 f"holding_limit: at rest it holds from {middle - limit:g} to {middle + limit:g}, but slides with "
-                f"{back:g} and {forward:g} as the speed vanishes (load 1.3); a contact holds at least what it slides "
-                "with, or it could neither stick nor slide"
+                f"{back:g} and {forward:g} as the speed vanishes (load 1.3); the holding limit is at least the sliding "
+                "force, or the contact could neither stick nor slide"
             )
         if (middle == 0.0) != law.symmetric:
             return f"holding_centre: is {middle:g}, while `symmetric` is {law.symmetric}"

@@ -150,7 +150,7 @@ def branches(machine: Any) -> str | None:
     for _, t, y, drive, frictions in _moving(machine):
         guards = machine.switches(t, y, drive, frictions)
         if len(guards) > len(machine.switch_events):
-            return f"switch_events: should name what happens at each of {len(guards)} guards"
+            return f"switch_events: should name the event at each of {len(guards)} guards"
         for which in range(len(guards)):
             after = machine.after_switch(which, t, y, drive, frictions)
             if len(after) != len(y):

@@ -97,7 +97,7 @@ def _least_cost(system: System) -> PerformanceBound | str:
     if around is not None and (around.inclination != 0.0 or around.force != 0.0):
         return f"{name}: gravity or a force from outside may give energy"
     if system.cyclic is None:
-        return f"{name}: the machine is held to its place"
+        return f"{name}: the machine does not travel"
     least = sum(_least_friction(law, load) for law, load in zip(system.laws, system.law_loads, strict=True))
     unit, scale = measure_unit(system, "cost_of_transport")
     source = "friction times distance; reached by a body that never slides back"

@@ -49,8 +49,8 @@ class OptimumStatus(Advised):
     )
     NO_TRAVEL = (
         "no design travels",
-        "No allowed design travels by more than what settled runs may still move, so none is better than another. Vary "
-        "what breaks the symmetry of the machine, its friction or its drive.",
+        "No allowed design travels by more than the residue of settled runs, so none is better than another. Vary "
+        "parameters that break the symmetry of the machine, its friction or its drive.",
     )
 
 
@@ -125,7 +125,7 @@ class Optimum(Result):
 
     @property
     def reached(self) -> str:
-        """What spread starts lead to at this design, in words: its motion, its mirror twin, other motions, none."""
+        """The motions that spread starts lead to, in words: that of the design, its mirror image, others, none."""
         known = self.attractors
         if known is None:
             return "not asked"
@@ -135,7 +135,7 @@ class Optimum(Result):
         others = len(known.attractors) - len(mine)
         parts = [f"reached from {100.0 * (own.share if own else 0.0):.3g} % of {len(known.label)} spread starts"]
         if twin is not None:
-            parts.append(f"its mirror twin from {100.0 * twin.share:.3g} %")
+            parts.append(f"its mirror-image solution from {100.0 * twin.share:.3g} %")
         if others:
             share = sum(attractor.share for attractor in known.attractors) - sum(motion.share for motion in mine)
             parts.append(f"{others} other motion{'s' if others > 1 else ''} from {100.0 * share:.3g} %")
@@ -189,8 +189,8 @@ def optimise(
 
     over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, three or more numbers)
     objective: the measure; sense: "maximise" or "minimise"; by default costs and times are minimised, all else is
-        maximised. Of a system with mirror twins the size of travel counts, not its sign; a design whose drive, unlike
-        that of the system, has no twin keeps the sign in its value
+        maximised. Of a system with mirror-image solutions the size of travel counts, not its sign; a design whose
+        drive, unlike that of the system, has no twin keeps the sign in its value
     through: None, or a function of variables of one's own, as in `robustness`: `over` then names its arguments, it is
         called with an array [n] of each and returns arrays by path, such as those of `drive_shape`
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are

@@ -132,7 +132,7 @@ class Robustness(Result):
         return [dict(zip(columns, row, strict=True)) for row in np.transpose(list(columns.values())).tolist()]
 
 
-@shows_progress("Sampling what is uncertain")
+@shows_progress("Sampling the uncertain quantities")
 def robustness(
     system: System | Case,
     uncertain: Mapping[Any, Any],

@@ -38,9 +38,9 @@ def script(names: tuple[str, ...]) -> str:
 def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
     """The functions that are written for each form, as scripts for the page and for its worker.
 
-    RULES[form](p, f): the first rule that is broken; MIRRORED[form](p, odd): whether a motion has a mirror twin;
-    READERS[form](r, T, h, m): the measures of a result by name; CUTS[form](p): into how many equal parts the corners
-    of a drive cut its period
+    RULES[form](p, f): the first rule that is broken; MIRRORED[form](p, odd): whether a motion has a mirror-image
+    solution; READERS[form](r, T, h, m): the measures of a result by name; CUTS[form](p): into how many equal parts the
+    corners of a drive cut its period
     """
     rows = []
     for form in forms:

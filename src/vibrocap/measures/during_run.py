@@ -159,7 +159,7 @@ def unavailable(needed: Sequence[Measure], system: System) -> dict[str, str]:
 
 
 def check_travel(needed: Sequence[Measure], system: System) -> None:
-    """ValueError for measures of travel of a machine that is held to its place."""
+    """ValueError for measures of travel of a machine that does not travel."""
     for measure in needed:
         if measure in TRAVEL:
             try:

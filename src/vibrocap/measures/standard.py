@@ -177,7 +177,7 @@ RESPONSE = (
     ),
     Measure(
         OUTCOME,
-        "what the motion has become: periodic, or not settled; where nothing drives it in time cycle, equilibrium, or "
+        "kind of the final motion: periodic, or not settled; without a drive in time cycle, equilibrium, or "
         "not settled: no returns, or no repetition",
         Standard(lambda runs: runs.outcome, text=True),
     ),

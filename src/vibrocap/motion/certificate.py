@@ -2,7 +2,7 @@
 
 import dataclasses
 
-UNFINISHED = "the motion did not finish: the evidence is of what was computed of it"
+UNFINISHED = "the motion did not finish: the evidence covers its computed part"
 
 
 @dataclasses.dataclass(frozen=True)

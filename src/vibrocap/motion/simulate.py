@@ -30,7 +30,7 @@ from vibrocap.quantities.dimensional import Dimensional, said
 from vibrocap.resources import TooMuchMemory, in_words
 
 AT_STOP = 1e-9  # of a stop, over the natural size: a printed state of a mass that touches it is there
-BRANCH = "as it says which branch of the equations holds"
+BRANCH = "as it selects the branch of the equations"
 WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is none
 
 
@@ -287,7 +287,7 @@ def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) ->
         taken = f"{budget.periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
         size = 10.0 ** math.floor(math.log10(fitting))
         most = math.floor(fitting / size) * size
-        instead = f"some {most:g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
+        instead = f"some {most:g} at most, or for its measures alone (ensemble, sweep), which need no stored motion"
         instead += "; is a damping or a stiffness far too large?" if error.said != "are free" else ""
         raise ArgumentError(
             "periods", f"{taken}, {in_words(error.available)} {error.said}; ask for {instead}"

@@ -233,7 +233,7 @@ class Trajectory(Result):
         t = np.atleast_1d(np.asarray(t, dtype=float))
         if len(t) and not len(self.piece_start):
             raise ValueError(
-                f"this motion ended where it began ({self.status.value}): nothing of it is known but its start"
+                f"this motion ended where it began ({self.status.value}): it holds its initial condition only"
             )
         if np.any((t < self.start_time - 1e-12 * abs(self.start_time)) | (t > self.end + 1e-12 * abs(self.end))):
             raise ValueError(f"times should lie within the motion, {self.start_time:g} to {self.end}")

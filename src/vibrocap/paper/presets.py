@@ -50,7 +50,7 @@ def figures_9_to_11(friction: str = "lugre", mass_ratio: float = 2.5, stiffness:
 
 
 def with_load(system: System, load: float | str) -> System:
-    """The same capsule under another normal load: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes).
+    """The same capsule under another normal load: a number, "weight" (lambda + 1) or "dynamic".
 
     The paper's is 1, the weight of the pendulum alone.
     """

@@ -101,7 +101,7 @@ class Runs:
         self._motions: dict[tuple, Trajectory] = {}
 
     def motion(self, system: System, periods: float = SHOWN_PERIODS, twin: bool = False) -> Trajectory:
-        """A motion from the paper's start, or its mirror twin."""
+        """A motion from the paper's start, or its mirror-image solution."""
         key = (system, periods, twin)
         if key not in self._motions:
             self._motions[key] = run(system, periods, twin)
@@ -168,7 +168,7 @@ class Runs:
 
 
 def run(system: System, periods: float, twin: bool = False, complete: bool = True) -> Trajectory:
-    """A motion from the paper's start; or its mirror twin: started mirrored, half a period later.
+    """A motion from the paper's start; or its mirror-image solution: started mirrored, half a period later.
 
     Half a period later the torque of an odd drive is reversed: that is how the twin is run here. complete: one that
     does not go to its end is an error.

@@ -37,8 +37,8 @@ def crossings_of(runs: Runs, stiffness: float) -> dict[str, Crossings]:
 def steady_points(runs: Runs, stiffness: float) -> SteadyPoints:
     """O1, O2, P1, P2 of the steady drift at a stiffness.
 
-    As in the paper, of the mirror twins the one that a light capsule follows forward: O1 and O2 are the first zeros of
-    LM and of EM, P1 is where EM first falls below LM, P2 where it rises above it again.
+    As in the paper, of the mirror-image solutions the one that a light capsule follows forward: O1 and O2 are the first
+    zeros of LM and of EM, P1 is where EM first falls below LM, P2 where it rises above it again.
     """
     located = crossings_of(runs, stiffness)
     drift = float(located["lugre"].differences[0])

@@ -95,7 +95,7 @@ class Environment(Part):
         if self.inclination != 0.0 and not self.has_weight(machine):
             raise ArgumentError(
                 "environment.gravity",
-                f"is missing: the units of the {machine.name} do not say how strong gravity is on its slope",
+                f"is missing: the units of the {machine.name} do not define gravity on its slope",
             )
         for name, wanted in (
             ("quadratic_drag", "0"),

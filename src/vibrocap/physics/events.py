@@ -26,10 +26,10 @@ ENDS = {  # at bounds of the equations, beyond which they do not hold
     STOP_REACHED: "the machine reaches a stop, which ends the run",
     PARADOX: "the contact has no load that follows from the forces",
     AMBIGUOUS: "which contacts rest is no longer certain",
-    RUNAWAY: "an unstable controller lets what it measures run away, which ends the run",
-    SINGULAR_PATH: "the velocity of a contact no longer tells how its coordinates move, which ends the run",
-    SINGULAR_MASS_MATRIX: "some motion of the machine moves no mass, which ends the run",
-    SINGULAR_COMMAND: "no command gives what the controller orders, which ends the run",
+    RUNAWAY: "the measurement of an unstable control loop runs away, which ends the run",
+    SINGULAR_PATH: "the velocity of a contact no longer determines its coordinates, which ends the run",
+    SINGULAR_MASS_MATRIX: "one motion of the machine moves no mass, which ends the run",
+    SINGULAR_COMMAND: "no command gives the motion that the controller orders, which ends the run",
 }
 ADDED = {  # of an actuator and of a controller, counted where there is one
     "saturated": "the actuator reaches its limit",

@@ -96,7 +96,7 @@ QUANTITIES = {
     "contact_velocity": ("v", "sliding velocity of the contact"),
     "drive": ("h cos(omega tau)", "force or torque that the drive exerts; the motion that it imposes"),
     "command": ("c", "drive before the actuator, where there is one"),
-    "reference": ("r", "what the drive says to a controller, where there is one"),
+    "reference": ("r", "reference that the drive gives to a controller"),
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding: its rate is the outer force, if any, less all friction"),
@@ -119,13 +119,13 @@ QUANTITIES = {
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
-    "belt_work": ("W_belt", "work of what moves as a function of time since the start: a belt, a table, a plate"),
+    "belt_work": ("W_belt", "work since the start of bodies that move as functions of time: a belt, a table, a plate"),
     "drag_work": ("W_drag", "work of the drag since the start (environment)"),
     "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),
     "gravity_work": ("W_gravity", "work of gravity along the slope since the start (environment)"),
     "contact_sliding_work": ("W_slide", "work lost by sliding since the start"),
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
-    "contact_storage_work": ("W_store", "work that bristles gave back less what they took, under such a load"),
+    "contact_storage_work": ("W_store", "work returned by bristles less work stored, under such a load"),
     "impulse": ("J", "integral of the friction force since the start"),
     **{
         f"{name}_{i}{ending}": (symbol.format(i), meaning.format(i))
@@ -144,7 +144,7 @@ QUANTITIES = {
     "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion"),
     "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
     "holding_centre_2": ("R_mid2", "their middle"),
-    "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),
+    "contact_storage_2_work": ("W_store2", "work returned by bristles there less work stored, under such a load"),
 }
 
 

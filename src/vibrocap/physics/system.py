@@ -153,7 +153,7 @@ class System:
             self._check_imposed()
         for name, wave in zip(self.machine.signals, self.drives, strict=True):
             if type(wave).slope is Drive.slope or isinstance(wave, Piecewise):
-                what = f"{wave.name} has corners or does not say its slope; a signal is smooth"
+                what = f"{wave.name} has breakpoints or no slope; a signal is smooth"
                 raise ArgumentError(f"{SIGNAL}{name}", f"the waveform {what}, such as harmonic")
         if not self.machine.driven_by(self.drive, self.drives).repeats_after(self.drive.period):
             what = f"has the period {self.drive.period:g}, after which the {self.machine.name} is another"
@@ -179,7 +179,7 @@ class System:
         """ArgumentError for a drive that cannot impose a motion."""
         name, what = self.machine.name, ""
         if type(self.drive).slope is Drive.slope:
-            what = f"imposes a motion on the {name}, but does not say how fast that is (slope, curvature)"
+            what = f"imposes a motion on the {name}, but has no slope and curvature"
         elif not self.drive.continuous:
             what = f"jumps, while the {name} takes it for a displacement, of which only the rate may jump"
         if what:

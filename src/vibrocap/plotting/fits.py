@@ -295,7 +295,7 @@ def _left_out(fit: Fit, shown: list[RecordResult]) -> str:
 def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
     text = f"Percentages: root mean square error over the standard deviation of the measured {fit.units.force_name}. "
     if not fit.options.get("method", "").startswith("steady"):
-        text += f"{fit.units.displacement_name.capitalize()}: about the middle of what is shown. "
+        text += f"{fit.units.displacement_name.capitalize()}: about the middle of the range shown. "
     if fit.limits:
         text += "At limits: " + "; ".join(limit.text for limit in fit.limits) + ". "
     return text + _left_out(fit, shown)

@@ -243,7 +243,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
     for a machine that does not know its load.
     """
     if not loads_of(motion):
-        raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
+        raise ArgumentError("what", f"the {motion.system.machine.name} does not define its load")
     with drawing(ax) as ax:
         return load_panel(motion, last_periods(motion, periods), ax)
 

@@ -148,7 +148,7 @@ def _fetch(original: Original, folder: Path, sums: dict[str, str]) -> str:
     except ValueError as error:  # what came has another checksum; what was there before is left as it was
         whose = "the published file's" if original.sha256 else f"the one in {folder / SUMS}, of an earlier fetch"
         what = "" if original.sha256 else f" If the authors changed the file, delete {target} and its line there."
-        raise FetchError(f"{original.url}: the checksum of what came is not {whose}: sha256 {wanted}.{what}") from error
+        raise FetchError(f"{original.url}: its checksum is not {whose}: sha256 {wanted}.{what}") from error
     if wanted is not None:
         return "known" if original.sha256 else "recorded"
     sums[original.path] = hashlib.sha256(target.read_bytes()).hexdigest()
@@ -180,7 +180,7 @@ def _unpack(original: Original, folder: Path) -> None:
                 with replacing(folder / member) as temporary:
                     temporary.write_bytes(archive.read(inside[member]))
     except zipfile.BadZipFile:
-        raise FetchError(f"{original.url}: what came is no zip archive; {_again(original, folder)}") from None
+        raise FetchError(f"{original.url}: the download is no zip archive; {_again(original, folder)}") from None
 
 
 def _again(original: Original, folder: Path) -> str:

@@ -279,16 +279,16 @@ def _notes(pulled: Pull, kind: Regime, loading: float | None, level: float | Non
     notes = []
     missing = [field for field in ("stiffness", "mass", "pulling_speed") if getattr(pulled, field) is None]
     if "stiffness" in missing:
-        notes.append("stiffness: not given; slips cannot be told in metres, nor the slider's velocity")
+        notes.append("stiffness: not given; slips in metres and the slider's velocity are unknown")
     elif pulled.compliance is None:
         unknown = "normal_force: not given, nor the mass"
-        notes.append(f"{unknown}; a coefficient alone does not tell the stretch of the spring")
+        notes.append(f"{unknown}; a coefficient alone does not give the stretch of the spring")
     elif "pulling_speed" in missing:
         unknown = "pulling_speed: not given"
-        notes.append(f"{unknown}; only the release of the spring dF/k can be told, without V dt of a slip")
+        notes.append(f"{unknown}; a slip is the release of the spring dF/k alone, without V dt")
     if kind.inertial_period is None:
         lacking = " and ".join(field for field in ("mass", "stiffness") if field in missing)
-        notes.append(f"{lacking}: not given; whether inertia sets the period cannot be told")
+        notes.append(f"{lacking}: not given; the effect of inertia on the period is unknown")
         if kind.name == STICK_SLIP and level is None:
             notes.append(f"{lacking}: not given; the kinetic level is the {EXTREMES} or the {SLIP_END}, by inertia")
     if loading is not None and kind.name == STICK_SLIP and not LOADING[0] <= loading <= LOADING[1]:

@@ -85,7 +85,7 @@ NAMES = ("O1", "O2", "P1", "P2")
 
 def main(finding: MainFinding, symmetry: Drawn | None) -> str:
     """Why the capsule of Fig. 9 does not travel."""
-    head = ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin")
+    head = ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror-image solution")
     values = (dataclasses.astuple(asymmetry) for asymmetry in finding.asymmetries)
     asymmetries = table(head, ((escape(case), *map(number, own)) for case, *own in values))
     rows = ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items())
@@ -108,8 +108,8 @@ every mass ratio, with both laws: the largest found is {steady}, which is the er
 from {finding.starts} random starts as well: {number(finding.from_random_starts)} at most.</li>
 <li><b>What Fig. 9 can show is a transient.</b> The capsule is shifted once, while the motion settles; over a
 longer window the average gets smaller, and its zeros and crossings are properties of the window.</li>
-<li><b>Every travelling motion has a mirror twin</b> that travels exactly the other way. The motion of Figs 5-8 travels
-because it has lost the symmetry by itself; which of the twins appears is decided by the start.</li>
+<li><b>Every travelling motion has a mirror-image solution</b> that travels the other way. The motion of Figs 5-8
+travels because it has lost the symmetry by itself; which of the twins appears is decided by the start.</li>
 </ul>
 {shown}
 <h3>How far settled motions are from their mirror image</h3>{asymmetries}
@@ -180,14 +180,14 @@ def travel(steady: SteadyTravel, maps: Path, branches: Path) -> str:
     lift_off = Status.LIFT_OFF.value
     map_caption = (
         f"{POINTS} x {POINTS} settled runs for each load. Grey: no travel. The sign depends on the start, "
-        "which chooses between mirror twins. Pink: runs that did not go to their end, most with the status "
+        "which chooses between mirror-image solutions. Pink: runs that did not go to their end, most with the status "
         f"“{lift_off}”. Hatched to the left: under a constant load, which does not notice it, the true load would be "
         "negative. The paper's ρ is 4."
     )
     branch_caption = (
         "The capsule of Figs 5-8 with the exponential law and N = 1, followed over its spring from "
         f"ρ = {FOLLOWED[0]:g} to {FOLLOWED[1]:g}, unstable motions included: the symmetric motion, which does not "
-        f"travel, and the mirror twins that do. They are born and vanish at ρ = {places}. The paper has ρ = 2 in "
+        f"travel, and mirror-image solutions that do. They are born and vanish at ρ = {places}. The paper has ρ = 2 in "
         "Figs 5-8 and ρ = 4 in Figs 9-11."
     )
     return (

@@ -63,7 +63,7 @@ def write_report(result: Result, path: Path) -> Path:
         script=page_part("page.js"),
         contents=f'<ul>{contents}<li><a href="#rerun">How to run this again</a></li></ul>',
         body="".join(section.html for section in sections),
-        notice="" if result.finished else '<p class="notice">This run did not finish; below is what it had done.</p>',
+        notice="" if result.finished else '<p class="notice">This run did not finish; its results so far:</p>',
         scope="" if result.only is None else f"<p>Only {escape(result.only)} was asked for.</p>",
         claims_file="claims" + ("" if result.only is None else f"-{escape(result.only)}"),
         rerun="vibrocap reproduce" + (f" --only {escape(result.only)}" if result.only else ""),

@@ -115,7 +115,7 @@ def _motions(optimum: Optimum) -> str:
     rows = []
     for k, row in enumerate(shown.table()):
         twin = optimum.attractor is not None and row["twin"] == optimum.attractor
-        whose = "the design's" if k == optimum.attractor else "its mirror twin" if twin else ""
+        whose = "the design's" if k == optimum.attractor else "its mirror-image solution" if twin else ""
         drift, multiplier = row["drift"], row["largest_multiplier"]
         cells = [number(100.0 * row["share"]), *("" if x is None else number(x) for x in (drift, multiplier)), whose]
         rows.append([escape(row["kind"]), *cells])

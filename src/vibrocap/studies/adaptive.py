@@ -50,7 +50,7 @@ TILE = 65_536  # runs per call of the evaluator
 WAYS = {-1: "back", 0: "none", 1: "forward", UNKNOWN: "unknown"}
 MEANINGS: dict[str, dict[str, Any]] = {
     "computed": {"long_name": "whether this point was run; if not, it is filled in"},
-    "travel": {"long_name": "way of travel", "flag_values": [*WAYS], "flag_meanings": " ".join(WAYS.values())},
+    "travel": {"long_name": "direction of travel", "flag_values": [*WAYS], "flag_meanings": " ".join(WAYS.values())},
 }
 
 
@@ -217,7 +217,7 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
         results["travel"] = np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
     for label in by:
         if label not in results:
-            raise ArgumentError("by", f"{label} should be among what evaluate returns, got {', '.join(results)}")
+            raise ArgumentError("by", f"{label} should be among the results of evaluate, got {', '.join(results)}")
         if not discrete(results[label], label):
             raise ArgumentError("by", f"{label} takes real values and has no borders; choose a discrete measure")
     return results

@@ -43,7 +43,7 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
     store: Any = CheckedStore(path, record, results)
     study = xarray.open_zarr(store, consolidated=False, chunks=chunks, decode_times=False)
     if (path / MIXED).exists():
-        study.attrs["mixed"] = "some tiles were computed with something else than the study was begun with"
+        study.attrs["mixed"] = "some tiles were computed with other sources, libraries or processor than the first"
     return study[list(dict.fromkeys((*ALWAYS, *measure_names(record))))]
 
 

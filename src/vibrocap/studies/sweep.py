@@ -145,7 +145,7 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
     how.require_packages()
     study = dataclasses.replace(study, code=code_of(study.plan, how.device), device=how.device)
     if study.plan.count > how.max_runs and not how.yes:
-        raise CaseError([f"{size_in_words(study, how.threads)}; say --yes (yes=True) if that is meant"], "the study")
+        raise CaseError([f"{size_in_words(study, how.threads)}; add --yes (yes=True) to run it"], "the study")
     _check_room(study, how.out, how.yes)
     tile_runs = how.tile_runs or numerics.device(how.device).tile_runs
     if tile_runs is None and how.out is not None and not how.workers:
@@ -167,7 +167,7 @@ def _check_room(study: Study, out: Path | None, yes: bool) -> None:
         raise CaseError([f"{study.plan.count:,} runs need {size}; give a folder for the results, out"], "the study")
     if out is not None and not yes and STORED * needed > (free := free_disk(out)):
         size = f"{study.plan.count:,} runs take roughly {in_words(STORED * needed)}, {in_words(free)} are free there"
-        raise CaseError([f"{size}; give another folder, or say --yes (yes=True) to try"], str(out))
+        raise CaseError([f"{size}; give another folder, or add --yes (yes=True) to try"], str(out))
 
 
 def _bytes(study: Study) -> float:

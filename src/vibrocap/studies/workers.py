@@ -124,7 +124,7 @@ def run_on_workers(
                         other = code_differences(store.study.code, code)
                         if other and not mixed:
                             raise StoreError(
-                                f"{store.path}: a worker computes with something else than the study was begun with: "
+                                f"{store.path}: a worker has other sources, libraries or processor than the study: "
                                 f"{'; '.join(other)}. Give all workers the same, or continue with --mixed (mixed=True)"
                             )
                         store.write(in_work[future], arrays, code if other else None)

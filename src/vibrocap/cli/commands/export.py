@@ -91,7 +91,7 @@ def _mjcf(case: "Case", out: Path, judge: bool) -> Answer:
     if judge:
         needs("--judge", "mujoco")
     model = export_mjcf(case, out)
-    lines = [f"Written to {out}; what MuJoCo cannot say of this case:", *(f"  {line}" for line in model.lost)]
+    lines = [f"Written to {out}; MuJoCo cannot express of this case:", *(f"  {line}" for line in model.lost)]
     return _judged(lines, case, model) if judge else Answer(text="\n".join(lines))
 
 

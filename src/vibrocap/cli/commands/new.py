@@ -28,7 +28,7 @@ HEAD = """\
 #     vibrocap simulate {file}
 #
 """
-PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless.\n"
+PLAIN = "# Every value is the default, which also holds for a missing key. All are dimensionless.\n"
 SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits.\n"
 SI_AS_IT_STANDS = "# In SI, with every default as it stands, of 1 kg, 1 m and 1 s: no bench.\n"
 BENCH = {  # of a bench, what a machine declares as its units
@@ -70,14 +70,14 @@ def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
         lines += [f"[{section}]", _line(key, part.name, others), *(form.scales() if section == "machine" else ())]
         lines += [*(text for info in parameter_table(part) for text in form.lines(part, info)), ""]
     for part, words in (
-        (Environment, "a slope, a fluid or a force from outside; left out, there is none of them."),
+        (Environment, "a slope, a fluid or an external force; without this section there is none."),
         (Actuator, "a lag and limits between drive and machine; left out, there are none."),
     ):
         lines.append(f"# [{part.name}]: {words}")
         texts = (text for info in parameter_table(part) for text in form.lines(part, info))
         lines += [*(text if text.startswith("#") else f"# {text}" for text in texts), ""]
     key, catalogue = CHOICES_LEFT_OUT["controller"]
-    lines += ["# [controller]: what makes the command of what it measures; the drive is then its reference."]
+    lines += ["# [controller]: computes the command from its measurement; the drive is then its reference."]
     first, *others = catalogue()
     lines += ["# " + _line(key, first, "or " + ", ".join(others)), ""]
     lines += ["[initial]", *(form.state(name) for name in state_names(classes))]
@@ -192,7 +192,7 @@ class NewRequest(WithParts):
             if name not in known and (part, name) != ("machine", "mechanism"):
                 refused.add(options[part], f"there is no {name!r}; {suggestion(name, known)}")
         if self.out is not None and self.out.exists() and not (self.overwrite or self.from_):
-            refused.add("--out", f"{str(self.out)!r} is there already; name another file, or say --overwrite")
+            refused.add("--out", f"{str(self.out)!r} exists; name another file, or add --overwrite")
 
 
 @command(
@@ -235,7 +235,7 @@ def _converted(request: NewRequest) -> str:
     if known is None and parameter_table(record) and wanted == SI and not refused:
         infos = (info for info in parameter_table(record) if not isinstance(info.default, (float, type(None))))
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)
-        refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
+        refused.add("--scales", f"is missing; the case does not give its units; add {fields}")
     for name, part in setup.system.parts.items() if wanted == SI else ():
         for parameter in undeclared(type(part)):
             refused.add(f"{name}.{parameter}", UNDECLARED)

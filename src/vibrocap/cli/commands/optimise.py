@@ -161,7 +161,7 @@ def _motions_in_words(found: Any) -> list[str]:
             continue
         words = [f"{100.0 * row['share']:.3g} % of the starts lead to", row["kind"]]
         if found.attractor is not None and row["twin"] == found.attractor:
-            words[-1] += " (the mirror twin)"
+            words[-1] += " (the mirror-image solution)"
         words = [" ".join(words)]
         if row["drift"] is not None:
             words.append(f"drift {attractor.motion.said('drift', 6)} per drive period")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import JSON, SETTLE_PERIODS, TOLERANCE, option
+from vibrocap.cli.options import JSON, SETTLE_PERIODS, option
 from vibrocap.cli.terminal import Page, said, table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import scaled, without_unit
@@ -36,7 +36,7 @@ class OrbitRequest(OfCase):
         "without a periodic drive: an event such as stick_2, or NAME=VALUE, NAME=VALUE:down", advanced=True
     )
     returns: int = option("most returns to the section in one cycle", 64, advanced=True)
-    tolerance: float = TOLERANCE(1e-12)
+    tolerance: float = option("error per step, relative to the states' natural size", 1e-12, advanced=True)
 
 
 @command(
@@ -147,7 +147,7 @@ def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
     page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
     state = _state(record["state"])
     if not closed:
-        tried = f"; what was tried last does not close by {record['residual']:.2g}"
+        tried = f"; the last attempt does not close by {record['residual']:.2g}"
         rows = [("status", record["status"] + (tried if math.isfinite(record["residual"]) else ""))]
         rows += [("last state", state)]
         if "class" in record:
@@ -167,14 +167,14 @@ def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
         *(("winding", f"{turns} turn(s) of {name} per period") for name, turns in record["winding"].items()),
         ("stable", STABLE[record["stability"]]),
         *([("multipliers", sizes)] if sizes else []),
-        *([("continuum", "neighbours are steady too: the drift is not determined")] if record["continuum"] else []),
+        *([("continuum", "neighbours are steady too: travel is not determined")] if record["continuum"] else []),
         ("symmetry", symmetric[record["symmetric"]]),
-        ("mode_sequence", record["mode_sequence"]),
+        ("mode sequence", record["mode_sequence"]),
         ("state", state),
     ]
     if twin is not None and not record["symmetric"]:
         opposite = "" if drift is None else f"drift {scaled(drift, -1.0):.12g}, "
-        rows.append(("mirror twin", f"{opposite}state {_state(twin)}"))
+        rows.append(("mirror image", f"{opposite}state {_state(twin)}"))
     if "unstable_orbit" in record:
         rows += _unstable_rows(record["unstable_orbit"], record["stable"])
     rows += bound_rows(record["bounds"])
@@ -187,7 +187,7 @@ def _state(state: dict[str, Any]) -> str:
 
 
 def _unstable_rows(left: dict[str, Any], kept: bool) -> list[tuple[str, str]]:
-    """What is to be said of an unstable orbit: that no simulation keeps it, and what it gives way to."""
+    """Rows of an unstable orbit, which no simulation keeps, and of its successors."""
     growth = f"pushes grow {left['largest_multiplier']:.4g} times per response"
     rows = [("unstable", f"no motion stays on this orbit: {growth}")]
     if kept:
@@ -198,9 +198,9 @@ def _unstable_rows(left: dict[str, Any], kept: bool) -> list[tuple[str, str]]:
         travel = "no drift" if motion["drift"] is None else f"drift {motion['drift']:.12g}"
         start = _state(motion["state"])
         periods = f"period {motion['response_period']} of the drive, stable {STABLE[motion['stability']]}"
-        rows.append(("gives way to", f"{travel}, {periods}, modes {motion['mode_sequence']}, {start}"))
+        rows.append(("successor", f"{travel}, {periods}, modes {motion['mode_sequence']}, {start}"))
     if not left["gives_way_to"]:
-        rows.append(("gives way to", "nothing that settles: it may be chaotic, see `classify` in Python"))
+        rows.append(("successor", "none that settles: it may be chaotic, see `classify` in Python"))
     return rows
 
 
@@ -208,7 +208,7 @@ def _multiplier(multiplier: complex) -> str:
     """A multiplier in words: exactly zero where sticking, or an actuator at its limit, forgets a direction."""
     real, imaginary = multiplier.real, multiplier.imag
     if real == 0.0 and imaginary == 0.0:
-        return "0 (forgotten while it sticks, or at a limit)"
+        return "0 (this direction vanishes in a stick phase, or at a limit)"
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
 
 

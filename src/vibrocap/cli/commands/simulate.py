@@ -67,7 +67,7 @@ def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title
 
 def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
     period, plain = motion.said("period", 8), computed(motion)
-    listing = table("Motion", "quantity", "value", "what it rests on")
+    listing = table("Motion", "quantity", "value", "basis")
     periods = f"{plain.end / plain.period:.6g} of {motion.periods:.6g} drive periods T = {period}"
     listing.add_row("time reached", f"{record['time']:.10g}", periods)
     for name, value in record["state"].items():
@@ -115,7 +115,7 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
     if response.residual is None:
         return response.kind, "fewer than two whole periods"
     symmetry = {True: "; its own mirror image, so it cannot travel", False: "; differs from its mirror image", None: ""}
-    return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
+    return response.kind, f"modulo travel, to {response.residual:.1e}{symmetry[response.symmetric]}"
 
 
 def _energy_table(energy: dict[str, Any]) -> Table:

@@ -128,7 +128,7 @@ def print_stick_slip(page: Page, analysis: "StickSlip") -> None:
         ("level at slip end", _spread_text(analysis.slip_end_level, unit)),
         ("rate over k V", _spread_text(analysis.loading_ratio, "")),
         ("fastest", None if analysis.velocity is None else f"{analysis.velocity.max():.4g} m/s"),
-        ("noise", f"{analysis.noise:.3g}{unit}, {analysis.spikes:,} spikes taken out"),
+        ("noise", f"{analysis.noise:.3g}{unit}, {analysis.spikes:,} spikes removed"),
     ]
     page.rows(rows, 19)
     for note in analysis.notes:
@@ -174,4 +174,4 @@ def print_records(page: Page, analyses: "list[StickSlip]") -> None:
         rest = "" if record.stick_fraction is None else f"{record.stick_fraction:.0%}"
         listing.add_row(record.name, record.regime.name, str(len(record.main_slips)), *shown, rest)
     page.print(listing)
-    page.print("inertial: 2 pi sqrt(m/k). Of one record more is told with --record NAME.")
+    page.print("inertial: 2 pi sqrt(m/k). --record NAME shows more of one record.")

@@ -74,7 +74,7 @@ def _verified(study: Path) -> Answer:
     result = verify_study(study)
     lines = [f"  damaged    {line}" for line in result.lines()]
     if result.mixed:
-        lines.append(f"  mixed      {len(result.mixed):,} tiles were not computed with what the study was begun with")
+        lines.append(f"  mixed      {len(result.mixed):,} tiles of other sources, libraries or processor")
     state = f"{result.stored:,} of {result.tiles:,} tiles are stored"
     if not result.ok:
         lines.append(f"{study}: damaged; {state}.")

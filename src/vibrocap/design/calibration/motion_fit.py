@@ -111,7 +111,7 @@ class MotionFit(Calibrated):
             if name in self.not_trusted:
                 facts[name] = f"{kept}the motion is not to be trusted: {self.not_trusted[name]}"
         for path, away in self.pulls.items():
-            facts[f"prior {path}"] = f"differs from what the data say by {abs(away):.2g} standard deviations"
+            facts[f"prior {path}"] = f"differs from the data by {abs(away):.2g} standard deviations"
         if self.noise_ratio > FAR:
             times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
             facts["doubt"] = f"{times}: machine or law lack something"

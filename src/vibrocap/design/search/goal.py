@@ -41,7 +41,8 @@ class Constraint:
 class Goal:
     """What a design is to achieve: a measure, whether a large or a small one is better, and constraints.
 
-    size: whether the size of the measure counts, not its sign: the mirror twin of a motion travels the other way
+    size: whether the size of the measure counts, not its sign: the mirror-image solution of a motion travels the other
+    way
     """
 
     measure: str

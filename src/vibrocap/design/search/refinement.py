@@ -277,5 +277,5 @@ class ClosedDesigns:
         sides = [[self._slope(place, i, sign) for sign in (-1.0, 1.0)] for place, i in enumerate(map(int, moving))]
         largest = max((abs(below + above) / 2.0 for below, above in sides if None not in (below, above)), default=0.0)  # type: ignore[operator]
         if own is None and largest <= level:
-            return "nothing: the slopes vanish, as far as differences tell"
+            return "nothing: the slopes vanish, to the accuracy of differences"
         return f"nothing that is active: a slope of {largest / max(abs(best.merit), 1e-12):.2g} of it per range is left"

@@ -176,9 +176,9 @@ def _drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complai
     from scipy import stats
 
     if not posterior.settled:
-        return Complaint(key, "the chain of the samples is short of fifty correlation times: it tells no distribution")
+        return Complaint(key, "the chain of samples is shorter than fifty correlation times: it gives no distribution")
     if posterior.law_name and (key not in system.parts or system.parts[key].name != posterior.law_name):
-        return Complaint(key, f"should be the section of the law {posterior.law_name!r}, of which the samples are")
+        return Complaint(key, f"should be the section of the law {posterior.law_name!r}, the law of the samples")
     known = [info.name for info in parameter_table(system.parts[key])] if posterior.law_name else []
     paths, columns = [], []
     for name, unit, column in zip(posterior.names, posterior.units, posterior.values.T, strict=True):

@@ -65,7 +65,7 @@ class ExperimentDesign(Result):
     def chapter(self) -> Chapter:
         """What to do next, in words."""
         best = "; ".join(dict.fromkeys(experiment.motion.name for experiment in self.chosen))
-        return Chapter("The next experiments", sentences=[f"Most is told by {best}.", *self.sentences])
+        return Chapter("The next experiments", sentences=[f"The most informative motion is {best}.", *self.sentences])
 
 
 def candidate_motions(

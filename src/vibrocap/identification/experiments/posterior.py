@@ -70,7 +70,7 @@ class Posterior(Result):
     def facts(self) -> dict[str, str]:
         low, high = self.low, self.high
         facts = {name: f"{number(low[name], 4)} to {number(high[name], 4)}" for name in self.names}
-        short = "the chain is short of fifty correlation times; fix what the data leave open, or give it a prior"
+        short = "the chain is shorter than fifty correlation times; fix open parameters, or give them a prior"
         return facts | ({} if self.settled else {"not settled": short})
 
     @property

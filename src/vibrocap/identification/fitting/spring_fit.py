@@ -304,7 +304,7 @@ def spring_fit(
     if machine_stiffness is None:
         spring = 2.0 * rise / distance
         begun: dict[str, Any] = {"start": math.log(spring), "spread": 0.5, "nuisance": True}
-        begun |= {"meaning": "stiffness of what pulls the contact", "unit": "N/m"}
+        begun |= {"meaning": "stiffness of the spring that pulls the contact", "unit": "N/m"}
         extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, **begun))
     if drift:
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))

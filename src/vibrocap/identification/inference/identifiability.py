@@ -32,7 +32,7 @@ class Verdict(enum.StrEnum):
     UNDETERMINED = "not determined"
     NO_EFFECT = "not determined: without effect in these data"
     TOO_FEW = "not determined: too few samples"
-    PRIOR = "as known beforehand: the data say less"
+    PRIOR = "as known beforehand: the prior outweighs the data"
     DOUBTED = "doubted: the errors are no noise"
     UNTRUSTED = "not determined: not all motions can be trusted"
     HELD = "held"
@@ -120,7 +120,7 @@ def identifiability(
         best = next((other for other in firm if {*other.members} <= {*loose.members}), None)  # of the same parameters
         sentences.append(
             f"The combination {loose} is not determined (its logarithm has a standard deviation of "
-            f"{_number(loose.deviation)})" + (f"; what is determined is {best}." if best else ".")
+            f"{_number(loose.deviation)})" + (f"; the data determine {best}." if best else ".")
         )
     open_ones = [name for name in names if verdicts[name] not in (Verdict.DETERMINED, Verdict.HELD)]
     experiments = {name: f"{role(law, name).experiment.rstrip(',')} would determine {name}" for name in open_ones}

@@ -200,42 +200,41 @@ def _absorbed(prediction: Prediction, best: Minimum) -> np.ndarray:
 
 
 SAID = {
-    "held out": "On the records that were held out they are {} of what the force varies by, worse than a constant: the "
+    "held out": "On the held-out records they are {} of the variation of the force, worse than a constant: the "
     "law with these parameters does not hold there.",
-    "prior": "What is known of {} beforehand and what the data say differ by {} standard deviations: one of both is "
-    "wrong.",
+    "prior": "The prior of {} and the data differ by {} standard deviations: one of both is wrong.",
     "work": "Friction does negative work (force times velocity sums to {} of its size): the sign of the force or of "
     "the motion looks swapped, or a drive acts along.",
     "saturation": "The force saturates: {} of the samples lie on its limit of {}, cut off there by a sensor or its "
     "amplifier; no interval holds: leave these samples out, or measure with a wider range.",
-    "quantisation": "The {} is quantised in steps of {}, which the force that the law makes of it shows; no interval "
+    "quantisation": "The {} is quantised in steps of {}, visible in the force of the law; no interval "
     "holds: filter the motion (cutoff), or measure it finer.",
     "outliers": "Outliers: {} of the samples stand alone, far from those beside them: glitches of the measurement, "
     "which a robust loss (soft_l1) bears.",
     BORNE: "Outliers: {} of the samples stand alone, far from those beside them, which the robust loss bears.",
     "delay": "The force looks as if it {} the motion by {} s ({} samples), which would explain {} of the squares; no "
-    "interval holds with a delay: search it along (term delay), shift one of both, or filter them alike.",
+    "interval holds with a delay: fit it too (term delay), shift one of both, or filter them alike.",
     "ripple": "The force has a ripple with position, of a wavelength of {}: it explains {} of the squares; cogging, an "
     "eccentric part or a wavy surface.",
     "drift": "The contact or the sensor drifts: changes in the course of the record explain {} of the squares; "
     "warming, wear, or a drift of the sensor's zero.",
-    "inertia": "They go with acceleration, as if the sensor carried {} more: it explains {} of the squares; search it "
-    "along (term mass), or take it off.",
-    "restoring": "They go with position as a spring or gravity would make them, of {}: it explains {} of the squares; "
-    "search it along (terms spring and offset, or gravity), or take it off: no friction law has such a force.",
+    "inertia": "They go with acceleration, as if the sensor carried {} more: it explains {} of the squares; fit it "
+    "too (term mass), or subtract it.",
+    "restoring": "They go with position as those of a spring or gravity, of {}: it explains {} of the squares; "
+    "fit it too (terms spring and offset, or gravity), or subtract it: no friction law has such a force.",
     "direction": "They go with direction: it explains {} of their squares, so the two directions differ by more than "
     "the law knows (an anisotropic law, or the term offset).",
     "speed": "They go with speed: it explains {} of their squares, so the law's curve over speed is not that of the "
     "data.",
     "position": "They go with position: it explains {} of their squares, as if friction depended on the place.",
     "presliding": "They go with the distance since a reversal: it explains {} of their squares, so the contact yields "
-    "otherwise than in the law.",
+    "differently from the law.",
     "coloured": "They are not white: errors are correlated over {} samples, which the intervals allow for.",
     "growing": "They {} with speed: {} times as large in the fastest third of the samples as in the slowest, which the "
     "intervals allow for.",
-    "far from noise": "They are {} times what changes from sample to sample: slow noise, or what the law or the "
-    "motion lacks.",
-    "poor": "They are {} of what the force varies by, and correlated: the law explains little of the force.",
+    "far from noise": "They are {} times the change from sample to sample: slow noise, or a feature that the law or "
+    "the motion lacks.",
+    "poor": "They are {} of the variation of the force, and correlated: the law explains little of the force.",
     "noisy motion": "The motion is noisy: another draw of its noise would move {}, out of the intervals or nearly; "
     "filter the motion (cutoff) or measure it finer.",
     "limit": "{}, and the data pull beyond it: the law or the data are wrong (a delay does so).",

@@ -72,7 +72,7 @@ EXPECTED = {role.name: role for role in (  # name, share, decades, low, high, ex
     Role("level", 1.0, 0.1, 1e-4, 20.0, "steady sliding at high speed"),
 )}
 # fmt: on
-UNKNOWN = Role("unknown", 1.0, 0.3, 0.0, math.inf, "a motion that excites what it stands for")
+UNKNOWN = Role("unknown", 1.0, 0.3, 0.0, math.inf, "a motion that excites its effect")
 
 
 def role(law: Any, name: str) -> Role:

@@ -90,7 +90,7 @@ def finished_fit(
         doubted = [name for name in determined if name not in beforehand]
         named = ", ".join(doubted)
         sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
-        report = _judged(report, Verdict.DOUBTED, doubted, sentence, "put right what the errors show")
+        report = _judged(report, Verdict.DOUBTED, doubted, sentence, "correct the fault that the errors show")
     law = prediction.law(best.u)
     loads = [np.asarray(record.load) for record in prediction.records]
     known_load = options.get("load") is not None or any(np.any(load != 1.0) for load in loads)

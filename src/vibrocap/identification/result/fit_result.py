@@ -256,7 +256,7 @@ class Fit(Result):
             parts.append(f"Pulled through a spring of {number(spring, 4)} N/m, which was held.")
         if guessed := self.options.get("guessed_units"):
             units = ", ".join(f"{name} in {unit}" for name, unit in guessed.items())
-            parts.append(f"Units that neither the files nor the settings say were taken as SI: {units}.")
+            parts.append(f"Units assumed to be SI, as neither files nor settings give them: {units}.")
         parts.append(
             f"Relative to the standard deviation of the {self.units.force_name}. {self.samples:,} samples, "
             f"{len(self.starts)} starts, {self.seconds:.1f} s."

@@ -208,7 +208,7 @@ class Controls {
     }
   }
 
-  // What moves beside: another law, another case, this one as it is now, its mirror twin.
+  // What moves beside: another law, another case, this one as it is now, its mirror-image solution.
   beside() {
     const { model } = this, { state } = model, set = this.fieldset("Beside it"), select = element("select", { id: "beside" });
     const offer = (value, textContent, to = select) => to.append(element("option", { value, textContent, selected: value === state.beside }));
@@ -217,7 +217,7 @@ class Controls {
     offer("", "nothing");
     offer("=", "this motion, kept as it is now");
     if (state.kept) offer("kept", "the kept case");
-    if (model.form.mirrored !== "false") offer("twin", "its mirror twin");
+    if (model.form.mirrored !== "false") offer("twin", "its mirror-image solution");
     const laws = group("another law"), presets = group("another case");
     for (const name of Object.keys(model.data.parts.friction)) {
       if (name === model.form.friction || model.formOf({ ...partsOf(model.form), friction: name }) < 0) continue;

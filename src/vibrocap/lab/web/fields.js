@@ -91,7 +91,7 @@ class Fields {
       const told = { "map.measure": Object.fromEntries(this.model.form.measures.map(({ name, meaning }) => [name, meaning])) }[key] ?? {};
       const select = chooser(key, words, choicesOf(this.model, key).map((value) => [value, key === "map.size" ? `${value} × ${value}` : wordy(value), told[value]]));
       select.value = this.setting(key);
-      if (key === "map.start") select.title = "Mirrored: where two mirror twins exist, mostly the other one is found";
+      if (key === "map.start") select.title = "Mirrored: where two mirror-image solutions exist, mostly the other one is found";
       select.addEventListener("change", () => this.put(key, select.value));
     }
   }
@@ -161,7 +161,7 @@ class Fields {
       this.finished.map = this.begunFor.map;
       this.took = performance.now() - this.begun;
       document.body.dataset.map = String(Math.round(this.took));
-      $$("map-words").textContent = `${order.length} motions, each run until it settled or for 100 periods, in ${said(this.took / 1000, 3)} s. Click a cell to see its motion${model.form.mirrored === "false" ? "" : ", and its mirror twin under “Beside it”"}.`;
+      $$("map-words").textContent = `${order.length} motions, each run until it settled or for 100 periods, in ${said(this.took / 1000, 3)} s. Click a cell to see its motion${model.form.mirrored === "false" ? "" : ", and its mirror-image solution under “Beside it”"}.`;
       this.draw();
     });
   }

@@ -98,7 +98,7 @@ class Lab {
     const beside = this.model.requestBeside();
     if (!beside) return null;
     if (this.model.state.beside === "twin") { // begins half a period later, and mirrored
-      if (!mirrored) throw new Error("there is no mirror twin, as forward and back are not alike here");
+      if (!mirrored) throw new Error("there is no mirror-image solution, as forward and back are not alike here");
       const { final } = await this.asked.ask({ ask: "motion", side: 1, ...request, periods: 0.5 });
       beside.initial = this.model.form.symmetry.map((sign, i) => sign * final[i] + 0);
     }

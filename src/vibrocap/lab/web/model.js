@@ -121,7 +121,7 @@ class Model {
       return value >= low && value <= high ? "" : `should be from ${low} to ${high} in this page`;
     }
     if (path.startsWith("initial.")) {
-      if (isSwitched(form, path) && !Number.isInteger(value)) return "should be a whole number, as it says which branch of the equations holds";
+      if (isSwitched(form, path) && !Number.isInteger(value)) return "should be a whole number, as it selects the branch of the equations";
       return Math.abs(value) < 1e300 ? "" : "should be smaller";
     }
     const { least, above, most, below } = this.record(path, form);
@@ -212,7 +212,7 @@ class Model {
   // What the two motions are called.
   get names() {
     const { beside } = this.state;
-    if (beside === "twin") return ["this motion", "its mirror twin"];
+    if (beside === "twin") return ["this motion", "its mirror-image solution"];
     if (beside === "kept") return ["this motion", "the kept one"];
     const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
     const named = (law, values) => wordy(law) + (values && WIDTH in values ? ` (width ${said(values[WIDTH])})` : "");

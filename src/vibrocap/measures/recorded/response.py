@@ -43,9 +43,9 @@ class ResponseClass(Dimensional):
 def response_class(motion: Trajectory, *, threshold: float | None = None) -> ResponseClass:
     """Class of the response, from the stroboscopic map modulo the cyclic coordinate.
 
-    The half-period symmetry S maps a steady motion to a steady motion: to itself (symmetric) or to a mirror twin. It is
-    its own image if, at any one instant t, some later state y(t + T/2 + mT) is the mirrored y(t): the rest of both
-    motions follows from that state. Compared at the settled end of the motion, to ten times
+    The half-period symmetry S maps a steady motion to a steady motion: to itself (symmetric) or to a mirror-image
+    solution. It is its own image if, at any one instant t, some later state y(t + T/2 + mT) is the mirrored y(t): the
+    rest of both motions follows from that state. Compared at the settled end of the motion, to ten times
     `Settling.threshold`: either side may be that far away at a period mark, and some times as far half a period later.
     """
     verdict = settling(motion, threshold=threshold)

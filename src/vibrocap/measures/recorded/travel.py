@@ -71,10 +71,10 @@ def _cyclic(motion: Trajectory) -> int:
 
 
 def travelling(system: System) -> str:
-    """The cyclic coordinate of a system; ValueError for one that is held to its place."""
+    """The cyclic coordinate of a system; ValueError for one that does not travel."""
     if system.cyclic is None:
         raise ValueError(
-            f"the {system.machine.name} is held to its place: it has no travel, drift or mean velocity; measure its "
+            f"the {system.machine.name} does not travel: it has no drift or mean velocity; measure its "
             f"states instead, such as largest_{system.machine.place}"
         )
     return system.cyclic

@@ -45,7 +45,8 @@ class Attractor(Dimensional):
     error: standard error of the share, as of the share of the ranges that leads to it: of spread starts at most that of
         random ones, sqrt(s (1 - s)/n); of a plane of n cells sqrt(b/12)/n, where the border of the basin cuts b of
         them, each at a place by chance
-    twin: index of its mirror twin among the attractors, its own where it is symmetric; None where the system has no
+    twin: index of its mirror-image solution among the attractors, its own where it is symmetric; None where the system
+    has no
         such symmetry or no start was seen to lead to the twin
     """
 
@@ -267,7 +268,7 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
 
 
 def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None]:
-    """Index of the mirror twin of each motion, its own where it is symmetric; None where there is none among them."""
+    """Index of the mirror-image solution of each motion, its own where it is symmetric; None where it is missing."""
     if not map_.system.mirrored:
         return [None] * len(motions)
     points = {k: orbit_points(map_, motion.orbit) for k, motion in enumerate(motions) if motion.orbit is not None}

@@ -51,7 +51,7 @@ class Basins(Result):
     axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
     phase: where in the drive's period the starts are, as a share of it, unless it is an axis
     initial: values of the other states
-    direction: 1 forward, 0 no travel, as of a machine that is held to its place, -1 back; or, as in `label`,
+    direction: 1 forward, 0 no travel, as of a machine that does not travel, -1 back; or, as in `label`,
         NOT_SETTLED (-2), FAILED (-3), NOT_CERTIFIED (-5)
     label: index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4), NOT_CERTIFIED (-5), see `Attractors`
     drift: of the motion in the end, per drive period; NaN where it is not known
@@ -122,7 +122,7 @@ def basins(
     settle_periods, tolerance, progress: as in `attractors`, whose attractors are those of these starts
 
     In a system with the half-period symmetry the basins are their own mirror image: the mirrored start half a period
-    later leads to the mirror twin.
+    later leads to the mirror-image solution.
     A system that nothing drives in time has no phase.
     Raises ValueError naming the argument.
     """
@@ -130,7 +130,7 @@ def basins(
     axes, given = _checked_plane(system, plane)
     counts = _checked_resolution(resolution)
     if not is_driven(system) and (PHASE in axes or phase):
-        why = "nothing drives the system in time, so that there is none; plane should name two states"
+        why = "the system has no drive in time, hence no phase; plane should name two states"
         raise ArgumentError("phase", why)
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
         raise ArgumentError("phase", f"should be a finite share of the drive's period, got {phase!r}")

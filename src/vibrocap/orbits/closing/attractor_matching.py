@@ -113,7 +113,7 @@ def orbit_points(map_: StroboscopicMap, orbit: PeriodicSolution) -> OrbitPoints:
 
 
 def mirrored_points(map_: StroboscopicMap, known: OrbitPoints) -> np.ndarray | None:
-    """Points of the mirror twin of an orbit; None without the half-period symmetry."""
+    """Points of the mirror-image solution of an orbit; None without the half-period symmetry."""
     mirrored = known.orbit.mirrored_state
     return None if mirrored is None else _points(map_, state_vector(map_.system, mirrored), known.orbit.response_period)
 

@@ -88,7 +88,7 @@ class Orbit(PeriodicSolution):
 
     @property
     def facts(self) -> dict[str, str]:
-        beside = {"beside": "one of a continuum of orbits: the drift is not determined"} if self.continuum else {}
+        beside = {"beside": "one of a continuum of orbits: travel is not determined"} if self.continuum else {}
         return super().facts | beside
 
     @property
@@ -114,8 +114,8 @@ class Orbit(PeriodicSolution):
     def pushed_off(self, *, settle_periods: int = 2000) -> "tuple[Orbit, ...]":
         """The orbits that attract what is pushed off this unstable one, one way and the other, each once.
 
-        For a pitchfork's symmetric orbit the two ways lead to the two mirror twins. What does not settle (chaos, or a
-        very slow way) is left out, so that nothing at all may be returned; `classify` tells more.
+        For a pitchfork's symmetric orbit the two ways lead to the two mirror-image solutions. What does not settle
+        (chaos, or a very slow way) is left out, so that nothing at all may be returned; `classify` tells more.
 
         settle_periods: most drive periods simulated
         Raises ValueError for an orbit that is not unstable or did not close, and for one that nothing drives in time.
@@ -123,13 +123,13 @@ class Orbit(PeriodicSolution):
         return pushed_off(self, settle_periods=settle_periods)
 
     def twin(self) -> "Orbit":
-        """The mirror twin, which drifts the other way; the orbit itself where it is symmetric.
+        """The mirror-image solution, which drifts the other way; the orbit itself where it is symmetric.
 
         Raises ValueError for a system without the half-period symmetry.
         """
         if self.mirrored_state is None:
             raise ValueError(
-                "the system has no half-period symmetry (an even drive, machine or law), so no mirror twins"
+                "the system has no half-period symmetry (an even drive, machine or law), so no mirror-image solutions"
             )
         if self.symmetric:
             return self

@@ -29,8 +29,8 @@ class OrbitStatus(Advised):
     )
     NOT_CERTIFIED = (
         "not certified",
-        "The orbit closes, but the motion along it is not one of the equations: see `orbit.motion().certificate`. "
-        "Ask for a tighter `tolerance`; if that does not help, look at what the certificate names.",
+        "The orbit closes, but the motion along it does not satisfy the equations: see `orbit.motion().certificate`. "
+        "Set a smaller `tolerance`; if that does not help, see the failures of the certificate.",
     )
     RUN_FAILED = "run failed", "A run from the present state could not be completed; simulate it to see its status."
     NOT_SETTLED = (
@@ -150,7 +150,7 @@ class PeriodicSolution(Result):
         if self.winding:
             facts["turns"] = ", ".join(f"{turns} turn(s) of {name}" for name, turns in self.winding.items())
         if self.symmetric is not None:
-            facts["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
+            facts["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror-image solution"
         if self.returns:
             facts["returns"] = f"{self.returns} return(s) to the section"
         words = {"neither": "neither stable nor unstable", "not known": "stability not known"}

@@ -78,9 +78,9 @@ def closed(
         y without its cyclic coordinate:   P^n(y) = y,      or with `half` (n odd)   (S P_(T/2))^n (y) = y
 
     modulo whole turns. The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs
-    of mirror twins. The velocity of a contact that sticks at the section is left out too. Derivatives come from the
-    variational equations, through events. A few runs beside the orbit have to agree with its derivative; where they
-    contradict it, nothing is said of its stability.
+    of mirror-image solutions. The velocity of a contact that sticks at the section is left out too. Derivatives come
+    from the variational equations, through events. A few runs beside the orbit have to agree with its derivative; where
+    they contradict it, nothing is said of its stability.
 
     period, side: a guess of the period of a cycle that nothing drives in time, and the sides of its contacts; then
 

@@ -262,7 +262,7 @@ def branch(
 
 
 def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: float = 0.01) -> Branch | None:
-    """The branch that leaves another at a pitchfork (of the mirror twins the one that drifts forward first) or a flip.
+    """The branch that leaves another at a pitchfork (of two solutions the one that travels forward) or a flip.
 
     Also at a change of the mode sequence, or of the impacts, where the multipliers jump over -1; there it is searched
     on both sides, and None is returned where nothing is found. Raises ValueError at a point from which none leaves.
@@ -312,7 +312,7 @@ def first_orbit(
         raise ArgumentError("orbit and initial", "should not both be given: a start is one of them")
     variant = system if orbit is None else orbit.system
     if orbit is not None and variant.with_parameters({over: system.parameter(over)}) != system:
-        raise ArgumentError("orbit", f"should be of the system, whatever its {over}: another parameter differs")
+        raise ArgumentError("orbit", f"should be of the system, at any {over}: another parameter differs")
     value = float(variant.parameter(over))
     inside = min(max(value, between[0]), between[1])
     if orbit is not None:
@@ -342,7 +342,7 @@ def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> floa
 
 
 def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
-    """States of an orbit at the sections of its response, and of its mirror twin."""
+    """States of an orbit at the sections of its response, and of its mirror-image solution."""
     closure = branch.closing_map
     row = closure.row.copy()
     row[closure.index] = parameter

@@ -74,7 +74,7 @@ class Transition(Dimensional):
 class BranchDiagram(Result):
     """Branches of steady motions over one parameter, and where they meet.
 
-    Of mirror twins only one is kept: the other has the opposite drift and the same multipliers.
+    Of mirror-image solutions only one is kept: the other has the opposite drift and the same multipliers.
     unfollowed: (branch, special point) of bifurcations whose branch was not followed, being too deep or not found
     transitions: where stable motions end within the range, and what follows them
     """
@@ -253,7 +253,7 @@ class _Growing:
         return at_special or any((join.child, join.end) == (index, edge.end) for join in self.joins)
 
     def _known(self, child: Branch) -> bool:
-        """Whether a branch is one of those followed already, or the mirror twin of one."""
+        """Whether a branch is one of those followed already, or the mirror-image solution of one."""
         place = len(child) // 2
         kind, middle = (child.response_period, child.symmetric), (child.states[place], float(child.parameter[place]))
         alike = [branch for branch in self.branches if (branch.response_period, branch.symmetric) == kind]
@@ -348,7 +348,7 @@ def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bo
 
 
 def _holds(known: Branch, orbit: Orbit) -> bool:
-    """Whether an orbit, or its mirror twin, lies on a branch."""
+    """Whether an orbit, or its mirror-image solution, lies on a branch."""
     if orbit.response_period != known.response_period or bool(orbit.symmetric) != bool(known.symmetric):
         return False
     state = state_vector(known.system, orbit.state)

@@ -69,7 +69,7 @@ class Crossings(Dimensional):
         if self.unsettled:
             ends = f"{self.unsettled[0]:.6g} to {said(self.unsettled[-1], along, 6)}"
             many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {ends}"
-            lines.append(f"unsettled {many}: nothing can be told there")
+            lines.append(f"unsettled {many}: nothing is known there")
         if not any(place.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for place in self.found):
             known = self.differences[np.isfinite(self.differences)]
             if len(known):

@@ -117,8 +117,8 @@ class CrossingKind(Advised):
     GRAZING = "grazing", "The motion grazes a stop: on one side of this parameter it has an impact more."
     JUMP = (
         "jump",
-        "The measure jumps over the value: the start leads to another steady motion (a mirror twin, for instance), or"
-        " a motion ceases to exist. No steady motion seen here has the value.",
+        "The measure jumps over the value: the start leads to another steady motion (such as a mirror-image "
+        "solution), or a motion ceases to exist. No steady motion seen here has the value.",
     )
     NOT_CERTIFIED = (
         "not certified",

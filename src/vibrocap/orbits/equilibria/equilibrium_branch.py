@@ -104,7 +104,7 @@ def equilibrium_branch(
         if not isinstance(start, Equilibrium) or start.kind != "steady sliding" or start.dimension:
             raise ArgumentError("start", "should be a state of steady sliding, one of `equilibria(system).sliding`")
         if start.system.with_parameters({over: system.parameter(over)}) != system:
-            raise ArgumentError("start", f"should be of the system, whatever its {over}: another parameter differs")
+            raise ArgumentError("start", f"should be of the system, at any {over}: another parameter differs")
         system = start.system
     value = min(max(float(system.parameter(over)), low), high)
     if start is not None and value != float(system.parameter(over)):

@@ -23,11 +23,11 @@ DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is an
 def parent_bifurcation(residual: Residual, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
     """Where a branch bifurcates from one of the coarser map, between two of its points; None where it is not.
 
-    A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
-    twins are the same branch gone through the other way; a branch of twice the period meets its own shift by one
-    period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of the
-    mode sequence, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser
-    branch, where nothing is singular.
+    A branch of mirror-image solutions meets that of symmetric orbits where the parameter has an extremum along it,
+    since the twins are the same branch gone through the other way; a branch of twice the period meets its own shift by
+    one period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of
+    the mode sequence, and then the new branch leaves at an angle and not as a parabola. The place is found on the
+    coarser branch, where nothing is singular.
 
     Beyond it the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
     bifurcation from a fold beside it. slack: how much farther than `last` from `first` all this may be

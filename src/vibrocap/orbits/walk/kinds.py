@@ -10,7 +10,7 @@ class SpecialKind(Explained):
         "fold",
         "The branch turns back in the parameter (multiplier 1, eigenvalue 0); beyond it there are no such motions.",
     )
-    PITCHFORK = "pitchfork", "The symmetry breaks (multiplier 1): a pair of mirror twins begins or ends here."
+    PITCHFORK = "pitchfork", "The symmetry breaks (multiplier 1): a pair of mirror-image solutions begins or ends here."
     FLIP = "flip", "A multiplier is -1: an orbit of twice the period begins or ends here."
     NEIMARK_SACKER = (
         "Neimark-Sacker",
@@ -42,11 +42,11 @@ CORNERS = (SpecialKind.MODE_CHANGE, SpecialKind.GRAZING, SpecialKind.CHATTER)  #
 class BranchEnd(Advised):
     """Why a branch was not followed further; `advice` says what to try."""
 
-    PARAMETER_BOUND = "parameter bound", "The end of the range asked for."
+    PARAMETER_BOUND = "parameter bound", "The end of the requested range."
     PITCHFORK = (
         "pitchfork",
         "The orbit has become symmetric: the branch is born here from that of symmetric orbits, and beyond it its "
-        "mirror twins come.",
+        "mirror-image solutions come.",
     )
     FLIP = (
         "flip",
@@ -81,7 +81,7 @@ class BranchEnd(Advised):
         "Newton's method cannot follow. Try another `tolerance`, or start from a motion beyond this parameter.",
     )
     TOO_MANY_POINTS = "too many points", "Raise `points`, or allow longer steps with `step`."
-    NOT_FOLLOWED = "not followed", "It was not asked to follow the branch this way."
+    NOT_FOLLOWED = "not followed", "The branch was not to be followed in this direction."
     START_FAILED = "start failed", "No orbit closes at the start. Give an `orbit`, or another `initial`."
 
     @property

@@ -130,7 +130,7 @@ def periodic_responses(runs: Runs, tolerance: float) -> Finding:
 
 @claim("sec. 1, 2.1", "The pendulum drives the capsule in both directions.", RUN_ERROR, "fig05")
 def bidirectional(runs: Runs, tolerance: float) -> Finding:
-    """Settled drift per period of Figs 5-8, and that of the mirror twin."""
+    """Settled drift per period of Figs 5-8, and that of the mirror-image solution."""
     numbers, mirrored = {}, True
     for name, short in SHORT.items():
         here, there = runs.steady(name).drift, runs.steady(name, twin=True).drift
@@ -139,7 +139,7 @@ def bidirectional(runs: Runs, tolerance: float) -> Finding:
     return Finding(
         decided(mirrored and min(map(abs, numbers.values())) > tolerance),
         numbers,
-        "Each travelling motion has a mirror twin with the opposite drift; the start decides between them.",
+        "Each travelling motion has a mirror-image solution with the opposite drift; the start decides between them.",
     )
 
 

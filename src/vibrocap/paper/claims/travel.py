@@ -8,7 +8,7 @@ from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_points import BOTH, PRINTED, SOFT, printed_range_in_numbers, steady_points
 
-TWINS = 9  # mass ratios at which the mirror twin is run as well
+TWINS = 9  # mass ratios at which the mirror-image solution is run as well
 STEADY = (
     "A settled motion here is its own mirror image under the half-period symmetry, so that its drift is exactly zero; "
     "only the transient moves the capsule."
@@ -53,7 +53,7 @@ def steady_progress(runs: Runs, tolerance: float) -> Finding:
 
 @claim("sec. 3.2", "The direction of travel is set by lambda.", RUN_ERROR, "fig09")
 def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
-    """X after 150 periods plus X of the mirror twin (started mirrored, half a period later): largest sum."""
+    """X after 150 periods plus X of the mirror-image solution (started mirrored, half a period later): largest sum."""
     numbers = {}
     for name, short in SHORT.items():
         here = runs.sweep(name, points=TWINS).sections[:, -1]
@@ -64,7 +64,7 @@ def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     return Finding(
         decided(not twins),
         numbers,
-        "Each motion has a mirror twin, which starts mirrored half a period later and travels exactly the other way.",
+        "Each motion has a mirror-image solution, which starts half a period later and travels exactly the other way.",
         nearest="The start chooses the direction.",
     )
 

@@ -73,17 +73,17 @@ def sticking_stronger_with_em(runs: Runs, tolerance: float) -> Finding:
 
 @claim("sec. 3.1, Fig. 5(c)", "The displacement is larger with EM than with LM.")
 def larger_displacement_with_em(runs: Runs, tolerance: float) -> Finding:
-    """X after 40 periods from the printed start and of its mirror twin, and the drift of the settled period."""
+    """X after 40 periods from the printed start and from its mirror image, and the drift of the settled period."""
     numbers = {}
     for name, short in SHORT.items():
         numbers[f"{short}: X(40T)"] = runs.first_set(name).state["position"]
-        numbers[f"{short}: X(40T) of the mirror twin"] = runs.first_set(name, twin=True).state["position"]
+        numbers[f"{short}: X(40T) of the mirror-image solution"] = runs.first_set(name, twin=True).state["position"]
         numbers[f"{short}: settled drift per period"] = drift(runs.steady(name).motion)
     return Finding(
         decided(larger(numbers["EM: X(40T)"], numbers["LM: X(40T)"]) > tolerance),
         numbers,
         "Both settle on a motion without the half-period symmetry, and EM's drifts further.",
-        nearest="In size; the direction belongs to the start: the mirror twin travels exactly as far the other way.",
+        nearest="In size; the start decides the direction: the mirror image travels exactly as far the other way.",
     )
 
 

@@ -153,7 +153,7 @@ SYMMETRIC_RATIO = 0.8
     "Average velocity over the mass ratio",
     "h 1.8, omega 1, nu 1.2. (a, b) rho = 4, as printed: averages over the first periods, of a transient (the "
     "paler, the shorter); vertical lines: the printed points. (c) the steady state: zero for every lambda. (d) for "
-    "comparison only, a softer spring, for which the upright pendulum buckles: steady averages of the mirror twin, "
+    "comparison only, a softer spring, for which the upright pendulum buckles: steady averages of the mirror image, "
     "with the printed shape; no one stiffness gives all four printed points.",
 )
 def figure_9(runs: Runs) -> Sequence[Panel]:
@@ -183,7 +183,7 @@ def figure_9(runs: Runs) -> Sequence[Panel]:
     "The half-period symmetry",
     "Left: at the parameters of Fig. 9 the settled motion is its own mirror image, so that what it gains in one "
     "half of the period it loses in the other: its drift is exactly zero. Right: at the parameters of Figs 5-8 the "
-    "motion has lost the symmetry and travels; its mirror twin travels exactly the other way.",
+    "motion has lost the symmetry and travels; its mirror-image solution travels exactly the other way.",
 )
 def figure_symmetry(runs: Runs) -> Sequence[Panel]:
     panels = []
@@ -199,7 +199,7 @@ def figure_symmetry(runs: Runs) -> Sequence[Panel]:
         panels.append(Panel(f"({letter}) {title}: settled velocity, LM", "phase", "velocity", curves))
     for letter, (title, system) in zip("cd", cases, strict=True):
         curves = []
-        for label, role, twin in (("motion", "LM", False), ("mirror twin", "twin", True)):
+        for label, role, twin in (("motion", "LM", False), ("mirror-image solution", "twin", True)):
             motion = runs.motion(system, twin=twin)
             time = np.linspace(0.0, 15 * motion.period, 3001)
             curves.append(Curve(label, role, time, motion.at(time, "position")))

@@ -146,7 +146,7 @@ def quantity(path: str, system: Any) -> Quantity:
     if place is None:
         return Quantity(path, plain_path(path, system.machine))
     if system.units is None:
-        raise ArgumentError(path, f"the case does not say what its units are; give {place[0]}, or a case in SI")
+        raise ArgumentError(path, f"the case does not give its units; add {place[0]}, or a case in SI")
     return Quantity(path, place[0], place[1].unit, system.si.per_key(place[1]))
 
 

@@ -11,7 +11,7 @@ class Constant(Drive):
     """
 
     force: Number = parameter(0.0, "F", "force or torque of the drive", "effort")
-    duration: Positive = parameter(1.0, "T", "length of what is counted as a period", "duration")
+    duration: Positive = parameter(1.0, "T", "length of one period, as counted", "duration")
 
     name: ClassVar[str] = "constant"
     source: ClassVar[str] = "vibrocap"

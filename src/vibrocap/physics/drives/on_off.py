@@ -28,7 +28,7 @@ class OnOff(Wave, Piecewise):
     period.
     """
 
-    amplitude: Number = parameter(1.0, "h", "what is added while it is on", "effort")
+    amplitude: Number = parameter(1.0, "h", "addition while it is on", "effort")
     offset: Number = parameter(0.0, "h_0", "level while it is off", "effort")
     frequency: Positive = FREQUENCY
     duty: WithinOne = parameter(0.5, "d", "share of the period in which it is on", "share")

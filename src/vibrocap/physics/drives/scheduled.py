@@ -157,19 +157,19 @@ def scheduled(drive: type[Drive]) -> Any:
 
     class Scheduled(kind, base):
         periods_1: NonNegative = parameter(10.0, "n1", "length of phase 1 in periods of the drive", "convention")
-        factor_1: Number = parameter(1.0, "f1", "what the drive is multiplied with in phase 1", "convention")
+        factor_1: Number = parameter(1.0, "f1", "factor of the drive in phase 1", "convention")
         periods_2: NonNegative = parameter(5.0, "n2", "length of phase 2 in periods of the drive", "convention")
-        factor_2: Number = parameter(0.0, "f2", "what the drive is multiplied with in phase 2", "convention")
+        factor_2: Number = parameter(0.0, "f2", "factor of the drive in phase 2", "convention")
         periods_3: NonNegative = parameter(0.0, "n3", "length of phase 3 in periods of the drive", "convention")
-        factor_3: Number = parameter(0.0, "f3", "what the drive is multiplied with in phase 3", "convention")
+        factor_3: Number = parameter(0.0, "f3", "factor of the drive in phase 3", "convention")
         periods_4: NonNegative = parameter(0.0, "n4", "length of phase 4 in periods of the drive", "convention")
-        factor_4: Number = parameter(0.0, "f4", "what the drive is multiplied with in phase 4", "convention")
+        factor_4: Number = parameter(0.0, "f4", "factor of the drive in phase 4", "convention")
         periods_5: NonNegative = parameter(0.0, "n5", "length of phase 5 in periods of the drive", "convention")
-        factor_5: Number = parameter(0.0, "f5", "what the drive is multiplied with in phase 5", "convention")
+        factor_5: Number = parameter(0.0, "f5", "factor of the drive in phase 5", "convention")
         periods_6: NonNegative = parameter(0.0, "n6", "length of phase 6 in periods of the drive", "convention")
-        factor_6: Number = parameter(0.0, "f6", "what the drive is multiplied with in phase 6", "convention")
+        factor_6: Number = parameter(0.0, "f6", "factor of the drive in phase 6", "convention")
         periods_7: NonNegative = parameter(0.0, "n7", "length of phase 7 in periods of the drive", "convention")
-        factor_7: Number = parameter(0.0, "f7", "what the drive is multiplied with in phase 7", "convention")
+        factor_7: Number = parameter(0.0, "f7", "factor of the drive in phase 7", "convention")
 
         shape_parameters: ClassVar = (
             *getattr(drive, "shape_parameters", ()),

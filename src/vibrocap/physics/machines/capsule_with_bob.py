@@ -19,7 +19,7 @@ DAMPER = parameter(1.0, "nu", "viscous damper at the pivot", "torsional damping"
 def load(default: Any) -> Any:
     """The load of a capsule with a bob, as a parameter of the machine."""
     plain, in_si = 'a number, "weight" (lambda + 1)', 'load on the contact: a force, "weight"'
-    words = 'or "dynamic" (what the motion makes)'
+    words = 'or "dynamic" (the reaction of the ground)'
     return parameter(default, "N", f"load on the contact over m g: {plain} {words}", "load", in_si=f"{in_si} {words}")
 
 
@@ -46,7 +46,7 @@ class CapsuleWithBob(Machine):
     damping: Any
     normal_load: Any
 
-    angle = coordinate("theta", "angle of what turns from upright", "rad")
+    angle = coordinate("theta", "angle of the turning body from upright", "rad")
     position = coordinate("X", "place of the capsule", "m")
     bob: ClassVar[str] = "bob"
     effort: ClassVar = "torque"

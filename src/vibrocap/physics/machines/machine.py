@@ -157,7 +157,7 @@ class Machine(Part):
 
     def parts(self, q: Any) -> Iterable:
         """What the machine is made of, at coordinates q."""
-        raise MechanicsError("should give what the machine is made of: def parts(self, q)")
+        raise MechanicsError("should list the parts of the machine: def parts(self, q)")
 
     @classmethod
     def kind(cls) -> Kind:

@@ -21,10 +21,8 @@ class OscillatorWithStops(Oscillator):
     `stop_stiffness` the stops are springs (`Stop`), whose force counts as one from outside.
     """
 
-    gap: Positive = parameter(0.8, "delta", "way of the block to the stop in front", "gap")
-    back_gap: BackGap = parameter(
-        None, "delta_b", "way of the block to the stop behind; none where there is no such stop", "gap"
-    )
+    gap: Positive = parameter(0.8, "delta", "gap between block and front stop", "gap")
+    back_gap: BackGap = parameter(None, "delta_b", "gap between block and rear stop; none: no rear stop", "gap")
     restitution: Fraction = parameter(0.7, "e", "coefficient of restitution of rigid stops, 0 to 1", "fraction")
     stop_stiffness: StopStiffness = parameter(
         None, "k_s", "spring of an elastic stop; none where the stops are rigid", "stiffness"

@@ -32,7 +32,7 @@ class PendulumCapsule(CapsuleWithBob):
     name: ClassVar[str] = "pendulum-capsule"
     source: ClassVar[str] = "liu2019"
     si_load: ClassVar = (
-        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
+        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" (the ground\'s reaction); there is no '
         "default, because the one without units, 1, is the weight of the pendulum alone"
     )
 

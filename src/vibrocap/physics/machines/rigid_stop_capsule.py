@@ -18,7 +18,7 @@ class RigidStopCapsule(TwoMassCapsule):
     """
 
     restitution: Fraction = parameter(0.5, "e", "coefficient of restitution of the stops, 0 to 1", "fraction")
-    gap: NonNegative = parameter(0.2, "delta", "way of the mass to the stop in front", "gap")
+    gap: NonNegative = parameter(0.2, "delta", "gap between mass and front stop", "gap")
     back_gap: BackGap = BACK_GAP
 
     name: ClassVar[str] = "rigid-stop-capsule"

@@ -36,5 +36,5 @@ class RotorCapsule(CapsuleWithBob):
     angle = coordinate("theta", "angle of the rotor from upright", "rad", repeats=2.0 * math.pi)
     bob: ClassVar[str] = "eccentric mass"
     si_load: ClassVar = (
-        '"weight" for that of capsule and eccentric mass, (M + m) g, or "dynamic" for what the motion makes'
+        '"weight" for that of capsule and eccentric mass, (M + m) g, or "dynamic" for the reaction of the ground'
     )

@@ -8,7 +8,7 @@ from vibrocap.physics.parameters import MOST, allowed, parameter
 BackGap = Annotated[Any, allowed("a number >= 0, or be left out where there is no stop behind", (None,), MOST)]
 StopStiffness = Annotated[Any, allowed("a number >= 0, or be left out", (None,), MOST)]
 StopDamping = Annotated[Any, allowed("a number >= 0, or be left out where the stop has no damper", (None,), MOST)]
-BACK_GAP = parameter(None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap")
+BACK_GAP = parameter(None, "delta_b", "gap between mass and rear stop; none: no rear stop", "gap")
 
 
 def behind(symbol: str, what: str, role: str) -> Any:

@@ -21,7 +21,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     stop_stiffness: NonNegative = parameter(
         15.0, "beta", "spring of the stop", "stiffness", over=", k_2/(m_1 omega_0^2)"
     )
-    gap: NonNegative = parameter(0.02, "delta", "way of the mass to the stop in front", "gap")
+    gap: NonNegative = parameter(0.02, "delta", "gap between mass and front stop", "gap")
     back_gap: BackGap = BACK_GAP
     stop_damping: StopDamping = parameter(
         None,

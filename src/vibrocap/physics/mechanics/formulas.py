@@ -139,7 +139,7 @@ def affine(x: Any, among: Sequence[Formula]) -> tuple:
                 function, at = (mul, free.index(False)) if x.op == "mul" else (div, 1)
                 known[x] = tuple(function(one, x.operands[at]) for one in own[1 - at])
             else:
-                raise TypeError("is no sum of drive and friction forces times what does not depend on them")
+                raise TypeError("is not linear in drive and friction forces")
         return known[x]
 
     return parts(x)

@@ -37,7 +37,7 @@ class Placed:
     def __post_init__(self):
         if not isinstance(self.on, (Placed, type(None))):
             what = f"should be a body, a support or a point, None for the ground, got {self.on!r}"
-            raise TypeError(f"{self.name}: what it stands on {what}")
+            raise TypeError(f"{self.name}: the body that it stands on {what}")
         x, z, angle = Quantity.of(self.x), Quantity.of(self.z), Quantity.of(self.angle)
         self.along, self.height, self.turn = x, z, angle
         if (under := self.on) is not None:

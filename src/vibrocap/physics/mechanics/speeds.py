@@ -228,7 +228,7 @@ class Motion:
                     f"the load on {name!r}, which turns, is a torque: give it",
                 ),
             ]
-        what = "give what it moves a mass, or write it as a function of the others"
+        what = "give the body that it moves a mass, or write it as a function of the others"
         for name in self.names:
             still = not any(as_sum(size) and x.slope(name) for m in self.masses for x, size in m.moved)
             rules.append((still, f"the coordinate {name!r} moves no mass: {what}"))
@@ -242,18 +242,18 @@ class Motion:
             carried = any(m.stands_on(contact.body) for contact in self.contacts)
             borne = carried or not as_sum(m.mass) or any(map(m.height.slope, self.names))
             dynamic = any(is_word(contact.load) and contact.load == "dynamic" for contact in self.contacts)
-            rules.append((dynamic and not borne, f"nothing carries {m.name!r}: say on which body it stands, on=..."))
+            rules.append((dynamic and not borne, f"nothing carries {m.name!r}: name the body below it, on=..."))
         placed = [x for body in self.bodies for x in (body.along, body.height, body.turn)]
         moved = any(x.slope(DRIVE) for x in (*placed, *self.stretches.values()))
         rules.append((moved, "a place follows q.drive, a force here: let the effort be a motion, or write a signal"))
         for part in (*self.springs, *self.dampers, *self.drives):
             path = Quantity.of(getattr(part, "stretch", None) or getattr(part, "path", 0.0))
-            rules.append((not path.moves, f"a {type(part).__name__} acts along what never moves"))
+            rules.append((not path.moves, f"a {type(part).__name__} acts along a path that never moves"))
         for stop in (stop for stop in self.stops if not stop.elastic):
             one = any(not (stop.way - self.along[name]).moves for name in self.names)
             rules.append((not one, "a stop should bound one coordinate, which grows one to one with its stretch"))
         held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
-        rules.append((held and len(self.contacts) > 1, "a rigid stop bounds what rubs, among several contacts"))
+        rules.append((held and len(self.contacts) > 1, "a rigid stop bounds a rubbing body, among several contacts"))
         rules.append((self.imposes and len(self.names) != 1, "a machine whose drive is a motion has one coordinate"))
         rules.append((self.imposes and self.drives, "a machine whose drive is a motion has no Drive, but q.drive"))
         if wrong := [rule for broken, rule in rules if broken]:

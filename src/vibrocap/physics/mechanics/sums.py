@@ -76,7 +76,7 @@ class Sum:
         if (left := _left.get()) is not None:
             left[0] -= len(self.terms) * len(others)
             if left[0] < 0:
-                raise OverflowError("the equations are too large, multiplied out: name what is common by a function")
+                raise OverflowError("the equations are too large when expanded: write common terms as a function")
         for a, x in self.terms.items():
             for b, y in others.items():
                 product = _times(a, b)

@@ -32,7 +32,7 @@ UNVALUED_STYLES = {
     NOT_SETTLED: ("not settled", "#FFFFFF", maps.UNSETTLED, BLACK),
     FAILED: ("failed", *maps.CELL_STYLES[Cell.FAILED]),
     NOT_CERTIFIED: ("not certified", *maps.CELL_STYLES[Cell.FAILED]),
-    NOT_TOLD: ("settled, not told apart", *maps.CELL_STYLES[Cell.NO_VALUE]),
+    NOT_TOLD: ("settled, not distinguished", *maps.CELL_STYLES[Cell.NO_VALUE]),
 }
 
 
@@ -47,7 +47,7 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     basins = _shown(basins, along)
     travels = basins.system.cyclic is not None
     several = travels and len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
-    which = "Which way each start travels" + (", and to which attractor" if several else "")
+    which = "Direction of travel by initial condition" + (", and to which attractor" if several else "")
     words: Any = types.SimpleNamespace(
         title=which if travels else "Where each start leads",
         setting=_setting(basins),

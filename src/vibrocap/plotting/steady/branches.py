@@ -56,7 +56,7 @@ HALF: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markerfacecolor": VER
 HALF |= {"markeredgecolor": VERMILION, "markeredgewidth": 0.6}
 SWEPT: dict[str, dict[str, Any]] = {"up": HALF | {"fillstyle": "right"}, "down": HALF | {"fillstyle": "left"}}
 # Where stable motions end within the range: an arrow to what follows them, a cross where nothing closes.
-LEADS, ENDS = "stable motions end: what follows them", "stable motions end: nothing closes beyond"
+LEADS, ENDS = "end of stable motions, and their successor", "stable motions end: nothing closes beyond"
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
 
 
@@ -71,7 +71,8 @@ def branch_figure(
 ) -> Figure:
     """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
 
-    Of mirror twins, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one scale.
+    Of mirror-image solutions, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one
+    scale.
 
     quantity: "mean_velocity", "drift" or "period"; titles: of the panels; by default the friction laws
     multipliers: a second row with the size of the largest Floquet multiplier
@@ -110,7 +111,7 @@ def branch_figure(
 def draw_branch(diagram: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
 
-    quantity: by default the mean velocity, or the period where the machine is held to its place
+    quantity: by default the mean velocity, or the period where the machine does not travel
     """
     quantity = quantity or ("mean_velocity" if diagram.system.cyclic is not None else "period")
     _check([diagram], quantity)
@@ -144,7 +145,7 @@ def _check(branches: Sequence[Branch | BranchDiagram], quantity: str) -> None:
         raise ValueError("found should hold at least one branch that is not empty")
     check_one_of("quantity", quantity, QUANTITIES)
     if quantity != "period" and any(np.isnan(branch.drift).any() for each in branches for branch in _branches(each)):
-        raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
+        raise ValueError("the machine does not travel: its motions have no drift to draw")
 
 
 def fixed_parameters(given: Sequence[Any], width: float) -> str:
@@ -348,7 +349,7 @@ def _branches(diagram: Branch | BranchDiagram) -> tuple[Branch, ...]:
 def _handles(branches: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
     """The legend: what was drawn and nothing else."""
     handles, symmetries = [], {branch.symmetric for one in branches for branch in _branches(one)}
-    whose = "mirror twins" if False in symmetries else "motions"
+    whose = "mirror-image solutions" if False in symmetries else "motions"
     for colour, text in {
         BLACK: "symmetric: no travel" if True in symmetries else "cycles",
         BLUE: f"{whose} that travel",

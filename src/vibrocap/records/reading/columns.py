@@ -297,7 +297,7 @@ def notes(by_quantity: Mapping[str, Choice], values: Mapping[str, Any]) -> Itera
             yield f"{quantity}: column {choice.column!r}{how} is not used"
             continue
         unit = "a friction coefficient" if choice.unit.name == "1" else choice.unit.name
-        assumed = "; its unit is nowhere said, taken as SI" if choice.unit_guessed else ""
+        assumed = "; no unit given, SI assumed" if choice.unit_guessed else ""
         yield f"{quantity}: column {choice.column!r} in {unit}{how}{assumed}"
     if "force" in by_quantity and by_quantity["force"].unit.dimension == "number":
         load = values["normal_force"]

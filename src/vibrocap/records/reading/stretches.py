@@ -49,5 +49,5 @@ def whole_stretches(columns: Mapping[str, Any], place: Callable[[int], str]) -> 
     if skips.any():
         words.append(f"no sample for {steps[skips].max():.4g} s, first behind {place(int(np.argmax(skips)))}")
     if len(stretches) > 1:
-        words.append(f"it goes on as {len(stretches)} records, each with a start of its own")
+        words.append(f"it continues as {len(stretches)} records, each with a start of its own")
     return stretches, "; ".join(words)

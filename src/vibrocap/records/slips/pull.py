@@ -93,7 +93,7 @@ def pull(
         notes.append("force: is negative; its sign was turned")
     if coefficient and numbers["normal_force"] is None and numbers["mass"] is not None:
         numbers = {**numbers, "normal_force": numbers["mass"] * GRAVITY}
-        notes.append(f"normal_force: not given; taken as m g = {numbers['normal_force']:.4g} N")
+        notes.append(f"normal_force: not given; m g assumed = {numbers['normal_force']:.4g} N")
     mean = abs(float(even_force.mean())) / (1.0 if coefficient else numbers["normal_force"] or math.inf)
     low, high = COEFFICIENTS
     if mean > 0 and not low <= mean <= high:
@@ -237,7 +237,7 @@ def _pulls(
     settings: dict[str, Any] = {field: table.scalars[name] for field, name in known}
     silent = [q for q, choice in by_quantity.items() if q in ("time", "force") and choice.unit_guessed]
     silent += ["force"] if "force" not in by_quantity and stated is None else []
-    assumed = [f"{', '.join(sorted(silent))}: the unit is nowhere said, taken as SI"] if silent else []
+    assumed = [f"{', '.join(sorted(silent))}: no unit given, SI assumed"] if silent else []
     pulled_records = []
     for name, column in forces.items():
         force = np.asarray(table.columns[column], dtype=np.float64) * unit.factor

@@ -19,7 +19,7 @@ from vibrocap.physics.names import own_laws, plain_path, split_path, state_names
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
-ALL = "vary what all kinds have, do a study for each, or give a list of cases"
+ALL = "vary a parameter of all kinds, run a study for each, or give a list of cases"
 CURE = "give it in a list of cases, or begin with a case whose {} is of this kind"
 
 
@@ -145,7 +145,7 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     for path in given:
         if units is None and path in in_si:
             place_in_si = next(place for parts in choices if (place := path_in_si(path, parts)) is not None)
-            complaints.add(path, f"the case does not say what its units are; give {place_in_si[0]}, or a case in SI")
+            complaints.add(path, f"the case does not give its units; add {place_in_si[0]}, or a case in SI")
         elif units is not None and path == "machine.kind":
             complaints.add(path, "machines count in units of their own; in SI do a study for each")
         elif path in in_si:

@@ -8,7 +8,7 @@
     unfinished/     files on their way; gone when no one writes
     beginning       study.json before all that it tells of is there; what it tells of may be begun anew
     finished        there since all tiles were stored: from then on, a tile without a mark has lost it
-    mixed           there where some tiles were computed with something else than the study was begun with
+    mixed           there where some tiles were computed with other sources, libraries or processor than the first
 
 Each file is written elsewhere, forced to the disk and then renamed to its place, and a tile's mark comes after its
 chunks. So a tile either is marked and whole, or is computed again to the same bytes. Nothing in a store tells the time
@@ -167,8 +167,8 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
             raise CaseError([f"holds another study: {text}" for text in reasons], str(path))
         other = code_differences(begun.code, study.code)
         if other and not mixed:
-            reasons = [f"was begun with something else: {text}" for text in other]
-            ways = "begin anew, or continue with --mixed (mixed=True), which marks what is computed now"
+            reasons = [f"has other sources, libraries or processor: {text}" for text in other]
+            ways = "begin anew, or continue with --mixed (mixed=True), which marks the new tiles"
             raise CaseError([*reasons, f"the rest would not have the bits that it had there; {ways}"], str(path))
         store = Store(path, begun, tuple(record["tile"]), lock)
         store.refuse_strange()
@@ -251,7 +251,7 @@ def _remove_begun(path: Path) -> None:
             data = places.read_plain(path, f"{folder}/{name}", LARGEST)
             own = record["files"].get(place) == checksum(record["identity"], place, data)
             (files if own else strange).append(f"{folder}/{name}")
-    _refuse_strange(path, [f"{place} is not of the study that was begun there" for place in strange])
+    _refuse_strange(path, [f"{place} does not belong to this study" for place in strange])
     for place in (*files, *folders, RESULTS, DONE):
         places.remove(path, place)
 

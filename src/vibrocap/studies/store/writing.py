@@ -40,8 +40,8 @@ def kept(folder: Path) -> Iterator[None]:
         if error.errno in GONE:
             raise StoreError(
                 f"{folder}: was removed or changed by others while the study ran: {reason}"
-                f"{f' ({error.filename})' if error.filename else ''}. What was stored there may be lost; --resume "
-                "(resume=True) looks at what is left and continues"
+                f"{f' ({error.filename})' if error.filename else ''}. Stored tiles may be lost; --resume "
+                "(resume=True) checks the others and continues"
             ) from error
         raise StoreError(
             f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, continue "
@@ -85,7 +85,7 @@ class Lock:
             now = None
         if now is None or not os.path.samestat(mine, now):
             raise StoreError(
-                f"{self._path.parent}: was removed or replaced while the study ran; what was stored there is lost. "
+                f"{self._path.parent}: was removed or replaced while the study ran; its stored tiles are lost. "
                 "Begin again, with --resume (resume=True) if some of it is back"
             )
 

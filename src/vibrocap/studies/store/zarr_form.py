@@ -148,7 +148,7 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
         except OSError as error:
             complaints.append(f"{RESULTS}/{place} {why_unread(error)}")
         except (ValueError, LookupError, AttributeError, TypeError, RecursionError):
-            complaints.append(f"{RESULTS}/{place}: says of no array what it is; vibrocap writes no such thing")
+            complaints.append(f"{RESULTS}/{place}: describes no array; vibrocap writes no such group")
     if complaints:
         raise CaseError(complaints, str(path))
     try:

@@ -85,7 +85,7 @@ function isOdd({ coefficients, rounding }, table) {
   });
 }
 
-// Whether a motion has a mirror twin: its mirror image, half a period later, is a motion. begun: what it began with
+// Whether a motion has a mirror-image solution: its mirror image, half a period later, is a motion. begun: what it began with
 function isMirrored(form, { parameters, drive }) {
   return MIRRORED[form.number](parameters, () => isOdd(form.corners, drive.table));
 }
