@@ -69,8 +69,7 @@ def side_holds(floats, ints, trace, lane, c):
         return (clear and lane.transition[c] == MODE_HOLDS) or not decide(floats, ints, trace, lane, c)
     if lane.transition[c] > 0:
         return leaves(floats, ints, lane, c)
-    none = NO_MOTION * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
-    if KINKS[c] == 1 and abs(velocity) <= none:
+    if KINKS[c] == 1 and moves_by_rounding(floats, lane, c, velocity):
         lane.transition[c] = 1
         if leaves(floats, ints, lane, c):
             return True
@@ -81,6 +80,11 @@ def side_holds(floats, ints, trace, lane, c):
     lane.zero_progress += 1  # the velocity passed zero within the rounding of the last step
     cross(floats, ints, trace, lane, 1, c, 0.0)
     return False
+
+
+def moves_by_rounding(floats, lane, c, v):
+    """Whether the velocity v of a kinked contact is too small to tell its side: the force that moves it does."""
+    return abs(v) <= (NO_MOTION * lane.scale[STATE_OF[c]] if SEVERAL else 0.0)
 
 
 def beyond_rounding(floats, ints, lane, c):

@@ -6,7 +6,7 @@ And its end, where the sides must be those with which a motion starts that conti
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
 from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK
-from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding
+from vibrocap.numerics.kernel.events.contact import DOUBT, moves_by_rounding, rests_beside, velocity_rounding
 from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS, await_decision
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, STATE_OF, STICKS
@@ -84,6 +84,7 @@ def ends_open(floats, ints, lane, h):
         elif STICKS[c] + KINKS[c] > 0 and lane.transition[c] == MODE_HOLDS:
             v = present_velocity(floats, lane, c)
             opens = rests_to_rounding(floats, ints, lane, c, v, 2.0) or opens or side * v < 0.0
+            opens = opens or (KINKS[c] == 1 and moves_by_rounding(floats, lane, c, v))
     return opens
 
 
