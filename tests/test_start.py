@@ -188,7 +188,7 @@ def test_an_event_at_the_last_instant_belongs_to_the_run():
 
 @pytest.mark.slow
 def test_a_kinked_contact_that_turns_at_the_last_instant_has_turned():
-    """Two bodies creep: what rounding leaves of a velocity is told from rest by friction, but does not tell the side."""
+    """Two bodies creep: friction tells from rest what rounding leaves of a velocity; its side does not count."""
     drive = vc.Biharmonic(0.33170867752701, 0.33234405892888214, 0.165854338763505, 0.5)
     law = vc.ElastoPlastic(coulomb_coefficient=0.15, static_coefficient=0.45)
     assert_split_anywhere(vc.System(vc.TwoBodyCrawler(mass_2=1.5), law, drive), 0.8)
