@@ -22,7 +22,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run.budget import Budget
-from vibrocap.numerics.run.motion import begun_memory, linked_motion
+from vibrocap.numerics.run.motion import linked_motion, motion_memory
 
 BDF, NORMAL, ROOT_FOUND = 2, 1, 2  # of cvode.h
 MOST_STEPS = 10**6
@@ -85,7 +85,7 @@ def callbacks(system: vc.System, data: Callable, matrix_data: Callable):
     names = plain_kernel(text)
     state = list(initial_state(system, {}).values())
     values = parameter_values(system), state, system.drive.period, Budget(1, 1e-9, 1, 1), (8, 8)
-    arrays = begun_memory(recorded, layout, *values)
+    arrays = motion_memory(recorded, layout, *values)
     entries = [
         compiled_kernel(str(text) + ENTRIES, entry=f"peer_{name}").bound_to(*arrays) for name in ("rates", "jacobian")
     ]

@@ -329,13 +329,13 @@ def stick_slip_on(law):
 def test_side_after_a_jump(law, before, velocity, side, kinds):
     kernel = kernel_of(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
     state = [0.4, 0.1, 0.7, velocity, *[0.0] * len(law.internal)]
-    begun = ("STATE", state), ("SIDE", before), ("SIDE_TOLD", before), ("EVENT_LIMIT", 1), ("RECORDED_EVENT_LIMIT", 9)
-    for entry, value in begun:
+    sides = ("SIDE", before), ("RECORDED_SIDE", before)
+    for entry, value in (("STATE", state), *sides, ("EVENT_LIMIT", 1), ("RECORDED_EVENT_LIMIT", 9)):
         kernel.fill(entry, value)
     trace = np.zeros(9 * kernel.layout.event_size)
     kernel["jumped"](kernel.floats, kernel.ints, trace, 0)
     if side != 0.0:  # one at rest has still to be asked
-        kernel["tell_sides"](kernel.floats, kernel.ints, trace, 0)
+        kernel["record_sides"](kernel.floats, kernel.ints, trace, 0)
     assert kernel.floats[kernel.place("SIDE")] == side
     recorded = kernel.ints[kernel.place("RECORDED_EVENTS")]
     assert [KINDS[int(trace[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds

@@ -201,9 +201,9 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
         series = draw.normal(size=(ORDER, LANES)) * 10 ** draw.uniform(-1.0, 1.5, LANES)
         series *= draw.random(series.shape) < draw.choice([0.3, 1.0])  # so that a single term decides, or many
         series[0] = draw.uniform(-1.0, 1.0, LANES)
-        floats[kernel["HOLD_OF"][0] :][: series.size] = series.ravel()
+        floats[kernel["STICKING_FORCE_OF"][0] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        push, sure, stays = kernel["hold_simd"](floats, 0, every, ~every, h, h)
+        push, sure, stays = kernel["sticking_simd"](floats, 0, every, ~every, h, h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         force = sum(c * times**k for k, c in enumerate(series))
         kept = np.all(-push * force <= 1.0, axis=0)
@@ -244,7 +244,7 @@ def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
     floats[kernel["VELOCITY_OF"][0] + 2 * LANES :][:LANES] = 1.0
     for acceleration in np.reshape([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3], (-1, LANES)):
         floats[kernel["VELOCITY_OF"][0] + LANES :][:LANES] = acceleration
-        assert np.array_equal(kernel["hold_simd"](floats, 0, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
+        assert np.array_equal(kernel["sticking_simd"](floats, 0, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
 
 
 def test_a_plain_step_ends_the_decisions():

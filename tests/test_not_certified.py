@@ -141,7 +141,7 @@ def test_evidence_is_that_of_the_certificate():
     assert good
     assert certificate.ok
     assert 0.0 < results.entry("DEFECT")[0] <= 1.001 * certificate.defect
-    assert results.entry("HOLD_SHARE")[0] == pytest.approx(certificate.stick_force_ratio, abs=1e-9)
+    assert results.entry("STICKING_SHARE")[0] == pytest.approx(certificate.stick_force_ratio, abs=1e-9)
     assert results.entry("LEAST_VELOCITY")[0] >= certificate.least_velocity - 1e-15
 
 
@@ -156,7 +156,7 @@ def test_evidence_changes_no_bit_of_a_run_and_is_the_same_in_any_lane():
     first = ensemble_run(recorded, rows, states, asked, threads=1)
     assert np.array_equal(ensemble_run(recorded, rows, states, plain, threads=2).state, first.state)
     other = ensemble_run(recorded, rows[::-1].copy(), states, asked, threads=2)
-    for name in ("DEFECT", "HOLD_SHARE", "LEAST_VELOCITY"):
+    for name in ("DEFECT", "STICKING_SHARE", "LEAST_VELOCITY"):
         assert np.array_equal(other.entry(name)[::-1], first.entry(name))
     assert np.all(ensemble_run(recorded, rows, states, plain).entry("DEFECT") == 0.0)
     assert np.all(first.entry("DEFECT") > 0.0)

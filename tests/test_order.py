@@ -55,7 +55,7 @@ def errors_of(kernel, exact, fault=None):
     for count in STEPS:
         step = DRIVE.period / count
         replaced = {
-            "chosen_step": lambda floats, ints, lane, remaining, step=step: step,
+            "step_length": lambda floats, ints, lane, remaining, step=step: step,
             "resolved": lambda floats, lane, h: True,  # a check that would halve steps
         }
         with running_on(kernel, **replaced, **(fault(kernel, step) if fault else {})):
@@ -137,7 +137,7 @@ def implicit_error(kernel, count, exact, fault=None):
     """Error at the end with so many implicit steps per period; a start from rest is a Taylor step, as in production."""
     step = DRIVE.period / count
 
-    def chosen_step(floats, ints, lane, remaining):
+    def step_length(floats, ints, lane, remaining):
         if ints[kernel["TRANSITION"] + lane] > 0:
             ints[kernel["STIFF"] + lane] = 0
             return min(step, kernel["taylor_step"](floats, ints, lane))
@@ -147,7 +147,7 @@ def implicit_error(kernel, count, exact, fault=None):
 
     start = [START.get(name, 0.0) for name in REVERSING.state_names]
     recording, parameters = equations(REVERSING), parameter_values(REVERSING)
-    with running_on(kernel, chosen_step=chosen_step, **(fault(kernel, step) if fault else {})):
+    with running_on(kernel, step_length=step_length, **(fault(kernel, step) if fault else {})):
         # at a tolerance of 1e6 no step is refused
         run = recorded_run(recording, parameters, start, DRIVE.period, Budget(PERIODS, 1e6, 1000, 100_000))
     assert run.status == DONE

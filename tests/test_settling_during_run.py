@@ -39,7 +39,7 @@ def reference(states, threshold, tolerance):
         phases = [states[len(states) - 1 - phase :: -n][: 3 * block // n + 1] for phase in range(n)]
         if max(float(np.max(np.ptp(phase, axis=0))) for phase in phases) <= STANDSTILL * tolerance:
             stride = min((len(states) - 1) // 4, LONGEST_PERIOD) // n * n
-            ratio, remaining = 0.0, max(latest, way_to_limit(states, stride)[0])
+            ratio, remaining = 0.0, max(latest, distance_to_limit(states, stride)[0])
         else:
             per_block = max(latest / max(older, tolerance), older / max(oldest, tolerance))
             if not per_block < 1.0:
@@ -47,7 +47,7 @@ def reference(states, threshold, tolerance):
             within = (differences[-1] / max(differences[-block], tolerance)) ** (1.0 / (block - 1))
             ratio = max(per_block ** (n / block), min(within, SLOWEST) ** n)
             distance = np.max(differences[-block:] * ratio ** (np.arange(block - 1, -1, -1) / n))
-            remaining = max(distance * ratio / (1.0 - ratio), *way_to_limit(states, n))
+            remaining = max(distance * ratio / (1.0 - ratio), *distance_to_limit(states, n))
         if remaining <= threshold:
             period = reference_period(states, n, ratio, threshold)
             if newborn(states, period, threshold):
@@ -56,7 +56,7 @@ def reference(states, threshold, tolerance):
     return 0, 0, 0.0
 
 
-def way_to_limit(states, n):
+def distance_to_limit(states, n):
     """(distance from the last mark to the limit of the last five, n periods apart; UNSEEN times what is unexplained).
 
     By least squares; changes of steps of more than LINEAR times the last one do not count.

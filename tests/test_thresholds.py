@@ -129,10 +129,10 @@ def test_what_holds_in_every_other_mode_may_be_off_by_a_hundredth_of_that():
     kernel = contacts_of(2)
     names = kernel.names
     for excess, misfit in ((-1e-9, -1), (1e-11, -1), (1e-10, 0)):
-        for name, value in (("OPEN", 0.0), ("AT_REST", 1.0), ("TRIED", 0.0), ("TAKEN", 1.0 + excess)):
+        for name, value in (("OPEN", 0.0), ("AT_REST", 1.0), ("TRIED", 0.0), ("FORCES", 1.0 + excess)):
             kernel.floats[names[name]] = value
         held = lambda floats, c: (-1.0, 1.0)  # noqa: E731
-        with mock.patch.dict(names, {"held_between": held}):
+        with mock.patch.dict(names, {"sticking_range": held}):
             assert names["first_misfit"](kernel.floats, 1, 0.0) == misfit
 
 
@@ -161,7 +161,7 @@ def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_l
 
 @pytest.mark.parametrize(("above", "vanish"), [(1e-14, True), (1e-13, False)])
 def test_a_guard_of_a_hold_below_64_roundings_of_both_forces_is_none(block, above, vanish):
-    for row, values in (("HOLD_OF", [1.0, 0.0]), ("LIMIT_OF", [1.0 + above, 1.0])):
+    for row, values in (("STICKING_FORCE_OF", [1.0, 0.0]), ("LIMIT_OF", [1.0 + above, 1.0])):
         place = block[row][0]
         block.floats[place : place + 13] = 0.0
         block.floats[place : place + 2] = values
@@ -196,7 +196,7 @@ def test_contacts_give_way_together_within_rounding_of_their_limits():
     kernel = contacts_of(2)
     names = kernel.names
     for gap, side in ((0.0, 1.0), (32.0 * EPSILON, 1.0), (500.0 * EPSILON, 0.0)):
-        for row, value in ((names["HOLD_OF"][0], 1.0 - gap), (names["LIMIT_OF"][0], 1.0)):
+        for row, value in ((names["STICKING_FORCE_OF"][0], 1.0 - gap), (names["LIMIT_OF"][0], 1.0)):
             kernel.floats[row : row + kernel.layout.order + 1] = 0.0
             kernel.floats[row] = value
         kernel.fill("SIDE", [0.0, 1.0])
@@ -209,7 +209,7 @@ def test_a_force_that_has_jumped_beyond_its_limit_asks_again_who_rests():
     kernel = contacts_of(2)
     names = kernel.names
     for excess, asked in ((-0.1, 0), (3e-10, 0), (3e-9, ARRIVED)):
-        kernel.floats[names["HOLD_OF"][0]], kernel.floats[names["LIMIT_OF"][0]] = -2.0 * (1.0 + excess), 2.0
+        kernel.floats[names["STICKING_FORCE_OF"][0]], kernel.floats[names["LIMIT_OF"][0]] = -2.0 * (1.0 + excess), 2.0
         kernel.fill("SIDE", [0.0, 1.0])
         kernel.fill("TRANSITION", [0, 0])
         kernel.fill("GAVE_WAY", [0, 0])

@@ -30,5 +30,5 @@ def certified(recording: Equations, results: RunResults, parameters: np.ndarray,
     rounding = ROUNDING * np.maximum(1.0, speeds)
     imposed = recording.several or any(derivative(contact.velocity, -1).value != 0.0 for contact in recording.contacts)
     good &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
-    good &= results.entry("HOLD_SHARE") <= 1.0 + STICK_SLACK
+    good &= results.entry("STICKING_SHARE") <= 1.0 + STICK_SLACK
     return good & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)

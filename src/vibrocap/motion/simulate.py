@@ -95,7 +95,7 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     reactions = [contact.reaction for contact in contacts]
     if any(slope for _, *slopes in reactions for slope in slopes):
         pairs = zip(contacts, system.laws, strict=True)
-        modes = itertools.product(*(_ways(contact.velocity, law.kind) for contact, law in pairs))
+        modes = itertools.product(*(_possible_sides(contact.velocity, law.kind) for contact, law in pairs))
         loads = (_least_load(system, time, y, sides) for sides in modes)
     else:  # no friction raises or lowers any of them
         loads = iter([min((own, i) for i, (own, *_) in enumerate(reactions, start=1))])
@@ -110,7 +110,7 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     raise ArgumentError("initial", f"{words} ({states})")
 
 
-def _ways(velocity: float, kind: str) -> tuple[int, ...]:
+def _possible_sides(velocity: float, kind: str) -> tuple[int, ...]:
     """The sides to which a contact may slide, or 0 where it may rest."""
     side = (velocity > 0.0) - (velocity < 0.0)
     return (side,) if side else (0, 1, -1) if kind == "set-valued" else (1,)
@@ -172,7 +172,7 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         rest = dict.fromkeys(system.machine.contact_states, -system.machine.ground_speed())
         for locked, value in ((name, where), *((key, rest.get(key, 0.0)) for key in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
-                wanted, got = (_said(number, locked, system, 10) for number in (value, start[locked]))
+                wanted, got = (_in_words(number, locked, system, 10) for number in (value, start[locked]))
                 what = f"should be {wanted}, as {switch} is {start[switch]:g}, got {got}"
                 raise ArgumentError(f"initial.{locked}", what)
     for name, (low, high) in system.placed.room().items():
@@ -180,11 +180,11 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         if not low - rounding <= start[name] <= high + rounding:
             what = "the actuator has its limit" if name == OUTPUT else "a stop stands"
             side, bound = ("most", high) if start[name] > high else ("least", low)
-            wanted, got = (_said(number, name, system, 6) for number in (bound, start[name]))
+            wanted, got = (_in_words(number, name, system, 6) for number in (bound, start[name]))
             raise ArgumentError(f"initial.{name}", f"should be at {side} {wanted}, where {what}, got {got}")
 
 
-def _said(value: float, name: str, system: System, digits: int) -> str:
+def _in_words(value: float, name: str, system: System, digits: int) -> str:
     """A value of a state in words, with the unit that results have."""
     units = system.result_units
     return said(value * units.factor(name), units.unit(name), digits)

@@ -289,7 +289,7 @@ class Trajectory(Result):
         return marks
 
     @functools.cached_property
-    def piece_ways(self) -> np.ndarray:
+    def piece_distances(self) -> np.ndarray:
         """How far each contact has slid over its ground at the start of every piece: array [contacts, pieces]."""
         names = tuple(numbered("contact_velocity", i) for i in range(1, 1 + self.piece_sides.shape[1]))
         distances = self.piece_integrals(np.arange(len(self.piece_start) - 1), self.piece_length[:-1], names)

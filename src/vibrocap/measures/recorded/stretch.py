@@ -132,7 +132,7 @@ def contact_place(motion: Trajectory, contact: int, t: np.ndarray, piece: np.nda
     """Way of a contact over its ground since the start, at times t (on given pieces)."""
     piece = motion.piece_at(t) if piece is None else piece
     (distance,) = motion.piece_integrals(piece, t - motion.piece_start[piece], (numbered("contact_velocity", contact),))
-    return motion.piece_ways[contact - 1, piece] + distance
+    return motion.piece_distances[contact - 1, piece] + distance
 
 
 def stretches(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Stretch]:

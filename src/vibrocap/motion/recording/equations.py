@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.recording.told_mechanics import told_mechanics
+from vibrocap.motion.recording.recorded_mechanics import recorded_mechanics
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import ContactEquations, DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
@@ -175,7 +175,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         maybe_stiff=any(law.kind != "set-valued" for law in system.laws),
         observables=expressed,
         base=len(flow.rates),
-        mechanics=told_mechanics(recorded, graph, mechanical, flow, sides),
+        mechanics=recorded_mechanics(recorded, graph, mechanical, flow, sides),
         corners=corners,
         true_loads={} if system.machine.follows_load else {name: expressed[name] for name in reactions},
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.numerics.codegen.resolution import SharpArgument
-from vibrocap.numerics.codegen.straight_line import LEAVES, ScalarWriter, chosen_source, function_source
+from vibrocap.numerics.codegen.straight_line import LEAVES, ScalarWriter, branch_source, function_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.numerics.kernel.driven_generated import Numbers, Wholes
 
@@ -116,10 +116,10 @@ def is_frozen(graph: Graph, index: int) -> bool:
 
 def _loaded(writer: DrivenWriter, states: int) -> list[str]:
     """Lines that read the states at `at` and what is frozen."""
-    return [f"z{i} = floats[at + {i}]" for i in range(states)] + thawed(writer.used)
+    return [f"z{i} = floats[at + {i}]" for i in range(states)] + frozen_lines(writer.used)
 
 
-def thawed(names: Sequence[str]) -> list[str]:
+def frozen_lines(names: Sequence[str]) -> list[str]:
     """Lines that read what is frozen under these names."""
     return [f"{name} = floats[FROZEN + {name[1:]}]" for name in names]
 
@@ -153,7 +153,7 @@ def guard_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
 def switch_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`switch`: the states at a place of the memory become those after a guard has fallen."""
     bodies = [_moved(equations, frozen, states) for states in equations.after_switch]
-    return chosen_source("switch(floats, at, which, v, w, side)", "which", bodies)
+    return branch_source("switch(floats, at, which, v, w, side)", "which", bodies)
 
 
 def reversal_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:

@@ -14,11 +14,11 @@ from vibrocap.numerics.codegen.driven_source import (
     DrivenLayout,
     DrivenWriter,
     force_source,
+    frozen_lines,
     frozen_source,
     guard_source,
     reversal_source,
     switch_source,
-    thawed,
 )
 from vibrocap.numerics.codegen.straight_line import function_source
 from vibrocap.numerics.expressions.graph import derivative
@@ -62,7 +62,7 @@ def step_source(equations: DrivenEquations, frozen: dict[int, str]) -> list[str]
     lines = [
         *(f"z{i} = floats[STATE + {i}]" for i in range(states)),
         "v, w, a, b = floats[VELOCITY], floats[LOAD], floats[VELOCITY_RATE], floats[LOAD_RATE]",
-        *thawed(used),
+        *frozen_lines(used),
         *([f"{_tuple(names)} = {call_of_slopes}"] if names else []),
         f"inverse, over, dv, dw = {1.0 / GAMMA!r} / h, 1.0 / h, h * a, h * b",
     ]

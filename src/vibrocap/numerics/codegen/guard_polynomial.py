@@ -6,29 +6,30 @@ from vibrocap.numerics.codegen.straight_line import function_source
 
 
 def guard_source(order: int, sticks: bool, limit_constant: bool, several: bool, branches: bool) -> str:
-    """`guard_simd`: the guard of the step as a polynomial over it, of several contacts in the chosen lanes.
+    """`guard_simd`: the guard of the step as a polynomial over it, of several contacts in the selected lanes.
 
     Where there are branches also `switch_simd`, the same of the guard of one. `signs_simd` says how often the Bernstein
     coefficients change their sign (see `roots.py`), `guard_at` is the value of the polynomial.
     """
     body = ["velocity = VELOCITY_OF[contact]"]
     if sticks:
-        body += ["hold = HOLD_OF[contact]", "limit = LIMIT_OF[contact]"]
+        body += ["sticking_force = STICKING_FORCE_OF[contact]", "limit = LIMIT_OF[contact]"]
     body += [f"v{k} = load(floats, velocity + {k} * LANES)" for k in range(order + 1)]
     for k in range(order + 1):
         one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
         guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
         if sticks:
-            hold, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("hold", "limit"))
-            held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
-            guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
+            sticking_force, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("sticking_force", "limit"))
+            applied = f"direction * {sticking_force}"
+            margin = f"-({applied})" if k and limit_constant else f"{limit} - {applied}"
+            guard = f"where(stuck, {margin if k < order else '0.0'}, {guard})"
         body += _stored(k, guard, several)
-    heads = {"guard_simd(floats, chosen, contact, side, stuck, push, one, two, h)": body}
+    heads = {"guard_simd(floats, selected, contact, side, stuck, direction, one, two, h)": body}
     body = []
     if branches:
         body = [f"v{k} = load(floats, row + {k} * LANES)" for k in range(order + 1)]
         for k in range(order + 1):
-            body += _stored(k, f"where(one, {f'v{k + 1}' if k < order else '0.0'}, v{k})", chosen=False)
+            body += _stored(k, f"where(one, {f'v{k + 1}' if k < order else '0.0'}, v{k})", selected=False)
     heads["switch_simd(floats, row, one, h)"] = body
     loads = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
     heads["signs_simd(floats)"] = [*loads, *_signs(order)]
@@ -37,10 +38,10 @@ def guard_source(order: int, sticks: bool, limit_constant: bool, several: bool, 
     return "\n".join(function_source(head, body) for head, body in heads.items())
 
 
-def _stored(k: int, coefficient: str, chosen: bool) -> list[str]:
-    """Lines that keep coefficient k of a guard, over the unit interval; of the lanes that are chosen."""
+def _stored(k: int, coefficient: str, selected: bool) -> list[str]:
+    """Lines that keep coefficient k of a guard, over the unit interval; of the lanes that are selected."""
     scaled = f"{coefficient}{'' if k == 0 else ' * p'}"
-    kept = f"where(chosen, {scaled}, load(floats, WORK + {k} * LANES))" if chosen else scaled
+    kept = f"where(selected, {scaled}, load(floats, WORK + {k} * LANES))" if selected else scaled
     return [f"store(floats, WORK + {k} * LANES, {kept})", "p = h" if k == 0 else "p = p * h"]
 
 

@@ -232,7 +232,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         return _largest(text, of_rates + of_guards)[0]
 
     for node in sharp.nodes:
-        slopes = [[sensitivity(each, node) for each in some] for some in (equations.rates, equations.switches)]
+        slopes = [[sensitivity(value, node) for value in values] for values in (equations.rates, equations.switches)]
         felt = [slope.index for some in slopes for slope in some if slope.value != 0.0]
         if not felt:
             continue

@@ -9,7 +9,7 @@ from vibrocap.numerics.codegen.series_source import jet_source, limits_are_const
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.codegen.straight_line import (
     ScalarWriter,
-    chosen_source,
+    branch_source,
     function_source,
     indented,
     returned_source,
@@ -88,7 +88,7 @@ def constants_source(equations: Equations, layout: Layout) -> str:
         holds.append(held)
         limits.append(held + row_size)
         held += 2 * row_size if contact.sticks else 0
-    constants |= {"VELOCITY_OF": tuple(velocities), "HOLD_OF": tuple(holds), "LIMIT_OF": tuple(limits)}
+    constants |= {"VELOCITY_OF": tuple(velocities), "STICKING_FORCE_OF": tuple(holds), "LIMIT_OF": tuple(limits)}
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
@@ -170,10 +170,10 @@ def branches_source(equations: Equations) -> str:
         energy = equations.observables["energy"]
         lines.append(returned_source("machine_energy(floats, t, point, lane)", graph, energy))
         after = [ScalarWriter(graph).stores(outcome) for outcome in equations.after_switch]
-        lines.append(chosen_source("after_switch(floats, t, point, lane, which, out)", "which", after))
+        lines.append(branch_source("after_switch(floats, t, point, lane, which, out)", "which", after))
         turned = [ScalarWriter(graph).stores(contact.after_reversal) for contact in equations.contacts]
         head = "after_reversal(floats, t, point, lane, contact, out)"
-        lines.append(chosen_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
+        lines.append(branch_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
     return "\n".join(lines)
 
 

@@ -225,7 +225,7 @@ def function_source(head: str, lines: Sequence[str]) -> str:
     return "\n".join([f"def {head}:", *indented(lines or ['"""There is none."""']), ""])
 
 
-def chosen_source(head: str, chosen: str, bodies: Sequence[Sequence[str]]) -> str:
+def branch_source(head: str, chosen: str, bodies: Sequence[Sequence[str]]) -> str:
     """A function whose body is one of several, by the value of one of its arguments."""
     lines = [line for i, body in enumerate(bodies) for line in (f"if {chosen} == {i}:", *indented(body))]
     return function_source(head, lines)

@@ -94,9 +94,9 @@ def host() -> Target:
         command = [sys.executable, "-P", "-c", TRIAL, target.triple, target.processor, features]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode or done.stderr:
-            given = " and ".join(f"{name}={value}" for name, value in settings.items())
+            setting = " and ".join(f"{name}={value}" for name, value in settings.items())
             reason = (done.stderr.splitlines() or ["it makes no code"])[0]
-            raise SettingError(given, f"should name a processor in LLVM's words, such as haswell; LLVM: {reason}")
+            raise SettingError(setting, f"should name a processor in LLVM's words, such as haswell; LLVM: {reason}")
     return target
 
 

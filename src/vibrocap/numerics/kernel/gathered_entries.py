@@ -34,7 +34,7 @@ def gathered_entries(
         ("LETTERS", contacts * MODE_PLACES),
         ("ASYMMETRY", 1),
         ("DEFECT", 1),  # evidence, see `observe/evidence.py`
-        ("HOLD_SHARE", 1),
+        ("STICKING_SHARE", 1),
         ("LEAST_VELOCITY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
         *((("LIFTED", watched),) if watched else ()),  # 1 once a true load has been below zero

@@ -10,7 +10,7 @@ from vibrocap.numerics.kernel.generated.equations import jet
 # How far the next step goes, and by which method.
 
 
-def chosen_step(floats, ints, lane, remaining) -> float:
+def step_length(floats, ints, lane, remaining) -> float:
     """Length of the next step, no longer than `remaining`, with its series in memory."""
     raise NotImplementedError
 

@@ -89,11 +89,11 @@ class Numbers:
 
     time: float  # since the start of the period
     period: float  # length of a period
-    hold_rate: float  # of the last term of a sticking force over the last but two, see `taylor.holding_terms`
+    sticking_rate: float  # of the last term of a sticking force over the last but two, see `taylor.holding_terms`
     tail: float  # time to run after the whole periods
     side: list[float]  # [contacts] +1, -1 sliding; 0 stuck
     came_from: list[float]  # [contacts] side before it came to rest
-    side_told: list[float]  # [contacts] side in the last piece that was recorded
+    recorded_side: list[float]  # [contacts] side in the last piece that was recorded
     tolerance: float  # error per step over the natural size of a state
     implicit_step: float  # step that the implicit method proposes, or of the series on a slow manifold
     explicit_step: float  # last step of the Taylor method before the implicit method took over
@@ -166,7 +166,7 @@ class Gathered:
     letters: list[float]
     asymmetry: float
     defect: float
-    hold_share: float
+    sticking_share: float
     least_velocity: float
     occurred: list[float]
     lifted: list[float]  # [loads]
@@ -202,7 +202,7 @@ def every_lane() -> Iterator[Lane]:
 shared = stepper = alone = Lane()
 lanes: Any = alone  # the numbers of all lanes
 at: Any = alone  # their places
-INT_ENTRIES, FLOAT_ENTRIES = (tuple(name.upper() for name in each.__annotations__) for each in (Wholes, Numbers))
+INT_ENTRIES, FLOAT_ENTRIES = (tuple(map(str.upper, record.__annotations__)) for record in (Wholes, Numbers))
 OF_STEPPER = (
     *("BEGUN", "ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),
     *("LAST_CONTACT", "WAITING_EVENTS", "CLOCK", "CLOCK_REST", "LENGTH", "PIECE_CLOCK", "PIECE_TIME", "PIECE_LENGTH"),
@@ -216,4 +216,4 @@ NOT_OF_STEPPER = (
     *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
 )
 OF_RETURNS = ("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BY_PLACE", "PASSED", "PASSED_AT", "BEGUN_AT", "SETTLED_AT")
-PER_CONTACT = ("TRANSITION", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
+PER_CONTACT = ("TRANSITION", "GAVE_WAY", "SIDE", "CAME_FROM", "RECORDED_SIDE")

@@ -13,7 +13,7 @@ ARRAYS = {
     for name in record.__annotations__
 }
 ROWS = {"row": "SERIES", "guard_row": "SWITCH", "guess_row": "GUESS", "load_row": "REACTION"}
-OF_CONTACT = {"velocity": "VELOCITY_OF", "sticking_force": "HOLD_OF", "limit": "LIMIT_OF"}
+OF_CONTACT = {"velocity": "VELOCITY_OF", "sticking_force": "STICKING_FORCE_OF", "limit": "LIMIT_OF"}
 assert Rows.__annotations__.keys() == {*ROWS, *OF_CONTACT, *(f"{name}_row" for name in OF_CONTACT)}
 ENTRY = re.compile(r"\b(lane|lanes|at|shared|stepper|alone|law)\.(\w+)(\[?)")
 HOOK = re.compile(r"\bhook\.(?=\w+\()")

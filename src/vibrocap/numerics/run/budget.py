@@ -37,7 +37,7 @@ class Budget:
     extrapolate: bool = False
 
 
-def begun(layout: Layout, budget: Budget, **entries: Any) -> tuple[np.ndarray, np.ndarray]:
+def prepared_memory(layout: Layout, budget: Budget, **entries: Any) -> tuple[np.ndarray, np.ndarray]:
     """(floats, ints) of lanes that are about to run: what the budget says, and these entries by name.
 
     A number goes to every lane, several numbers to the one lane that there is. All that follows from states,

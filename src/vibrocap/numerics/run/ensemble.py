@@ -16,7 +16,7 @@ from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
-from vibrocap.numerics.run.budget import Budget, begun
+from vibrocap.numerics.run.budget import Budget, prepared_memory
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
@@ -154,7 +154,7 @@ def prepared_lanes(
     layout: Layout, budget: Budget, count: int, tables: np.ndarray = NO_TABLES
 ) -> tuple[np.ndarray, np.ndarray]:
     """The memory of the lanes of one thread, all of them free; tables: as of `drive_tables`, behind the results."""
-    return begun(
+    return prepared_memory(
         layout,
         budget,
         STATUS=codes.DONE,

@@ -24,7 +24,7 @@ from vibrocap.numerics.linker.link import (
     plain_kernel,
 )
 from vibrocap.numerics.linker.recipes import motion_recipe
-from vibrocap.numerics.run.budget import Budget, begun
+from vibrocap.numerics.run.budget import Budget, prepared_memory
 from vibrocap.numerics.run.results import PieceSeries
 from vibrocap.resources import check_kept, check_memory
 
@@ -190,8 +190,8 @@ def recorded_run(
     whole_trace = 8.0 * math.floor(phase + periods + 1e-12) * layout.states
     check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     room = int(min(PIECE_ROOM, 250 * periods + 200)), EVENT_ROOM
-    floats, ints, trace = begun_memory(equations, layout, parameters, initial, period, budget, room, phase)
-    given_away = False
+    floats, ints, trace = motion_memory(equations, layout, parameters, initial, period, budget, room, phase)
+    in_place = False
     place, rows = layout.places, layout.states
     event_start, piece_start = int(ints[place["RECORDED_EVENT_START"]]), int(ints[place["PIECE_START"]])
     pieces, events = [], []
@@ -203,10 +203,10 @@ def recorded_run(
         if status != codes.RUNNING or not keep_pieces:
             if keep_pieces:
                 count, size = int(ints[place["PIECES"]]), layout.piece_size
-                given_away = not full and 2 * count > int(ints[place["PIECE_LIMIT"]])
+                in_place = not full and 2 * count > int(ints[place["PIECE_LIMIT"]])
                 events.append(_rows(trace, event_start, ints[place["RECORDED_EVENTS"]], layout.event_size).copy())
                 kept = _rows(trace, piece_start, count, size)
-                pieces.append(kept if given_away else kept.copy())
+                pieces.append(kept if in_place else kept.copy())
             ints[place["PIECES"]] = ints[place["RECORDED_EVENTS"]] = 0
         if full:
             ints[place["STATUS"]] = status = codes.RUNNING
@@ -230,12 +230,12 @@ def recorded_run(
         implicit_steps=int(ints[place["IMPLICIT_STEPS"]]),
         contacts=layout.contacts,
     )
-    if not given_away:
+    if not in_place:
         TRACES.give_back(trace)
     return recorded
 
 
-def begun_memory(
+def motion_memory(
     equations: Equations,
     layout: Layout,
     parameters: Sequence[float],
@@ -261,7 +261,7 @@ def begun_memory(
     trace = TRACES.lend(piece_start + pieces * layout.piece_size)
     trace[:rows] = initial
     trace[table_start:piece_start] = table.ravel()
-    floats, ints = begun(
+    floats, ints = prepared_memory(
         layout,
         budget,
         STATUS=codes.BEGINNING,

@@ -13,7 +13,7 @@ from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import plain_kernel
-from vibrocap.numerics.run.budget import Budget, begun
+from vibrocap.numerics.run.budget import Budget, prepared_memory
 from vibrocap.numerics.run.ensemble import drive_tables, ensemble_source
 from vibrocap.numerics.run.results import RunResults
 
@@ -35,7 +35,7 @@ def replayed(
     tables = drive_tables(equations, np.array([parameters]))
     trace = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
     place, states, length = layout.places, layout.states, layout.order + 1
-    floats, ints = begun(
+    floats, ints = prepared_memory(
         layout,
         budget,
         STATUS=codes.DONE,

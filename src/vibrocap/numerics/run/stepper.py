@@ -16,7 +16,7 @@ from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import stepper_recipe
-from vibrocap.numerics.run.budget import Budget, begun
+from vibrocap.numerics.run.budget import Budget, prepared_memory
 from vibrocap.numerics.run.motion import series_order
 
 ENTRIES = ("begin_motion", "take_step", "look_at")
@@ -66,7 +66,7 @@ class StepperKernel:
 
     def memory(self, parameters: Sequence[float], initial: Sequence[float], budget: Budget) -> StepperMemory:
         """The memory that `begin_motion` is given; the budget is one per length, of an input its events too."""
-        floats, ints = begun(
+        floats, ints = prepared_memory(
             self.layout,
             budget,
             STATE=initial,

@@ -115,23 +115,34 @@ def later_terms(floats, row, degree, start, h):
     return total * square
 
 
-def first_root(floats, row, degree, sign, zeros, h):
-    """First time in (0, h] at which sign * polynomial falls to zero; the first `zeros` coefficients are taken as zero.
+def vanishing_order(floats, row, h, least):
+    """How many leading coefficients, up to ORDER, change the polynomial by no more than `least` over the step h."""
+    vanishing = 0
+    power = 1.0
+    for k in range(ORDER):
+        if vanishing == k and abs(floats[row + k * LANES]) * power <= least:
+            vanishing = k + 1
+        power *= h
+    return vanishing
+
+
+def first_root(floats, row, degree, sign, vanishing, h):
+    """First time in (0, h] at which sign * polynomial falls to zero; with so many leading coefficients taken as zero.
 
     floats[row + k * LANES]: coefficient of s^k.
     Returns (root, touch): the root, or -1 where there is none, and the first place where the polynomial touches zero to
     rounding level without falling below, or -1.
     """
-    n = degree - zeros
-    first = sign * floats[row + zeros * LANES]
-    line = first + sign * floats[row + (zeros + 1) * LANES] * h
-    if min(first, line) > later_terms(floats, row, degree, zeros + 2, h):  # a line outweighs all others: no root
+    n = degree - vanishing
+    first = sign * floats[row + vanishing * LANES]
+    line = first + sign * floats[row + (vanishing + 1) * LANES] * h
+    if min(first, line) > later_terms(floats, row, degree, vanishing + 2, h):  # a line outweighs all others: no root
         return -1.0, -1.0
     a = WORK  # coefficients over the unit interval
     total = 0.0
     power = 1.0
     for i in range(n + 1):
-        term = sign * floats[row + (zeros + i) * LANES] * power
+        term = sign * floats[row + (vanishing + i) * LANES] * power
         floats[a + i] = term
         total += abs(term)
         power *= h

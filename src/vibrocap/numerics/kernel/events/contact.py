@@ -9,7 +9,7 @@ open is decided here, contact by contact, as it is of one alone.
 """
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, vanishing_order
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.events.transitions import (
     MODE_HOLDS,
@@ -23,7 +23,7 @@ from vibrocap.numerics.kernel.generated.equations import contact_velocity, holdi
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.places import GUARD, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.lane import alone, at
+from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step, write_state
 
@@ -95,13 +95,7 @@ def beyond_rounding(floats, ints, lane, c):
             rate = max(alone.decay_rate, alone.own_decay[m] * alone.slow[m])
             h = min(h, STABLE / rate) if rate > 0.0 else h
     least = SLIGHT * lane.scale[STATE_OF[c]]
-    zeros = 0
-    power = 1.0
-    for k in range(ORDER):
-        if zeros == k and abs(floats[at.velocity_row[c] + k * LANES + lane]) * power <= least:
-            zeros = k + 1
-        power *= h
-    return zeros
+    return vanishing_order(floats, lane.velocity_row[c], h, least)
 
 
 def decide(floats, ints, trace, lane, c):
@@ -170,15 +164,9 @@ def guard_series(floats, lane, c, direction, h):
     """
     force, limit = lane.sticking_force_row[c], lane.limit_row[c]
     noise = ROUNDINGS * EPSILON * (floats[limit] + abs(floats[force]))
-    zeros = 0
-    power = 1.0
     for k in range(ORDER):
-        guard = floats[limit + k * LANES] - direction * floats[force + k * LANES]
-        floats[GUARD + k * LANES + lane] = guard
-        if zeros == k and abs(guard) * power <= noise:
-            zeros = k + 1
-        power *= h
-    return zeros
+        floats[GUARD + k * LANES + lane] = floats[limit + k * LANES] - direction * floats[force + k * LANES]
+    return vanishing_order(floats, GUARD + lane, h, noise)
 
 
 def cross(floats, ints, trace, lane, event, c, h):

@@ -28,23 +28,23 @@ from vibrocap.numerics.kernel.events.transitions import ARRIVED, MODE_HOLDS, TIE
 from vibrocap.numerics.kernel.events.tried_mode import (
     ACCELERATIONS,
     AT_REST,
-    FOUND_ACCELERATION,
-    FOUND_SIDE,
+    CONSISTENT_ACCELERATION,
+    CONSISTENT_SIDE,
+    FORCES,
     FREE_ROWS,
     GAVE,
-    GROUP_ASKED,
     KNOWN_SIZE,
     LARGEST_SIZE,
     LOAD_ROWS,
     NORMALS,
     OPEN,
     OPEN_FORCES,
+    OPEN_GROUP,
     SLOWING,
-    TAKEN,
     TRIED,
     find_forces,
-    held_between,
     sliding_force,
+    sticking_range,
 )
 from vibrocap.numerics.kernel.generated.equations import contact_rows
 from vibrocap.numerics.kernel.generated.facts import DYNAMIC, GROUP, SHARED, STICKS
@@ -100,32 +100,32 @@ def decide_together(floats, ints, lane):
 def pose(floats, ints, lane):
     """List the contacts of the problem, with what of their accelerations is known in every mode; how many."""
     for c in range(CONTACTS):
-        floats[GROUP_ASKED + c] = 0.0
+        floats[OPEN_GROUP + c] = 0.0
     for c in range(CONTACTS):
         if lane.transition[c] == ARRIVED:
-            floats[GROUP_ASKED + GROUP[c]] = 1.0
+            floats[OPEN_GROUP + GROUP[c]] = 1.0
     count = 0
     for c in range(CONTACTS):
         floats[TRIED + c] = lane.side[c]
         floats[GAVE + c] = float(lane.gave_way[c])
         floats[AT_REST + c] = 0.0
-        floats[TAKEN + c] = 0.0
+        floats[FORCES + c] = 0.0
         rests_now = STICKS[c] == 1 and floats[TRIED + c] == 0.0
-        if (rests_now or DYNAMIC) and floats[GROUP_ASKED + GROUP[c]] == 1.0:
+        if (rests_now or DYNAMIC) and floats[OPEN_GROUP + GROUP[c]] == 1.0:
             floats[OPEN + count] = float(c)
             floats[AT_REST + c] = 1.0 if rests_now else 0.0
             if rests_now:
                 floats[TRIED + c] = -lane.came_from[c]
             count += 1
         elif not rests_now:
-            level, pushed = sliding_force(floats, c)
-            floats[TAKEN + c] = level * floats[LOAD_ROWS + c] - pushed
+            level, applied = sliding_force(floats, c)
+            floats[FORCES + c] = level * floats[LOAD_ROWS + c] - applied
     for i in range(count):
         c = int(floats[OPEN + i])
         size = abs(floats[FREE_ROWS + c])
         if not DYNAMIC:
             for j in range(CONTACTS):
-                term = floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+                term = floats[SLOWING + c * CONTACTS + j] * floats[FORCES + j]
                 floats[FREE_ROWS + c] -= term
                 size += abs(term)
         floats[KNOWN_SIZE + c] = size
@@ -150,9 +150,9 @@ def solve_modes(floats, count):
                     floats[OPEN_FORCES + c] = 1.0
                     floats[TRIED + c] = 0.0
             else:
-                least, most = held_between(floats, c)
-                size = UNDECIDED_SHARE * (abs(least) + abs(most) + abs(floats[TAKEN + c]))
-                if most - floats[TAKEN + c] <= size or floats[TAKEN + c] - least <= size:
+                least, most = sticking_range(floats, c)
+                size = UNDECIDED_SHARE * (abs(least) + abs(most) + abs(floats[FORCES + c]))
+                if most - floats[FORCES + c] <= size or floats[FORCES + c] - least <= size:
                     floats[OPEN_FORCES + c] = 1.0
     return fits
 
@@ -180,8 +180,8 @@ def pivot(floats, count):
         elif floats[TRIED + misfit] != 0.0:
             floats[TRIED + misfit] = 0.0
         else:
-            most = held_between(floats, misfit)[1]
-            floats[TRIED + misfit] = 1.0 if floats[TAKEN + misfit] > most else -1.0
+            most = sticking_range(floats, misfit)[1]
+            floats[TRIED + misfit] = 1.0 if floats[FORCES + misfit] > most else -1.0
     return False
 
 
@@ -198,9 +198,9 @@ def first_misfit(floats, count, share):
                 if floats[TRIED + c] * floats[ACCELERATIONS + c] < least_speeding:
                     return c
             else:
-                least, most = held_between(floats, c)
-                size = FITTING * (abs(least) + abs(most) + abs(floats[TAKEN + c]))
-                if floats[TAKEN + c] > most + size or floats[TAKEN + c] < least - size:
+                least, most = sticking_range(floats, c)
+                size = FITTING * (abs(least) + abs(most) + abs(floats[FORCES + c]))
+                if floats[FORCES + c] > most + size or floats[FORCES + c] < least - size:
                     return c
     return -1
 
@@ -236,14 +236,14 @@ def try_all(floats, count):
                 consistent = 1
                 for i in range(count):
                     c = int(floats[OPEN + i])
-                    floats[FOUND_SIDE + c] = floats[TRIED + c]
-                    floats[FOUND_ACCELERATION + c] = floats[ACCELERATIONS + c]
+                    floats[CONSISTENT_SIDE + c] = floats[TRIED + c]
+                    floats[CONSISTENT_ACCELERATION + c] = floats[ACCELERATIONS + c]
             elif differs(floats, count):
                 return SEVERAL_FIT
         if consistent == 1:
             for i in range(count):
                 c = int(floats[OPEN + i])
-                floats[TRIED + c] = floats[FOUND_SIDE + c]
+                floats[TRIED + c] = floats[CONSISTENT_SIDE + c]
             find_forces(floats, count, False)
             return ONE_FITS
     return NONE_FITS
@@ -262,5 +262,5 @@ def differs(floats, count):
     largest = 0.0
     for i in range(count):
         c = int(floats[OPEN + i])
-        largest = max(largest, abs(floats[ACCELERATIONS + c] - floats[FOUND_ACCELERATION + c]))
+        largest = max(largest, abs(floats[ACCELERATIONS + c] - floats[CONSISTENT_ACCELERATION + c]))
     return largest > UNDECIDED_SHARE * floats[LARGEST_SIZE]

@@ -15,7 +15,7 @@ too short to matter.
 """
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root, vanishing_order
 from vibrocap.numerics.kernel.codes import (
     BEYOND_BOUND,
     BOUND_REACHED,
@@ -86,19 +86,8 @@ def branch_in_doubt(floats, lane, h):
 
 def begins(floats, row, h):
     """Whether a guard grows from zero: its first coefficient that is no rounding over the step h is positive."""
-    zeros = vanishing(floats, row, h)
-    return zeros == ORDER or floats[row + zeros * LANES] > 0.0
-
-
-def vanishing(floats, row, h):
-    """How many leading coefficients of a guard of the machine move it by rounding only over the step h."""
-    zeros = 0
-    power = 1.0
-    for k in range(ORDER):
-        if zeros == k and abs(floats[row + k * LANES]) * power <= SLIGHT:
-            zeros = k + 1
-        power *= h
-    return zeros
+    vanishing = vanishing_order(floats, row, h, SLIGHT)
+    return vanishing == ORDER or floats[row + vanishing * LANES] > 0.0
 
 
 def first_switch(floats, lane, event, h):
@@ -107,14 +96,13 @@ def first_switch(floats, lane, event, h):
         if LOCATED[i] == 0:
             continue
         row = lane.guard_row[i]
-        zeros, degree = 0, ORDER - 1
+        vanishing, degree = 0, ORDER - 1
         if LAW_BRANCHES <= i < BRANCHES:
             degree = ORDER
-            zeros = vanishing(floats, row, h)
-            zeros = min(zeros, ORDER - 2)
-            while zeros > 0 and not (floats[row + zeros * LANES] > 0.0):
-                zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
-        root, _touch = first_root(floats, row, degree, 1.0, zeros, h)
+            vanishing = min(vanishing_order(floats, row, h, SLIGHT), ORDER - 2)
+            while vanishing > 0 and not (floats[row + vanishing * LANES] > 0.0):
+                vanishing -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
+        root, _touch = first_root(floats, row, degree, 1.0, vanishing, h)
         if root >= 0.0 and (root < h or event == 0):
             event = FIRST_SWITCH + i
             h = root

@@ -16,35 +16,35 @@ SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal while pivot
 FREE_ROWS = WORK + STATES
 SLOWING = FREE_ROWS + CONTACTS
 LOAD_ROWS = SLOWING + CONTACTS * CONTACTS
-HELD_LEVELS = LOAD_ROWS + CONTACTS
-LEVELS_EACH = 7
-SLIDING, PUSHED, PUSHED_AT_REST, LEAST_HELD, MOST_HELD, LEAST_KINETIC, MOST_KINETIC = 0, 1, 2, 3, 4, 5, 6
-RAISED_ROWS = HELD_LEVELS + LEVELS_EACH * CONTACTS
+LEVELS = LOAD_ROWS + CONTACTS
+LEVEL_COUNT = 7
+SLIDING, APPLIED, APPLIED_AT_REST, LEAST_STICKING, MOST_STICKING, LEAST_KINETIC, MOST_KINETIC = 0, 1, 2, 3, 4, 5, 6
+RAISED_ROWS = LEVELS + LEVEL_COUNT * CONTACTS
 MATRIX_ROWS = RAISED_ROWS + CONTACTS * CONTACTS  # with the right-hand side
-TAKEN = MATRIX_ROWS + CONTACTS * (CONTACTS + 1)
-ACCELERATIONS = TAKEN + CONTACTS
+FORCES = MATRIX_ROWS + CONTACTS * (CONTACTS + 1)
+ACCELERATIONS = FORCES + CONTACTS
 NORMALS = ACCELERATIONS + CONTACTS
 TRIED = NORMALS + CONTACTS  # side of each contact in the mode that is tried
 AT_REST = TRIED + CONTACTS  # 1: it is asked
 GAVE = AT_REST + CONTACTS  # 1: it has given way
 OPEN_FORCES = GAVE + CONTACTS  # 1: the forces alone do not decide
-GROUP_ASKED = OPEN_FORCES + CONTACTS  # of each group, 1: one of it is to be asked
-FOUND_SIDE = GROUP_ASKED + CONTACTS
-FOUND_ACCELERATION = FOUND_SIDE + CONTACTS
-KNOWN_SIZE = FOUND_ACCELERATION + CONTACTS  # sum of the sizes of what accelerates a contact but unknown forces
+OPEN_GROUP = OPEN_FORCES + CONTACTS  # of each group, 1: one of it is to be asked
+CONSISTENT_SIDE = OPEN_GROUP + CONTACTS
+CONSISTENT_ACCELERATION = CONSISTENT_SIDE + CONTACTS
+KNOWN_SIZE = CONSISTENT_ACCELERATION + CONTACTS  # sum of the sizes of what accelerates a contact but unknown forces
 OPEN = KNOWN_SIZE + CONTACTS  # numbers of the contacts of the problem
 UNKNOWN = OPEN + CONTACTS  # of those whose forces are unknown in the mode that is tried
 LARGEST_SIZE = UNKNOWN + CONTACTS  # largest sum of all that accelerates one of them: its rounding is a share of that
 
 
-def held_between(floats, c):
+def sticking_range(floats, c):
     """(least, most) that a contact at rest may take, under the load of the mode that is tried."""
-    levels = HELD_LEVELS + LEVELS_EACH * c
-    least, most = floats[levels + LEAST_HELD], floats[levels + MOST_HELD]
+    levels = LEVELS + LEVEL_COUNT * c
+    least, most = floats[levels + LEAST_STICKING], floats[levels + MOST_STICKING]
     if floats[GAVE + c] == 1.0:
         least, most = floats[levels + LEAST_KINETIC], floats[levels + MOST_KINETIC]
-    pushed = floats[levels + PUSHED_AT_REST]
-    return least * floats[NORMALS + c] - pushed, most * floats[NORMALS + c] - pushed
+    applied = floats[levels + APPLIED_AT_REST]
+    return least * floats[NORMALS + c] - applied, most * floats[NORMALS + c] - applied
 
 
 def find_forces(floats, count, soft):
@@ -62,8 +62,8 @@ def find_forces(floats, count, soft):
             floats[UNKNOWN + unknown] = floats[OPEN + i]
             unknown += 1
         else:
-            level, pushed = sliding_force(floats, c)
-            floats[TAKEN + c] = level * floats[LOAD_ROWS + c] - pushed
+            level, applied = sliding_force(floats, c)
+            floats[FORCES + c] = level * floats[LOAD_ROWS + c] - applied
     for i in range(unknown):
         write_row(floats, i, unknown, count, soft)
     eliminate(floats, unknown)
@@ -75,11 +75,11 @@ def find_forces(floats, count, soft):
         size = floats[KNOWN_SIZE + c]
         for k in range(count):
             j = int(floats[OPEN + k])
-            term = floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+            term = floats[SLOWING + c * CONTACTS + j] * floats[FORCES + j]
             acceleration -= term
             size += abs(term)
             if DYNAMIC:
-                normal -= floats[RAISED_ROWS + c * CONTACTS + j] * floats[TAKEN + j]
+                normal -= floats[RAISED_ROWS + c * CONTACTS + j] * floats[FORCES + j]
         floats[ACCELERATIONS + c] = acceleration
         floats[NORMALS + c] = normal
         largest = max(largest, size)
@@ -94,22 +94,22 @@ def rests(floats, c):
 
 def sliding_force(floats, c):
     """(force over load, what pushes it besides) of a contact that slides in the mode that is tried."""
-    levels = HELD_LEVELS + LEVELS_EACH * c
+    levels = LEVELS + LEVEL_COUNT * c
     if floats[AT_REST + c] != 1.0:
-        return floats[levels + SLIDING], floats[levels + PUSHED]
-    first = LEAST_KINETIC if floats[GAVE + c] == 1.0 else LEAST_HELD
-    return floats[levels + first + (1 if floats[TRIED + c] > 0.0 else 0)], floats[levels + PUSHED_AT_REST]
+        return floats[levels + SLIDING], floats[levels + APPLIED]
+    first = LEAST_KINETIC if floats[GAVE + c] == 1.0 else LEAST_STICKING
+    return floats[levels + first + (1 if floats[TRIED + c] > 0.0 else 0)], floats[levels + APPLIED_AT_REST]
 
 
 def write_row(floats, i, unknown, count, soft):
     """Write row i of the linear problem for so many unknown forces."""
     row, c = MATRIX_ROWS + i * (CONTACTS + 1), int(floats[UNKNOWN + i])
     if not rests(floats, c):
-        level, pushed = sliding_force(floats, c)
+        level, applied = sliding_force(floats, c)
         for k in range(unknown):
             floats[row + k] = level * floats[RAISED_ROWS + c * CONTACTS + int(floats[UNKNOWN + k])]
         floats[row + i] += 1.0
-        floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - pushed
+        floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - applied
         return
     head = i
     if SHARED and not soft:
@@ -124,14 +124,14 @@ def write_row(floats, i, unknown, count, soft):
             floats[row + k] = 0.0
         floats[row + i] = other_width
         floats[row + head] = -own
-        floats[row + CONTACTS] = other_width * middle_taken(floats, c) - own * middle_taken(floats, first)
+        floats[row + CONTACTS] = other_width * middle_force(floats, c) - own * middle_force(floats, first)
         return
     known = floats[FREE_ROWS + c]
     if unknown < count:
         for k in range(count):
             j = int(floats[OPEN + k])
             if not rests(floats, j):
-                known -= floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+                known -= floats[SLOWING + c * CONTACTS + j] * floats[FORCES + j]
     for k in range(unknown):
         floats[row + k] = floats[SLOWING + c * CONTACTS + int(floats[UNKNOWN + k])]
     if soft and unknown > 1:
@@ -146,14 +146,14 @@ def write_row(floats, i, unknown, count, soft):
 
 def half_width(floats, c):
     """Of the forces that a contact can hold, with a little more so that one which holds nothing has a share."""
-    levels = HELD_LEVELS + LEVELS_EACH * c
-    return 0.5 * (floats[levels + MOST_HELD] - floats[levels + LEAST_HELD]) + 1e-150
+    levels = LEVELS + LEVEL_COUNT * c
+    return 0.5 * (floats[levels + MOST_STICKING] - floats[levels + LEAST_STICKING]) + 1e-150
 
 
-def middle_taken(floats, c):
+def middle_force(floats, c):
     """Middle of what a contact takes at rest."""
-    levels = HELD_LEVELS + LEVELS_EACH * c
-    return 0.5 * (floats[levels + MOST_HELD] + floats[levels + LEAST_HELD]) - floats[levels + PUSHED_AT_REST]
+    levels = LEVELS + LEVEL_COUNT * c
+    return 0.5 * (floats[levels + MOST_STICKING] + floats[levels + LEAST_STICKING]) - floats[levels + APPLIED_AT_REST]
 
 
 def eliminate(floats, unknown):
@@ -178,5 +178,5 @@ def eliminate(floats, unknown):
     for i in range(unknown - 1, -1, -1):
         value = floats[MATRIX_ROWS + i * width + CONTACTS]
         for k in range(i + 1, unknown):
-            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + int(floats[UNKNOWN + k])]
-        floats[TAKEN + int(floats[UNKNOWN + i])] = value / floats[MATRIX_ROWS + i * width + i]
+            value -= floats[MATRIX_ROWS + i * width + k] * floats[FORCES + int(floats[UNKNOWN + k])]
+        floats[FORCES + int(floats[UNKNOWN + i])] = value / floats[MATRIX_ROWS + i * width + i]

@@ -11,12 +11,12 @@ def slow_jet(floats, lane) -> None:
     raise NotImplementedError
 
 
-def guard_simd(floats, chosen, contact, side, stuck, push, one, two, h) -> None:
+def guard_simd(floats, selected, contact, side, stuck, direction, one, two, h) -> None:
     """Of all lanes at once (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 
-    chosen: the lanes in which it is written, where contacts are several
+    selected: the lanes in which it is written, where contacts are several
     The guard is side * velocity without its first coefficients that vanish (in the lanes `one` and `two`, so many), or,
-    in the lanes `stuck`, limit - push * sticking force.
+    in the lanes `stuck`, limit - direction * sticking force.
     """
     raise NotImplementedError
 

@@ -47,11 +47,11 @@ def first_events(floats, ints, plain, slow, longest, h):
             two = lanes.transition[c] == 2
             if LACUNARY:
                 plain = plain & ~two
-            stuck, push, fine, stays = none, own, ~none, none
+            stuck, direction, fine, stays = none, own, ~none, none
             if STICKS[c] == 1:
                 stuck = own == 0.0
                 if bits(again & (stuck | two)) != 0:
-                    push, fine, stays = hold_simd(floats, c, stuck, two, longest, h)
+                    direction, fine, stays = sticking_simd(floats, c, stuck, two, longest, h)
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
             if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
                 ahead = ahead | still_simd(floats, ints, c, h)
@@ -69,7 +69,7 @@ def first_events(floats, ints, plain, slow, longest, h):
             plain = plain & (fine | ~asked)
             asked = asked & plain & ~ahead
             if bits(asked) != 0:
-                guard_simd(floats, asked, c, own, stuck, push, one, two, h)
+                guard_simd(floats, asked, c, own, stuck, direction, one, two, h)
                 searched = searched | asked
                 sticking = sticking | (asked & stuck)
                 looked = where(asked, 1.0 * c, looked)
@@ -92,11 +92,11 @@ def first_events(floats, ints, plain, slow, longest, h):
     return plain, h, event, which
 
 
-def hold_simd(floats, c, stuck, two, longest, h):
+def sticking_simd(floats, c, stuck, two, longest, h):
     """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for, where it
     stays beyond doubt)."""
     limit = lanes.limit[c]
-    hold = lanes.sticking_force[c]
+    sticking_force = lanes.sticking_force[c]
     growth = 0.0 * h
     change = 0.0 * h
     for k in range(ORDER - 1, 0, -1):
@@ -106,28 +106,28 @@ def hold_simd(floats, c, stuck, two, longest, h):
             term = term + abs(load(floats, at.limit_row[c] + k * LANES))
         growth = growth * h + term
         change = change * h + force
-    push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
-    below_limit = abs(hold) < (1.0 - 1e-12) * limit
-    sure = below_limit & (limit + push * hold > growth * h)
+    direction = where(sticking_force + 0.5 * h * change > 0.0, 1.0, -1.0)
+    below_limit = abs(sticking_force) < (1.0 - 1e-12) * limit
+    sure = below_limit & (limit + direction * sticking_force > growth * h)
     if bits(stuck & below_limit & ~sure) != 0:
-        sure = sure | (below_limit & (least_of_guard(floats, c, push, h) > 0.0))
+        sure = sure | (below_limit & (least_of_guard(floats, c, direction, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
     threshold = max(1e-4 * limit, abs(load(floats, at.velocity_row[c] + 2 * LANES)) * longest)
     steady = ~two | (abs(load(floats, at.velocity_row[c] + LANES)) <= JUMP * threshold)
     fine = where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
-    return push, fine, stuck & (limit - abs(hold) > growth * h)
+    return direction, fine, stuck & (limit - abs(sticking_force) > growth * h)
 
 
-def least_of_guard(floats, c, push, h):
-    """A bound from below of limit + push * hold over the step, as `taylor.least_of_cubic`."""
+def least_of_guard(floats, c, direction, h):
+    """A bound from below of limit + direction * sticking_force over the step, as `taylor.least_of_cubic`."""
     force, limit = at.sticking_force_row[c], at.limit_row[c]
     others = 0.0 * h
     for k in range(ORDER - 1, 3, -1):
-        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, force + k * LANES))
-    first = load(floats, limit) + push * load(floats, force)
-    second = (load(floats, limit + LANES) + push * load(floats, force + LANES)) * h
-    third = (load(floats, limit + 2 * LANES) + push * load(floats, force + 2 * LANES)) * h * h
-    fourth = load(floats, limit + 3 * LANES) + push * load(floats, force + 3 * LANES)
+        others = others * h + abs(load(floats, limit + k * LANES) + direction * load(floats, force + k * LANES))
+    first = load(floats, limit) + direction * load(floats, force)
+    second = (load(floats, limit + LANES) + direction * load(floats, force + LANES)) * h
+    third = (load(floats, limit + 2 * LANES) + direction * load(floats, force + 2 * LANES)) * h * h
+    fourth = load(floats, limit + 3 * LANES) + direction * load(floats, force + 3 * LANES)
     return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
 
 

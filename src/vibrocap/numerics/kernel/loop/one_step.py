@@ -53,7 +53,7 @@ def step(floats, ints, trace, lane):
         hook.on_instant(floats, ints, trace, lane)
         turn_period(floats, ints, trace, lane)
         return
-    h = hook.chosen_step(floats, ints, lane, remaining)
+    h = hook.step_length(floats, ints, lane, remaining)
     if SEVERAL and h < 0.0:
         return  # the series must be made anew for a step of the other method
     if not (h > 0.0):
@@ -174,14 +174,14 @@ def first_event(floats, ints, lane, h):
 
 def first_rest(floats, ints, lane, c, side, h):
     """(event, time, touch) of a contact that slides: where its velocity falls to zero."""
-    row, zeros = lane.velocity_row[c], lane.transition[c]
-    if SEVERAL and zeros >= ORDER - 1:
+    row, vanishing = lane.velocity_row[c], lane.transition[c]
+    if SEVERAL and vanishing >= ORDER - 1:
         return 0, h, -1.0
-    if SEVERAL and STICKS[c] == 0 and zeros == 0:
+    if SEVERAL and STICKS[c] == 0 and vanishing == 0:
         scale = lane.scale[STATE_OF[c]]
         if abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * scale:
             return 0, h, -1.0  # at rest to rounding, as the middle one of three that are alike
-    root, touch = first_root(floats, row, ORDER, side, zeros, h)
+    root, touch = first_root(floats, row, ORDER, side, vanishing, h)
     if root < 0.0:
         return 0, h, touch
     return 1, root, touch
@@ -198,10 +198,10 @@ def first_release(floats, lane, c, h):
     if abs(floats[force]) + growth * h < floats[limit]:
         return 0, h, -1.0
     for direction in range(-1, 2, 2):
-        zeros = guard_series(floats, lane, c, direction, h)
-        if zeros > ORDER - 2 or floats[GUARD + zeros * LANES + lane] < 0.0:
+        vanishing = guard_series(floats, lane, c, direction, h)
+        if vanishing > ORDER - 2 or floats[GUARD + vanishing * LANES + lane] < 0.0:
             continue  # `decide` has settled this start
-        root, touch = first_root(floats, GUARD + lane, ORDER - 1, 1.0, zeros, h)
+        root, touch = first_root(floats, GUARD + lane, ORDER - 1, 1.0, vanishing, h)
         if touch >= 0.0 and (earliest < 0.0 or touch < earliest):
             earliest = touch
         if root >= 0.0 and (event == 0 or root < h):

@@ -34,7 +34,7 @@ from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd, taylor_steps
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, one_rests, stabilised_step
-from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, series_value, sign_in_doubt
+from vibrocap.numerics.kernel.step.taylor import NON_STIFF, least_of_cubic, series_value, sign_in_doubt
 
 
 def advance(floats, ints, trace, rounds):
@@ -95,15 +95,15 @@ def step_simd(floats, ints, trace, running):
             moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = lanes.decay_rate
-        gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
-        gentle = gentle | (longest >= remaining)
+        non_stiff = ~(rate * longest > NON_STIFF) & (slow | (ORDER * last * longest < NON_STIFF * before))
+        non_stiff = non_stiff | (longest >= remaining)
         for c in range(CONTACTS):
-            gentle = gentle | (lanes.transition[c] > 0)
-        moving = moving & (lanes.stiff == 0) & (gentle | slow | (lanes.patience > 1))
+            non_stiff = non_stiff | (lanes.transition[c] > 0)
+        moving = moving & (lanes.stiff == 0) & (non_stiff | slow | (lanes.patience > 1))
         if SEVERAL:
-            moving = moving & (gentle | ~one_rests(floats, every))
+            moving = moving & (non_stiff | ~one_rests(floats, every))
             longest = where(turning, reach, longest)
-        wanted = moving & ~gentle & ~turning
+        wanted = moving & ~non_stiff & ~turning
         longest, damped = stabilised_step(floats, every, wanted, longest, lanes.tolerance)
     if SLOWED and bits(slow) != 0:
         longest = before_turning(floats, slow, longest)

@@ -13,9 +13,9 @@ from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, S
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, ORDER, STATES
 from vibrocap.numerics.kernel.step.resolved import forget
-from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value, write_state
+from vibrocap.numerics.kernel.step.taylor import series_value, sticking_rate, write_state
 
-NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
+UNRECORDED = 9.0  # a side that is none: the sides at the start are no events
 
 
 def start_lane(floats, ints, trace, lane, run):
@@ -29,7 +29,7 @@ def start_lane(floats, ints, trace, lane, run):
     lane.zero_progress = 0
     lane.pending = 0
     lane.contact_residual = 0.0
-    lane.hold_rate = hold_rate(lane.period, ORDER)
+    lane.sticking_rate = sticking_rate(lane.period, ORDER)
     forget(floats, lane)
     if SLOWED:
         for m in range(MANIFOLDS):
@@ -47,7 +47,7 @@ def start_sides(floats, ints, lane):
         lane.transition[c] = MODE_HOLDS
         lane.gave_way[c] = 0
         lane.came_from[c] = 0.0
-        lane.side_told[c] = NOT_TOLD
+        lane.recorded_side[c] = UNRECORDED
         lane.side[c] = 1.0
     for c in range(CONTACTS):
         v = present_velocity(floats, lane, c)
@@ -57,9 +57,9 @@ def start_sides(floats, ints, lane):
 
 def change_of_side(floats, lane, c):
     """The kind of event by which a contact has come to its side from the one that was told last; -1: by none."""
-    now, before = lane.side[c], lane.side_told[c]
-    lane.side_told[c] = now
-    if now == before or before == NOT_TOLD or STICKS[c] + KINKS[c] == 0:
+    now, before = lane.side[c], lane.recorded_side[c]
+    lane.recorded_side[c] = now
+    if now == before or before == UNRECORDED or STICKS[c] + KINKS[c] == 0:
         return -1
     if now == 0.0:
         return STICK
@@ -97,7 +97,7 @@ def rests_to_rounding(floats, ints, lane, c, v, share):
     """
     if v != 0.0 and (STICKS[c] + KINKS[c] == 0 or abs(v) > share * velocity_rounding(floats, lane, c, v)):
         return False
-    if v != 0.0 and STICKS[c] == 0 and told_from_rest(floats, lane, c, v):
+    if v != 0.0 and STICKS[c] == 0 and differs_from_rest(floats, lane, c, v):
         return False
     if not rests_beside(floats, lane, c):
         lane.state[STATE_OF[c]] -= v
@@ -108,7 +108,7 @@ def rests_to_rounding(floats, ints, lane, c, v, share):
     return True
 
 
-def told_from_rest(floats, lane, c, v):
+def differs_from_rest(floats, lane, c, v):
     """Whether friction tells v, the velocity of a contact at the state in WORK, from rest: rock creeps at 1e-11 m/s."""
     side = lane.side[c]
     lane.side[c] = 1.0 if v > 0.0 else -1.0

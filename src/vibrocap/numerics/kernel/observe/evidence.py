@@ -28,9 +28,9 @@ DEFECT_BOUND = 1e3
 EVERY = 8  # steps of which one is asked whatever it does
 SLOWER, CLOSER = 0.5, 0.9  # shares of the speed, and of what is left to the limit, that a decisive step may go through
 IMPLICIT_POINTS = 8  # at which a step is asked whose dense output is less exact than its end
-ASKED_STATE = WORK
-SLOPE = ASKED_STATE + BASE
-FOUND = SLOPE + BASE
+SAMPLE_STATE = WORK
+SLOPE = SAMPLE_STATE + BASE
+EQUATION_VALUES = SLOPE + BASE
 
 
 def take_evidence(floats, ints, lane, h):
@@ -38,20 +38,20 @@ def take_evidence(floats, ints, lane, h):
     if MAYBE_STIFF and lane.stiff == 1:
         lane.step = h
         for k in range(IMPLICIT_POINTS):
-            ask(floats, ints, lane, h * (k + 1.0) / IMPLICIT_POINTS, h)
+            sample(floats, ints, lane, h * (k + 1.0) / IMPLICIT_POINTS, h)
         return
-    asked = lane.taylor_steps % EVERY == 0
+    sampled = lane.taylor_steps % EVERY == 0
     lane.step = h
-    if asked:
-        ask(floats, ints, lane, h, h)
+    if sampled:
+        sample(floats, ints, lane, h, h)
     for c in range(CONTACTS):
         if decisive(floats, lane, c, h):
-            if not asked:
-                ask(floats, ints, lane, h, h)
-            asked = True
+            if not sampled:
+                sample(floats, ints, lane, h, h)
+            sampled = True
             s = extreme(floats, lane, c, h)
             if 0.0 < s < h:
-                ask(floats, ints, lane, s, h)
+                sample(floats, ints, lane, s, h)
 
 
 def decisive(floats, lane, c, h):
@@ -80,19 +80,19 @@ def extreme(floats, lane, c, h):
     return turning_point(floats, row, LANES, degree, 0.0, h)
 
 
-def ask(floats, ints, lane, s, h):
+def sample(floats, ints, lane, s, h):
     """Ask the equations at time s of the piece."""
     for i in range(BASE):
         value, slope = value_and_rate(floats, lane.row[i], LANES, ORDER, s, False)
-        floats[ASKED_STATE + i] = value
+        floats[SAMPLE_STATE + i] = value
         floats[SLOPE + i] = slope
-    evidence(floats, lane.time + s, ASKED_STATE, lane, FOUND)
+    evidence(floats, lane.time + s, SAMPLE_STATE, lane, EQUATION_VALUES)
     left = 0.0
     for i in range(BASE):
-        left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * lane.inverse_scale[i])
+        left = max(left, abs(floats[EQUATION_VALUES + i] - floats[SLOPE + i]) * lane.inverse_scale[i])
     left *= h
     if MAYBE_STIFF and left > DEFECT_BOUND * lane.tolerance:
-        distance = hook.fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left
+        distance = hook.fit_to_slopes(floats, lane, s, SAMPLE_STATE)  # a stiff law multiplies what is left
         if distance > 0.0:
             left = distance
     if not (left <= HUGE):
@@ -101,9 +101,9 @@ def ask(floats, ints, lane, s, h):
     for c in range(CONTACTS):
         side = lane.side[c]
         if STICKS[c] == 1 and side == 0.0:
-            force, limit = abs(floats[FOUND + BASE + 2 * c]), floats[FOUND + BASE + 2 * c + 1]
-            if force > lane.hold_share * limit:
-                lane.hold_share = force / limit if limit > 0.0 else HUGE
+            force, limit = abs(floats[EQUATION_VALUES + BASE + 2 * c]), floats[EQUATION_VALUES + BASE + 2 * c + 1]
+            if force > lane.sticking_share * limit:
+                lane.sticking_share = force / limit if limit > 0.0 else HUGE
         elif STICKS[c] + KINKS[c] > 0:
             row = lane.velocity_row[c]
             v0, v1, v2 = floats[row], floats[row + LANES], floats[row + 2 * LANES]

@@ -21,9 +21,9 @@ from vibrocap.numerics.kernel.observe.limit_of_marks import (
     RANK,
     REMAINDER,
     WEIGHTS,
+    distance_to_limit,
     mark_entry,
     unexplained_step,
-    way_to_limit,
     weights_of,
 )
 from vibrocap.numerics.kernel.observe.settle import SLOWEST, difference
@@ -130,7 +130,7 @@ def next_limit(floats, lane, mark):
     rank = weights_of(floats, MARKS, lane, mark, 1)
     apart = 0.0
     for i in range(MARK_SIZE):
-        limit = mark_entry(floats, MARKS, lane, mark, i) + way_to_limit(floats, rank, i)
+        limit = mark_entry(floats, MARKS, lane, mark, i) + distance_to_limit(floats, rank, i)
         apart = max(apart, abs(limit - lane.steady[i]))
         lane.steady[i] = limit
     return rank, apart, unexplained_step(floats)

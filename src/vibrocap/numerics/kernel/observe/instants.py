@@ -19,7 +19,7 @@ from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 INSTANT = WORK
-SEEN = INSTANT + STATES
+OBSERVED = INSTANT + STATES
 
 
 def begin(floats, ints, trace, out):
@@ -29,11 +29,11 @@ def begin(floats, ints, trace, out):
     """
     for i in range(STATES):
         floats[INSTANT + i] = alone.state[i]
-    beginning(floats, 0.0, INSTANT, 0, SEEN)
+    beginning(floats, 0.0, INSTANT, 0, OBSERVED)
     for i in range(ROOM + STATES + 1):
-        trace[out + i] = floats[SEEN + i]
+        trace[out + i] = floats[OBSERVED + i]
     for i in range(STATES):
-        alone.scale[i] = floats[SEEN + ROOM + i]
+        alone.scale[i] = floats[OBSERVED + ROOM + i]
 
 
 def take_piece(floats, ints, trace, place):
@@ -71,6 +71,6 @@ def look_at(floats, ints, trace, share, out):
         trace[out + i] = state
         floats[INSTANT + i] = state
     hook.consistent_state(floats, ints, 0, s, INSTANT)
-    observables(floats, alone.time + s, INSTANT, 0, SEEN)
+    observables(floats, alone.time + s, INSTANT, 0, OBSERVED)
     for i in range(OBSERVABLES):
-        trace[out + STATES + i] = floats[SEEN + i]
+        trace[out + STATES + i] = floats[OBSERVED + i]

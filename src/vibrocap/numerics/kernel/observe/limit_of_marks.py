@@ -97,7 +97,7 @@ def takes_column(floats, m, most):
     return True
 
 
-def way_to_limit(floats, rank, i):
+def distance_to_limit(floats, rank, i):
     """What state i of the last mark still has to go to the limit."""
     to_go = 0.0
     for m in range(rank):
@@ -105,12 +105,12 @@ def way_to_limit(floats, rank, i):
     return to_go
 
 
-def largest_way(floats, marks, lane, mark, stride):
+def largest_distance(floats, marks, lane, mark, stride):
     """Distance from the last mark to the limit of the last five, a stride apart, over natural sizes."""
     rank = weights_of(floats, marks, lane, mark, stride)
     largest = 0.0
     for i in range(MARK_SIZE):
-        largest = max(largest, abs(way_to_limit(floats, rank, i)))
+        largest = max(largest, abs(distance_to_limit(floats, rank, i)))
     return largest
 
 

@@ -31,7 +31,7 @@ def has_room(floats, ints, trace, lane):
 
 def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
-    tell_sides(floats, ints, trace, lane)
+    record_sides(floats, ints, trace, lane)
     place = lane.piece_start + lane.pieces * PIECE_SIZE
     trace[place] = lane.period_count
     trace[place + 1] = lane.time
@@ -52,7 +52,7 @@ def on_piece(floats, ints, trace, lane, h):
 
 def on_instant(floats, ints, trace, lane):
     """If there was an event at the last instant, what begins there is a piece of no length."""
-    tell_sides(floats, ints, trace, lane)
+    record_sides(floats, ints, trace, lane)
     last = lane.recorded_event_start + (lane.recorded_events - 1) * EVENT_SIZE
     if lane.recorded_events == 0 or trace[last] != lane.period_count:
         return
@@ -60,7 +60,7 @@ def on_instant(floats, ints, trace, lane):
         on_piece(floats, ints, trace, lane, 0.0)
 
 
-def tell_sides(floats, ints, trace, lane):
+def record_sides(floats, ints, trace, lane):
     """Record what has become of the sides since they were told last."""
     for c in range(CONTACTS):
         kind = change_of_side(floats, lane, c)
@@ -71,7 +71,7 @@ def tell_sides(floats, ints, trace, lane):
 def on_event(floats, ints, trace, lane, kind, contact, s):
     """An event at time s after the lane's present time; where s is not 0 (a graze), the state is that of the series."""
     if kind >= SWITCHED:
-        tell_sides(floats, ints, trace, lane)  # what happened before
+        record_sides(floats, ints, trace, lane)  # what happened before
     write_event(floats, ints, trace, lane, kind, contact, s)
 
 

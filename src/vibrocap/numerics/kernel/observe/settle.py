@@ -13,7 +13,7 @@ import math
 
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
-from vibrocap.numerics.kernel.observe.limit_of_marks import RANK, largest_way, unexplained_step
+from vibrocap.numerics.kernel.observe.limit_of_marks import RANK, largest_distance, unexplained_step
 
 LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and
@@ -108,7 +108,7 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     latest = largest_difference(floats, marks, lane, mark, mark - block, n)
     if latest <= STANDSTILL * tolerance and spread(floats, marks, lane, mark, n) <= STANDSTILL * tolerance:
         farther = min(mark // (RANK + 1), LONGEST_PERIOD) // n * n  # a slow mode shows over many periods
-        return 0.0, max(latest, largest_way(floats, marks, lane, mark, farther))
+        return 0.0, max(latest, largest_distance(floats, marks, lane, mark, farther))
     older = largest_difference(floats, marks, lane, mark - block, mark - 2 * block, n)
     oldest = largest_difference(floats, marks, lane, mark - 2 * block, mark - 3 * block, n)
     # A difference below one tolerance is no smaller than one tolerance.
@@ -123,7 +123,7 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     for k in range(mark - block + 1, mark + 1):  # earlier ones continued at that rate
         distance = max(distance * per_period, difference(floats, marks, lane, k, k - n))
     distance *= ratio / (1.0 - ratio)
-    to_limit = largest_way(floats, marks, lane, mark, n)
+    to_limit = largest_distance(floats, marks, lane, mark, n)
     return ratio, max(distance, to_limit, UNSEEN * unexplained_step(floats))
 
 

@@ -12,7 +12,7 @@ from vibrocap.numerics.kernel.generated.equations import observables, rates
 from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, ORDER, PIECE_SIZE, PRESENT, STATES
 from vibrocap.numerics.kernel.lane import alone
-from vibrocap.numerics.kernel.observe.instants import INSTANT, SEEN, take_piece
+from vibrocap.numerics.kernel.observe.instants import INSTANT, OBSERVED, take_piece
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 STORED_HEAD = 4  # wanted rows, instants, 1 where any row is an observable, bound of what is left of the equations
@@ -47,12 +47,12 @@ def write_rows(floats, ints, trace, s, out):
     """Write the wanted rows; what depends on the law's forces at a state consistent with the slopes."""
     rows, instants, observed = int(trace[0]), int(trace[1]), trace[2] > 0.0
     if observed:
-        observables(floats, alone.time + s, INSTANT, 0, SEEN)
+        observables(floats, alone.time + s, INSTANT, 0, OBSERVED)
     for k in range(rows):
         trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
     if MAYBE_STIFF and observed and alone.stiff == 1:
         hook.consistent_state(floats, ints, 0, s, INSTANT)
-        observables(floats, alone.time + s, INSTANT, 0, SEEN)
+        observables(floats, alone.time + s, INSTANT, 0, OBSERVED)
         for k in range(rows):
             if trace[STORED_HEAD + 2 * k + 1] > 0.0:
                 trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
@@ -62,10 +62,10 @@ def left_of_equations(floats, ints, s, bound):
     """h |y' - f(t, y)| over the natural size of a state; of an implicit step, or beyond the bound, along stiff
     directions where there are any."""
     left = 0.0
-    rates(floats, alone.time + s, INSTANT, 0, SEEN)
+    rates(floats, alone.time + s, INSTANT, 0, OBSERVED)
     for i in range(STATES):
         slope = polynomial_slope(floats, alone.row[i], 1, ORDER, s)
-        own = abs(floats[SEEN + i] - slope) * alone.step / alone.scale[i]
+        own = abs(floats[OBSERVED + i] - slope) * alone.step / alone.scale[i]
         if not (own <= left):  # also where it is no number
             left = own
     if MAYBE_STIFF and (alone.stiff == 1 or not (left <= bound)):

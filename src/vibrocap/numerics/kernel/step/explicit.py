@@ -8,7 +8,7 @@ from vibrocap.numerics.kernel.step.stabilised import series_step
 FOR_GOOD = 2**40  # steps
 
 
-def chosen_step(floats, ints, lane, remaining):
+def step_length(floats, ints, lane, remaining):
     """The step of the series, and no look at any other."""
     lane.patience = FOR_GOOD
     return series_step(floats, ints, lane, remaining)[0]

@@ -114,7 +114,7 @@ def leave_some(floats, h):
     return left
 
 
-def chosen_step(floats, ints, lane, remaining):
+def step_length(floats, ints, lane, remaining):
     """Length of the step of the series in memory."""
     lane.stiff = 0
     if not slow_lanes(floats):

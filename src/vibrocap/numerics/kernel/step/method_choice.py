@@ -19,7 +19,7 @@ from vibrocap.numerics.kernel.step.implicit import (
     velocity_series,
 )
 from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step, starts_from_rest
-from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED, NON_STIFF, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
@@ -34,7 +34,7 @@ EXPLICIT_STEPS = 8  # that are taken then, at least
 IMPLICIT_COST = 5.0 * (LANES * CONTACTS if SEVERAL and LANES > 1 else 1)
 
 
-def chosen_step(floats, ints, lane, remaining):
+def step_length(floats, ints, lane, remaining):
     """Step length by the method that is cheaper here; an implicit step replaces the series in memory.
 
     The implicit method is tried where stability, not accuracy, bounds the Taylor step, and kept while its steps are
@@ -45,16 +45,16 @@ def chosen_step(floats, ints, lane, remaining):
         lane.stiff = 0
     lane.patience -= 1
     if lane.stiff == 0:
-        explicit, gentle = series_step(floats, ints, lane, remaining)
+        explicit, non_stiff = series_step(floats, ints, lane, remaining)
         beyond = explicit != explicit  # so stiff that coefficients are no numbers
         if beyond:
             explicit = 1.0 / lane.decay_rate
-        elif gentle or lane.patience > 0:
+        elif non_stiff or lane.patience > 0:
             return explicit
         lane.patience = LOOK
         stretch = explicit * spectral_radius(floats, ints, lane)
-        if stretch < GENTLE and not beyond:
-            if stretch < 0.5 * GENTLE:
+        if stretch < NON_STIFF and not beyond:
+            if stretch < 0.5 * NON_STIFF:
                 lane.patience = rest_steps(ints, lane)
             return explicit
         lane.explicit_step = explicit

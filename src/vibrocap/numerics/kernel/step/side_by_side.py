@@ -52,7 +52,7 @@ def resolved_simd(floats, side, start, change, h, moving):
     least, most = speed - change, speed + change
     resting = speed <= FAINT * change
     if not SHARP_INTERNAL:
-        fine = fine | asked_before(floats, resting, least, most)
+        fine = fine | known_lanes(floats, resting, least, most)
         open_still = bits(~fine)
         if open_still != 0:
             store(floats, at.step, h)
@@ -62,7 +62,7 @@ def resolved_simd(floats, side, start, change, h, moving):
                     reached = excursion(floats, lane.velocity_row[SHARP_CONTACT], length)
                     own = abs(lane.velocity[SHARP_CONTACT])
                     learn(floats, lane, length, own - reached, own + reached)
-            fine = fine | asked_before(floats, resting, least, most)
+            fine = fine | known_lanes(floats, resting, least, most)
     if bits(~fine) == 0:
         return fine
     low, high = start - change, start + change
@@ -72,7 +72,7 @@ def resolved_simd(floats, side, start, change, h, moving):
     return fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)
 
 
-def asked_before(floats, resting, least, most):
+def known_lanes(floats, resting, least, most):
     """Where nothing can hide (`resolved.known`), but for starts from rest of a law whose series has gaps there."""
     asked = known(floats, all_lanes(), least, most)
     return asked & ~resting if GAPS else asked

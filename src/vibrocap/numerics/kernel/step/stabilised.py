@@ -24,7 +24,7 @@ from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL
 from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.lane import at
-from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
+from vibrocap.numerics.kernel.step.taylor import NON_STIFF, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
 POLYNOMIALS = {
@@ -47,11 +47,11 @@ LENGTHS, SHORTER = 4, 0.7  # that are tried
 
 
 def series_step(floats, ints, lane, remaining):
-    """(step length, gentle): that of the series, damped where stability would end a plain step early.
+    """(step length, non_stiff): that of the series, damped where stability would end a plain step early.
 
-    gentle: whether stability is far from bounding the step, by the rate of decay and by the last terms, which grow like
-    those of exp(-rate s), or of a fast oscillation, where they bound it: their ratio is rate/ORDER then. A start from
-    rest is a plain step: |v| = 0 is never stiff.
+    non_stiff: whether stability is far from bounding the step, by the rate of decay and by the last terms, which grow
+    like those of exp(-rate s), or of a fast oscillation, where they bound it: their ratio is rate/ORDER then. A start
+    from rest is a plain step: |v| = 0 is never stiff.
     """
     if not MAYBE_STIFF:
         return taylor_step(floats, ints, lane), True
@@ -62,7 +62,7 @@ def series_step(floats, ints, lane, remaining):
         return longest, True
     stretch = lane.decay_rate * longest
     last, before = last_terms(floats, lane)
-    if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
+    if not (stretch > NON_STIFF) and ORDER * last * longest < NON_STIFF * before:
         return longest, True
     allowed = lane.tolerance
     if not (stretch > PLAIN_REACH):
@@ -80,8 +80,8 @@ def starts_from_rest(ints, lane):
     """Whether a contact leaves rest, or turns, where the step starts."""
     starts = 0
     for c in range(CONTACTS):
-        zeros = lane.transition[c]
-        if zeros > 0 and (not SEVERAL or zeros < ORDER):
+        vanishing = lane.transition[c]
+        if vanishing > 0 and (not SEVERAL or vanishing < ORDER):
             starts += 1  # of several, one that rests for good leaves nothing
     return starts > 0
 

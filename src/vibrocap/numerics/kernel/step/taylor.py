@@ -27,7 +27,7 @@ from vibrocap.numerics.kernel.lane import at
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
-GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
+NON_STIFF = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
 NO_SPEED = 1e-15  # of the natural speed: rounding
 LEAVING = 5.0  # times tolerance sqrt(v), see `leaving`: the ends of 40 oscillators then are within 0.3 tolerances
 DECIDED = 2e-8  # of a guard of the law: at a looser tolerance, what creeps along a border would pass it again and again
@@ -48,10 +48,10 @@ def taylor_step(floats, ints, lane):
     h, _ = series_length(floats, lane, last, before)
     tolerance = lane.tolerance
     wanted = rough_logarithm(tolerance)
-    zeros = 0
+    vanishing = 0
     for c in range(CONTACTS):
-        zeros = max(zeros, lane.transition[c])
-    if LACUNARY and zeros == 2:
+        vanishing = max(vanishing, lane.transition[c])
+    if LACUNARY and vanishing == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
             h = min(h, rough_power((wanted - rough_logarithm(largest_term(floats, lane, k))) * (1.0 / k) + SAFETY))
@@ -153,7 +153,7 @@ def least_of_four(first, second, third, fourth):
     return min(first + second + third + fourth, late, early, first)
 
 
-def hold_rate(period, order):
+def sticking_rate(period, order):
     """A tenth of the ratio of terms `order` and `order` - 2 of a force with this period: the states go before."""
     rate = 2.0 * math.pi / period
     return 0.1 * rate * rate / (order * (order - 1))
@@ -204,7 +204,7 @@ def holding_terms(floats, lane, last, before):
             row = lane.sticking_force_row[c]
             share = abs(floats[row + (ORDER - 1) * LANES]) * inverse
             before = where(holding, max(before, share), before)
-            share = abs(floats[row + (ORDER - 2) * LANES]) * inverse * lane.hold_rate
+            share = abs(floats[row + (ORDER - 2) * LANES]) * inverse * lane.sticking_rate
             last = where(holding, max(last, share), last)
     return last, before
 

@@ -13,7 +13,7 @@ from vibrocap.numerics.kernel.loop.start import change_of_side
 
 def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
-    tell_sides(floats, ints, trace, lane)
+    record_sides(floats, ints, trace, lane)
     # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
     # tell lies between events of one instant.
     if stepper.time + h > stepper.time:
@@ -23,7 +23,7 @@ def on_piece(floats, ints, trace, lane, h):
 
 def on_instant(floats, ints, trace, lane):
     """The length that was asked for ends at an event."""
-    tell_sides(floats, ints, trace, lane)
+    record_sides(floats, ints, trace, lane)
     stop_at_event(ints)
     hook.keep_piece(floats, ints, trace, 0.0)
 
@@ -35,7 +35,7 @@ def stop_at_event(ints):
         stepper.stopped = stepper.stopping
 
 
-def tell_sides(floats, ints, trace, lane):
+def record_sides(floats, ints, trace, lane):
     """Count what has become of the sides since they were told last."""
     for c in range(CONTACTS):
         kind = change_of_side(floats, lane, c)

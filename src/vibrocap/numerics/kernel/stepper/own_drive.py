@@ -90,8 +90,8 @@ def show_instant(floats, ints, point):
     stepper.piece_time, stepper.piece_stiff = time, stiff
     for c in range(CONTACTS):
         side = stepper.side[c]
-        stepper.side[c] = stepper.side_told[c]
-        stepper.side_told[c] = side
+        stepper.side[c] = stepper.recorded_side[c]
+        stepper.recorded_side[c] = side
     if COEFFICIENTS > 0:
         for i in range(COEFFICIENTS + 2):
             number = stepper.parameter[PRESENT + i]
@@ -102,4 +102,4 @@ def show_instant(floats, ints, point):
 
 def side_shown(floats, ints, contact):
     """Side of a contact (0: the first) at the clock."""
-    return stepper.side_told[contact] if within_step(floats, ints) else stepper.side[contact]
+    return stepper.recorded_side[contact] if within_step(floats, ints) else stepper.side[contact]

@@ -8,7 +8,7 @@ from vibrocap.physics.flow import Flow
 from vibrocap.physics.system import System
 
 
-def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow, sides: tuple) -> Mechanics | None:
+def recorded_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow, sides: tuple) -> Mechanics | None:
     """The rows of a system; None where a drive imposes the motion, or a command knows the friction."""
     time, machine, expression = graph.node("time"), recorded.placed, graph.expression
     machine = machine if recorded.controller is None else machine.sliding(sides)
