@@ -9,44 +9,30 @@ observers of friction know them, and a limit of a value, reached in front and be
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 HELD_AFTER = (1.0, 0.0, -1.0)  # what `held` is after each of the guards of a limit
 
 
-def sin(x):
-    """Sine of x [rad]."""
-    return x.sin() if hasattr(x, "sin") else math.sin(x)
+def _elementary(name: str, meaning: str) -> Callable[[Any], Any]:
+    """A function of numbers and of whatever has a method of its name."""
+    of_number = getattr(math, name)
+
+    def function(x):
+        return getattr(x, name)() if hasattr(x, name) else of_number(x)
+
+    function.__name__, function.__qualname__, function.__doc__ = name, name, meaning
+    return function
 
 
-def cos(x):
-    """Cosine of x [rad]."""
-    return x.cos() if hasattr(x, "cos") else math.cos(x)
-
-
-def exp(x):
-    """Exponential of x."""
-    return x.exp() if hasattr(x, "exp") else math.exp(x)
-
-
-def log(x):
-    """Natural logarithm of x > 0."""
-    return x.log() if hasattr(x, "log") else math.log(x)
-
-
-def sqrt(x):
-    """Square root of x >= 0."""
-    return x.sqrt() if hasattr(x, "sqrt") else math.sqrt(x)
-
-
-def tanh(x):
-    """Hyperbolic tangent of x."""
-    return x.tanh() if hasattr(x, "tanh") else math.tanh(x)
-
-
-def atan(x):
-    """Arc tangent of x [rad]."""
-    return x.atan() if hasattr(x, "atan") else math.atan(x)
+sin = _elementary("sin", "Sine of x [rad].")
+cos = _elementary("cos", "Cosine of x [rad].")
+exp = _elementary("exp", "Exponential of x.")
+log = _elementary("log", "Natural logarithm of x > 0.")
+sqrt = _elementary("sqrt", "Square root of x >= 0.")
+tanh = _elementary("tanh", "Hyperbolic tangent of x.")
+atan = _elementary("atan", "Arc tangent of x [rad].")
 
 
 def power(x, exponent):

@@ -45,7 +45,6 @@ class ModeCouplingBlock(ConsistentUnits):
         pressed = Contact(block, on=belt, load=self.normal_load + self.contact_stiffness * q.approach)
         return [belt, block, *springs, coupling, *dampers, Drive(q.position), pressed]
 
-    @property
-    def stiffness(self):
+    def sized_by(self):
         """k11, along the belt."""
         return self.sliding_stiffness

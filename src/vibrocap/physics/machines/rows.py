@@ -8,7 +8,6 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import model_validator
 
-from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.consistent_units import ConsistentUnits
 from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
@@ -257,9 +256,9 @@ class BlockRow(Row):
             parts += [Spring(stiffness, gap), Damper(damping, gap)]
         return parts
 
-    def scales(self, time=1.0):
-        """Way and speed that a force of the size of all loads gives to all bodies together."""
-        return oscillation(self._whole("mass"), self._whole("stiffness"), self.effort_scale(), time) * self.bodies
+    def sized_by(self):
+        """The stiffness of all springs to the wall together."""
+        return self._whole("stiffness")
 
 
 def block_row(blocks: int) -> Any:

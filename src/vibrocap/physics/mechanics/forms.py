@@ -64,10 +64,6 @@ class Form:
         self._programs: dict[str, Program] = {}
         self._made = kind, pattern, states, level
 
-    def __call__(self, name: str, inputs: list) -> Any:
-        """What a function of the machine gives, by its name."""
-        return self.program(name)(inputs)
-
     def again(self) -> "Form":
         """The same anew: what is no part of the equations is derived there, so that their order stays the same."""
         return Form(*self._made)
