@@ -169,6 +169,22 @@ def test_travel_one_way_only_takes_half_of_the_colours():
         np.testing.assert_allclose(mesh.cmap(mesh.norm(sign)), whole(1.0 if sign > 0.0 else 0.0), atol=0.02)
 
 
+@pytest.mark.parametrize(
+    ("measure", "value", "words"),
+    [("mean_velocity", 1e-9, "no cell travels"), ("stick_fraction", np.nan, "no cell has a value")],
+)
+def test_a_map_without_a_value_has_no_colour_bar_and_says_why(measure, value, words):
+    dataset = study()
+    assert len(figure(dataset, measure).axes) == 2
+    dataset[measure][:] = value
+    if measure == "mean_velocity":
+        dataset["status"][:] = list(Status).index(Status.FINISHED)
+    without = figure(dataset, measure)
+    assert len(without.axes) == 1
+    assert words in " ".join(text.get_text() for text in without.axes[0].texts)
+    assert not crowded(without)
+
+
 def test_every_look_is_told_apart_from_every_other_and_from_the_scales():
     faces = [matplotlib.colors.to_rgb(face) for face, _, _ in CELL_STYLES.values()]
     for name in ("RdBu_r", "viridis"):

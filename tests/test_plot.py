@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import vibrocap as vc
 from vibrocap.motion.status import Status
-from vibrocap.plotting.animation import ARROW, EDGE, Scene
+from vibrocap.plotting.animation import ARROW, CONTACT, EDGE, OUTLINE, Scene
 from vibrocap.plotting.histories import hides_lift_off
 from vibrocap.plotting.look.labels import filled, parts_title, symbol_text
 from vibrocap.plotting.look.trace import Trace
@@ -309,6 +309,25 @@ def test_film_shows_the_load(loaded):
     assert "= 0.000" in scene.load_words.get_text()
 
 
+def colours_of_soles(scene):
+    """The colours of the lines where shapes touch the ground, in the order of the contacts."""
+    return [line.get_color() for line in scene.axes.lines if line.get_linewidth() == 6]
+
+
+def test_a_film_colours_a_contact_by_its_mode(results):
+    """Each mode in a frame of its own; colour and words agree."""
+    motion = results["motion"]
+    last = {phase.side: phase for phase in motion.phases_of(1)}
+    assert set(last) == set(CONTACT)
+    scene = Scene(motion, np.array([0.5 * (phase.start + phase.end) for phase in last.values()]))
+    for number, side in enumerate(last):
+        scene.show(number)
+        colour, words = CONTACT[side]
+        assert colours_of_soles(scene) == [colour]
+        assert (scene.state.get_text(), scene.state.get_color()) == (words, colour)
+    assert len({colour for colour, _ in CONTACT.values()}) == len(CONTACT)
+
+
 SLOPE = 0.3
 
 
@@ -394,6 +413,15 @@ def test_loads_and_rests_of_every_contact_are_drawn():
     sizes = [np.ptp([y for _, y in arrow._posA_posB]) / scene.load_size for arrow in scene.arrows.values()]
     assert sizes == pytest.approx([motion.at([2.0], name)[0] for name in names], rel=1e-12)
     assert "N_2" in scene.load_words.get_text()
+    scene = Scene(motion, np.linspace(1.0, motion.end, 40))
+    sides = np.array([scene.sides[0], scene.sides[1]]).astype(int)
+    assert np.any(sides[0] != sides[1])
+    for number in np.flatnonzero(sides[0] != sides[1]):
+        scene.show(number)
+        modes = [CONTACT[side] for side in sides[:, number]]
+        assert colours_of_soles(scene) == [colour for colour, _ in modes]
+        assert scene.state.get_text() == ", ".join(f"{i} {words}" for i, (_, words) in enumerate(modes, start=1))
+        assert scene.state.get_color() == OUTLINE
 
 
 @pytest.mark.slow

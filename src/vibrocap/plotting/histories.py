@@ -102,7 +102,7 @@ def draw_all_loops(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
 
 def numbers_above(ax: Axes) -> None:
     """A legend of numbers in the line of the title."""
-    look = {"columnspacing": 0.8, "handlelength": 1.0, "handletextpad": 0.3}
+    look = {"columnspacing": 0.8, "handlelength": 1.0, "handletextpad": 0.5}
     if len(ax.get_legend_handles_labels()[0]) > 6:
         look |= {"columnspacing": 0.6, "handlelength": 0.5, "fontsize": 7.5}
     legend_above(ax, ncols=10, **look)

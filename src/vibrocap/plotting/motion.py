@@ -30,7 +30,7 @@ FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-"
 SLOWER: dict[str, Any] = {"color": BLUE, "linewidth": 1.6, "linestyle": (0, (4, 1.5)), "zorder": 4}
 HELD: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 3.0, "linestyle": "-", "zorder": 2}
 # a legend beside a title of some length
-CLOSE: dict[str, Any] = {"handlelength": 0.8, "handletextpad": 0.3, "columnspacing": 0.5}
+CLOSE: dict[str, Any] = {"handlelength": 0.8, "handletextpad": 0.5, "columnspacing": 0.6}
 END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
 
 
@@ -246,7 +246,7 @@ def _over_time(names: list[str], label: str = "") -> Draw:
     def draw(motion: Trajectory, detail: panel.Stretch, ax: Axes) -> None:
         several = len(panel.contacts_of(motion)) > 1
         if several or len(names) > 1:
-            words = label or re.sub(r"_(\{1\}|1)", "_i", quantity_label(names[0], motion.system))
+            words = label or re.sub(r"(_\{?1\}?)?\$$", "_i$", quantity_label(names[0], motion.system))
             panel.draw_all(motion, names, words, detail, ax)
         else:
             panel.history(motion, names[0], detail, ax, shaded=True)
@@ -260,7 +260,8 @@ def _planes(motion: Trajectory) -> list[tuple[str, Draw]]:
     """(title, how it is drawn) of the phase planes of a sheet and of its friction loop."""
     several, inner = len(panel.contacts_of(motion)) > 1, _inner_plane(motion)
     body = panel.place_of(motion), _velocities(motion)[0]
-    title = "Actuator" if motion.system.machine.imposes_motion else _inner_title(motion)
+    number = " 1" * (len(_inner(motion)) > 1)
+    title = "Actuator" if motion.system.machine.imposes_motion else f"{_inner_words(motion)}{number}"
     planes: list[tuple[str, Draw]] = [(title, partial(_phase_plane, *inner))] if inner else []
     if len(panel.places_of(motion)) == len(panel.contacts_of(motion)) > 1:
         planes += [("Bodies", _planes_of_all)]
@@ -288,8 +289,12 @@ def _inner_title(motion: Trajectory) -> str:
         return "Imposed motion"
     if inner == [panel.place_of(motion)]:
         return panel.body_of(motion).capitalize()
-    words = re.sub(r" \$.*", "", quantity_label(inner[0], motion.system))
-    return words.capitalize() + "s" * (len(inner) > 1)
+    return _inner_words(motion) + "s" * (len(inner) > 1)
+
+
+def _inner_words(motion: Trajectory) -> str:
+    """The first of the inner coordinates in words."""
+    return re.sub(r" \$.*", "", quantity_label(_inner(motion)[0], motion.system)).capitalize()
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str] | None:

@@ -270,7 +270,19 @@ def _categories_paint(groups: runs.Categories) -> dict[str, Any]:
 
 
 def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: dict[str, Any]) -> None:
-    """The scale of colours beside the maps, pointed where values lie beyond it."""
+    """The scale of colours beside the maps, pointed where values lie beyond it; none where no cell has a value."""
+    kinds = {int(kind) for panel in view.panels for kind in np.unique(runs.cells(view, panel))}
+    if runs.Cell.VALUE not in kinds:
+        still = kinds <= {runs.Cell.NO_TRAVEL, runs.Cell.INFINITE}
+        words = f"{view.label}:\nno {'run' if view.points else 'cell'} {'travels' if still else 'has a value'}"
+        beside: dict[str, Any] = {
+            "rotation": 90,
+            "ha": "left",
+            "va": "center",
+            "fontsize": axes[0].yaxis.label.get_size(),
+        }
+        axes[-1].text(1.03, 0.5, words, transform=axes[-1].transAxes, **beside)
+        return
     _, _, below, above, _ = runs.limits(view)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     shape = {"extend": extend[below, above], "aspect": 28 if len(axes) == 1 else 22, "pad": 0.02, "fraction": 0.05}
