@@ -414,6 +414,8 @@ def test_loads_and_rests_of_every_contact_are_drawn():
     assert sizes == pytest.approx([motion.at([2.0], name)[0] for name in names], rel=1e-12)
     assert "N_2" in scene.load_words.get_text()
     scene = Scene(motion, np.linspace(1.0, motion.end, 40))
+    places = np.concatenate([(shape.points[:, 0] - scene.camera).ravel() for shape in scene.shapes])
+    assert np.min(places) == pytest.approx(-np.max(places), abs=1e-12)  # bodies side by side are seen in the middle
     sides = np.array([scene.sides[0], scene.sides[1]]).astype(int)
     assert np.any(sides[0] != sides[1])
     for number in np.flatnonzero(sides[0] != sides[1]):

@@ -38,6 +38,7 @@ MOST_FRAMES = 750  # a longer film runs faster instead
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
 MOST_NAMED = 3  # contacts whose modes are said in words
 WIDTH_OVER_HEIGHT = 16 / 9
+LOWER = 0.4  # share of the room left over that lies below the shapes
 MOST_MARKS = 20  # numbers on the ground, roughly, on either side of the middle
 BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
 USUAL = 4.0  # half of the width that is seen; where it is more, room, ticks and arrows are so many times larger
@@ -131,8 +132,10 @@ class Scene:
         self._words()
 
     def _frame(self) -> None:
-        """How far is to be seen: all shapes in all frames."""
+        """How far is to be seen: all shapes in all frames, as far to the left as to the right."""
         low, high, half = 0.0, 0.0, 0.0
+        places = [shape.points[:, 0] - self.camera for shape in self.shapes]
+        self.camera += 0.5 * (min(place.min() for place in places) + max(place.max() for place in places))
         for shape in self.shapes:
             wide, tall = shape.shape.size[0] / 2, shape.shape.size[1] / 2
             half = max(half, float(np.abs(shape.points[:, 0] - self.camera).max()) + wide)
@@ -144,7 +147,9 @@ class Scene:
         turned = Affine2D().rotate(self.slope).transform([(x, y) for x in (-half, half) for y in (low, high)])
         (_, self.low), (right, high) = turned.min(axis=0), turned.max(axis=0)
         self.half = max(right + BESIDE * self.size, (high - self.low) * WIDTH_OVER_HEIGHT / 2)
-        self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
+        tall = 2 * self.half / WIDTH_OVER_HEIGHT
+        self.low -= LOWER * (tall - (high - self.low))
+        self.high = self.low + tall
         self.reach = math.hypot(self.half, max(self.high, -self.low))  # how far ground is to be seen
 
     def _ground(self) -> None:

@@ -133,7 +133,9 @@ def comparison_figure(comparison: Comparison) -> Figure:
         ax.plot(held, places, "D", color=VERMILION, markersize=4, label="held out")
         ax.plot(fitted, places, "o", color=BLUE, markersize=8, markerfacecolor="none", label="fitted to all records")
         ax.set_yticks(places, [f"{law.law} ({law.parameters})" for law in laws])
-        ax.set(xlabel="error over the standard deviation of the force [%]", xlim=(0.0, None))
+        ax.set(
+            xlabel="error over the standard deviation of the force [%]", xlim=(0.0, 1.05 * np.nanmax((held, fitted)))
+        )
         ax.set_ylim(-0.6, len(laws) - 0.4)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
         plots.footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
