@@ -47,6 +47,17 @@ def lugre(tmp_path):
     return path
 
 
+def test_a_table_or_a_study_is_no_case(case, capsys):
+    case.with_name("run.xlsx").write_bytes(b"PK\x03\x04\xff\xfe")
+    assert "is no case file (.toml)" in refused(capsys, "simulate", case.with_name("run.xlsx"))
+
+
+@pytest.mark.parametrize("option", ["--width page", "--no-header", "--style x.mplstyle"])
+def test_an_option_of_a_picture_is_refused_where_none_is_drawn(option, case, capsys):
+    flag = option.split()[0]
+    assert f"{flag}: should be left out without --plot" in refused(capsys, "simulate", case, *option.split())
+
+
 # --- help, version, what cannot be understood ------------------------------------------------------------------------
 
 

@@ -61,7 +61,7 @@ def test_sweep_stores_what_python_returns(case, capsys):
     assert f"settled    {float(expected['settled'].mean()):.1%}" in text
     assert "stored in  map" in text
     assert "Next: vibrocap plot map" in text
-    assert command("plot", "map", "--border", "mode_sequence") == OK
+    assert command("plot", "map", "--border", "mode_sequence,travel") == OK
     assert capsys.readouterr().out == "Picture: map-mean_velocity.png\n"
     assert Path("map-mean_velocity.png").stat().st_size > 10_000
 
@@ -228,6 +228,14 @@ def test_wrong_options_are_refused_before_any_work(options, expected, case, caps
     )
     assert expected in refused(capsys, "sweep", case, *options.split(), "--out", "map")
     assert list(case.parent.iterdir()) == [case]
+
+
+@pytest.mark.parametrize("other", ["--over machine.mass_ratio=1:3:3", "--design sobol --runs 4"])
+def test_a_table_of_cases_beside_ranges_is_one_complaint(other, case, capsys):
+    """The plan repeated it as "--cases cases: stand alone"."""
+    case.with_name("x.csv").write_text("machine.mass_ratio\n1\n2\n")
+    complaint = refused(capsys, "sweep", case, "--cases", case.with_name("x.csv"), *other.split(), "--out", "map")
+    assert complaint.count("cases") == 1 + complaint.count("x.csv"), complaint
 
 
 def test_every_complaint_is_made_at_once(case, capsys):

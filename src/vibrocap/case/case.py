@@ -129,7 +129,7 @@ def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run:
     except IsADirectoryError:
         raise CaseError(["is a folder; give a case file in it"], str(path)) from None
     except UnicodeDecodeError as error:
-        raise CaseError([f"is not a text file in UTF-8 (byte {error.start + 1})"], str(path)) from None
+        raise CaseError([f"is no case file (.toml): not a text in UTF-8 (byte {error.start + 1})"], str(path)) from None
     except OSError as error:
         raise CaseError([f"cannot be read: {error.strerror or error}"], str(path)) from None
     if len(raw) > LARGEST:

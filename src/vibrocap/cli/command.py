@@ -90,7 +90,7 @@ class Request:
             value = getattr(self, name)
             if _is_left_out(value):
                 continue
-            if declared.needs and _is_left_out(getattr(self, declared.needs)):
+            if declared.needs and _is_left_out(getattr(self, declared.needs, True)):
                 refused.add(flag(name), f"should be left out without {flag(declared.needs)}")
             elif declared.check is not None:
                 with refused.collected():
@@ -156,9 +156,9 @@ class OfCase(WithParts):
 class Drawn(Request):
     """A request that draws a picture, for a page."""
 
-    width: str | None = option("of the picture: column (3.4 inches), page (7) or inches", advanced=True)
-    no_header: bool = option("draw no title, parameters and small print", False, advanced=True)
-    style: Path | None = option("a style sheet of Matplotlib (.mplstyle)", advanced=True)
+    width: str | None = option("of the picture: column (3.4 inches), page (7) or inches", advanced=True, needs="plot")
+    no_header: bool = option("draw no title, parameters and small print", False, advanced=True, needs="plot")
+    style: Path | None = option("a style sheet of Matplotlib (.mplstyle)", advanced=True, needs="plot")
 
     def page(self) -> contextlib.ExitStack:
         """A context in which pictures are drawn as the options say; Refusal for a file that is no style sheet."""

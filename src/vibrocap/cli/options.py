@@ -16,7 +16,7 @@ class Option:
     words: its help; default: of the field; place: it is given by its place on the line, without a name
     sets: arguments of functions that it sets, besides that of the field's own name: complaints name the option instead
     offers: what a shell completes; check: complains of (option, value) before any work
-    needs: the field of the option without which it means nothing; advanced: few need it
+    needs: the field of the option without which it means nothing, where the request has it; advanced: few need it
     """
 
     words: str

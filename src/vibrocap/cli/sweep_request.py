@@ -114,11 +114,11 @@ class SweepRequest(WithParts):
             raise CaseError([*error.complaints, *complaints, *unknown], str(self.case)) from None
         unusable = unreadable or (not over and (self.over or cases is None))  # said already
         design = None
-        if self.design is not None and not unusable:
+        if self.design is not None and cases is None and not unusable:
             design = Design(self.design, 1 if self.runs is None else self.runs, self.seed or 0)
         try:
             rows = None if unusable or cases is None else list(cases.values())
-            axes = {"drive.amplitude": "1:2:2"} if unusable else over or None
+            axes = {"drive.amplitude": "1:2:2"} if unusable else None if cases is not None else over or None
             study = planned_study(
                 case.system,
                 axes,

@@ -38,7 +38,7 @@ class Execution:
             complaints.add("mixed", "continues a stored study, for which resume has to be given, too")
         for name in ("resume", "workers"):
             if getattr(self, name) and self.out is None:
-                complaints.add(name, "needs a folder for the results, out")
+                complaints.add(name, "needs a folder for the results (out)")
         with complaints.collected():
             numerics.device(self.device)
         return [complaint for complaint in complaints if isinstance(complaint, Complaint)]

@@ -7,7 +7,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.cli.command import Answer, Drawn, command
 from vibrocap.cli.destinations import needs, writable_picture
 from vibrocap.cli.options import option, required
-from vibrocap.cli.texts import pairs
+from vibrocap.cli.texts import pairs, split
 
 
 class PlotRequest(Drawn):
@@ -19,9 +19,7 @@ class PlotRequest(Drawn):
         "FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]"
     )
     at: list[str] | None = option("PATH=VALUE, to fix a further axis (at the nearest value); may be repeated")
-    border: list[str] | None = option(
-        "draw lines where this changes on a map, such as mode_sequence or travel; may be repeated"
-    )
+    border: list[str] | None = option("draw lines where this changes on a map, such as mode_sequence,travel")
     dead_band: float | None = option(
         "smaller velocities count as no travel [default: the residue of settled runs, or 1e-6]", advanced=True
     )
@@ -64,7 +62,7 @@ def plot(request: PlotRequest) -> Answer:
         if not complaints:
             from vibrocap.plotting.studies.maps import plot_view
 
-            plot_view(view, path, request.border)
+            plot_view(view, path, split(request.border))
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))
     return Answer(text=f"Picture: {path}")
