@@ -279,7 +279,7 @@ def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: di
             "rotation": 90,
             "ha": "left",
             "va": "center",
-            "fontsize": axes[0].yaxis.label.get_size(),
+            "fontsize": axes[0].yaxis.label.get_fontsize(),
         }
         axes[-1].text(1.03, 0.5, words, transform=axes[-1].transAxes, **beside)
         return
