@@ -105,6 +105,48 @@ def test_rates_and_loads_are_those_of_a_class(name, other, changes):
         assert machine.loads() == pytest.approx(other.loads(), rel=1e-15)
 
 
+SLED = """
+[machine]
+kind = "mechanism"
+mass_kg = 2.0
+[mechanism]
+units = "SI"
+[mechanism.parameters]
+mass = { role = "mass", symbol = "m", meaning = "mass" }
+[mechanism.coordinates]
+position = { unit = "m", symbol = "x", meaning = "place", rate = "velocity" }
+[[mechanism.mass]]
+name = "sled"
+mass = "mass"
+x = "position"
+[[mechanism.drive]]
+path = "position"
+[[mechanism.contact]]
+body = "sled"
+load = "weight"
+"""
+
+
+@pytest.mark.parametrize("gravity", [None, 1.62])
+@pytest.mark.parametrize("load", ["weight", "dynamic", "a parameter"])
+def test_weight_is_that_of_the_gravity_of_the_description_though_nothing_rises(load, gravity):
+    tables = tomllib.loads(SLED)
+    tables["mechanism"] |= {} if gravity is None else {"gravity": gravity}
+    tables["mechanism"]["contact"][0]["load"] = "load" if load == "a parameter" else load
+    if load == "a parameter":
+        words = {"role": "load", "symbol": "N", "meaning": "load", "words": ["weight", "dynamic"]}
+        tables["mechanism"]["parameters"]["load"] = words
+        tables["machine"]["load"] = "dynamic"
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.2, "static_coefficient": 0.2}
+    tables["drive"] = {"waveform": "harmonic", "amplitude_N": 0.0, "frequency_Hz": 1.0}
+    tables["initial"] = {"velocity_m_per_s": 1.0}
+    case = case_from_dict(tables)
+    deceleration = 0.2 * (9.80665 if gravity is None else gravity)
+    (stick,) = vc.simulate(case, periods=5).events
+    assert stick.time == pytest.approx(1.0 / deceleration, rel=1e-12)
+    assert stick.state["position"] == pytest.approx(0.5 / deceleration, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "other"),
     [

@@ -91,13 +91,17 @@ class MechanismError(ValueError):
 
 
 class Mechanism(Machine):
-    """A machine that a case describes; `description`: the tables of [mechanism]."""
+    """A machine that a case describes; `description`: the tables of [mechanism].
+
+    weight: gravity; weighs: whether it is said, or counts in loads that a parameter makes the weight
+    """
 
     description: ClassVar[Mapping[str, Any]]
     planned: ClassVar[tuple["Planned", ...]]
     weight: ClassVar[float]
+    weighs: ClassVar[bool]
     required: ClassVar[tuple[str, ...]]
-    gravity: ClassVar[Any] = Derived(lambda kind, owner: None if kind.gravity is None else (owner.weight, 0.0))
+    gravity: ClassVar[Any] = Derived(lambda kind, owner: (owner.weight, 0.0) if kind.gravity or owner.weighs else None)
 
     def parts(self, q):
         """What stands in the description, at these coordinates."""

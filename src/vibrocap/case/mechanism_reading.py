@@ -136,6 +136,7 @@ class Reading:
             "planned": self.planned,
             "required": tuple(self.required),
             "weight": float(gravity),
+            "weighs": "gravity" in self.tables or bool(self.words),
             "__reduce__": _reduced,
             **({"cyclic": None} if "travels" in self.tables else {}),
         }

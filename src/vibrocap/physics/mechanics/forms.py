@@ -149,6 +149,6 @@ class Kind:
         self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
         self.place = whole.place
         self.rates = dict(whole.rates)
-        dynamic = any(is_word(contact.load) and contact.load == "dynamic" for contact in whole.contacts)
+        weighs = any(is_word(contact.load) for contact in whole.contacts)
         rises = any(i in whole.names or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
-        self.gravity = (1.0, 0.0) if rises or dynamic else None
+        self.gravity = (1.0, 0.0) if rises or weighs else None
