@@ -216,7 +216,7 @@ def test_a_signal_without_a_drive_is_zero_and_strange_ones_are_named():
         ({"clamp": drive | {"amplitud": 1.0}}, "drives.clamp.amplitud: no such key"),
         ({"clamp": drive | {"frequency": -1.0}}, "drives.clamp.frequency: should be"),
         ({"clamp": drive | {"frequency": 1.7}}, "drive: has the period"),
-        ({"clamp": {"waveform": "square"}}, "drives.clamp: the waveform square has corners"),
+        ({"clamp": {"waveform": "square"}}, "drives.clamp: the waveform square has breakpoints"),
     ):
         with pytest.raises(CaseError) as error:
             case_from_dict(tables | {"drives": changes})
