@@ -57,13 +57,13 @@ class CaseError(ValueError):
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
+    """A system and its run; the fields are the arguments of `simulate`.
 
-    The public functions take a case in place of a system, with its start and, where they simulate as it says, its run.
+    The public functions take a case in place of a system, with its initial condition and, where they simulate, its run.
 
     initial: without units, also of a system in SI, but under a name with its unit ("position_m")
 
-    scales: what the units of a case are whose results are to stay without units; `system.units` where they are in SI
+    scales: units of a case with dimensionless results; `system.units` where results are in SI
     Raises ValueError, naming the field, for settings that make no sense.
     """
 
@@ -101,7 +101,7 @@ class Case:
         return in_si(simulate(self.system, initial=self.initial, **self.run, progress=progress))
 
     def save(self, path: str | Path, units: str | None = None) -> Path:
-        """Write the case to a TOML file, in SI where its results are, or as `units` says, "SI" or "dimensionless".
+        """Write the case to a TOML file, in SI where its results are, or in the form `units`, "SI" or "dimensionless".
 
         Raises ValueError for SI where the scales of the system are not known.
         """
@@ -116,7 +116,7 @@ RUN_DEFAULTS: dict[str, Any] = {
 
 
 def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
-    """The case in a TOML file; `changes` and `run` replace what it says, see `case_from_text`.
+    """The case in a TOML file; `changes` and `run` replace its values, see `case_from_text`.
 
     Raises CaseError with every complaint at once.
     """
@@ -257,7 +257,7 @@ def save_case(
 ) -> Path:
     """Write a case file of a system; initial: its start, by state; run: periods=... and other fields of a `Case`.
 
-    units: "SI" or "dimensionless"; in SI where the system knows its scales and nothing is said
+    units: "SI" or "dimensionless"; by default in SI where the system has scales
     """
     return Case(system, initial or {}, **run).save(path, units)
 

@@ -153,9 +153,9 @@ def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
 
     of: a system, a case, or a result that has one (a motion, an orbit, ...); a part alone, or a fit, which has a law;
         None: vibrocap alone, and the paper from which it started
-    analyses: what else is used, by the name of the command: "orbit", "branch", ... (`methods.ANALYSES`); of a fit "fit"
+    analyses: further methods, by the name of the command: "orbit", "branch", ... (`methods.ANALYSES`); of a fit "fit"
         goes without saying
-    Raises ArgumentError for what has no system and is no part, and for an analysis that there is not.
+    Raises ArgumentError for an object without a system that is no part, and for an unknown analysis.
     """
     for name in analyses:
         if name not in ANALYSES:

@@ -76,7 +76,7 @@ def check_part(part: Any, *, motion: bool = True) -> PartReport:
 
     part: its class, or an instance, which is then checked with its own numbers alone. motion: also let it move for a
     few periods, which compiles its equations (some seconds).
-    Returns a report; raises TypeError for what is none of them.
+    Returns a report; raises TypeError for other objects.
     """
     cls = part if isinstance(part, type) else type(part)
     contract = contract_of(cls)

@@ -64,7 +64,7 @@ class PerformanceBound(Result):
 
 
 def performance_bounds(system: System) -> tuple[PerformanceBound, ...]:
-    """The known bounds of a system, whatever drives it.
+    """The known bounds of a system under any drive.
 
     Cost of transport: while contact i slides, friction takes at least R_i |v_i| of power, R_i being its least force at
     any speed; over a period all bodies travel by D, so that the drive gives at least the sum of R_i |D|, with

@@ -134,7 +134,7 @@ def pareto_front(
     threads: int | None = None,
     progress: Progress = None,
 ) -> ParetoFront:
-    """The Pareto front of two measures: designs of which none can be bettered in one without a loss in the other.
+    """The Pareto front of two measures: designs that cannot improve in one without a loss in the other.
 
     Populations run as ensembles in NSGA-II (Deb et al. 2002, by pymoo), begun with Sobol points. Of all designs that
     none dominates, at most `points` that spread along the front are closed to periodic orbits and judged as by

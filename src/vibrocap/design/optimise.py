@@ -182,7 +182,7 @@ def optimise(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Optimum:
-    """The design whose settled and stable motion has the best measure, or is the surest under uncertainty.
+    """The design whose settled and stable motion has the best measure, or the most robust one under uncertainty.
 
     Populations of designs run as ensembles in a restarted differential evolution. The best candidates are closed to
     periodic orbits, whose multipliers have to be within the unit circle by a margin, and refined on those orbits.
@@ -190,21 +190,21 @@ def optimise(
     over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, three or more numbers)
     objective: the measure; sense: "maximise" or "minimise"; by default costs and times are minimised, all else is
         maximised. Of a system with mirror-image solutions the size of travel counts, not its sign; a design whose
-        drive, unlike that of the system, has no twin keeps the sign in its value
+        drive, unlike that of the system, has no mirror-image solution keeps the sign in its value
     through: None, or a function of variables of one's own, as in `robustness`: `over` then names its arguments, it is
         called with an array [n] of each and returns arrays by path, such as those of `drive_shape`
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
     starts: from which each design runs, by state; by default the start of the case. Its best motion counts
     guesses: designs with which the search begins, such as `Optimum.design` of a smaller problem; none is needed
-    uncertain: None, or what is not known exactly, as in `robustness`: each design runs with `samples` samples of it.
-        Of a design variable, "factor:..." says how exactly it can be made
-    robust: what counts of the samples: the "worst", their "mean", or the mean of the worst tenth ("cvar"). A run that
+    uncertain: None, or uncertain quantities, as in `robustness`: each design runs with `samples` samples of them. Of a
+        design variable, "factor:..." is its manufacturing tolerance
+    robust: statistic of the samples: the "worst", their "mean", or the mean of the worst tenth ("cvar"). A run that
         lifts off counts as no travel; constraints hold for every sample
     evaluations: designs, about (a whole number of populations); seed: the same one gives the same bits, on any threads
     margin: by which the largest multiplier has to be below 1
     periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at
         most; by default 300, and 100 for each variable where there are more than three
-    spread_starts: from which the other attractors of the best design are looked for; 0: they are not
+    spread_starts: initial conditions of the search for other attractors of the best design; 0: none
     store, resume: a folder for all populations, from which an interrupted search continues
 
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,

@@ -148,7 +148,7 @@ def robustness(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Robustness:
-    """How sure a measure of the settled motion is where some quantities are uncertain.
+    """The distribution of a measure of the settled motion under uncertain quantities.
 
     uncertain: {path: distribution}, in SI where the system is: "LOW:HIGH" or (low, high) for uniform,
         "normal:MEAN:DEVIATION", "lognormal:MEDIAN:SIGMA" (sigma of the logarithm), or a frozen distribution of
@@ -158,7 +158,8 @@ def robustness(
     through: None, or a function of quantities of one's own: `uncertain` then names its arguments, it is called with an
         array [n] of each and returns arrays by path: `through=lambda mu: {"machine.mass_ratio": 1.0 / mu - 1.0}`
     measure: one that is a number; initial: the start of all runs, by default that of the case
-    samples: a power of two; samples (quantities + 2) runs are made for the Sobol indices, of which 2 samples count
+    samples: a power of two; samples x (quantities + 2) runs give the Sobol indices, 2 x samples of them the
+        distribution
     seed: the same one gives the same samples; periods, settle, tolerance, threads: see `ensemble`
 
     A run that lifts off or fails otherwise counts as no travel of a measure of travel; one that has not settled within

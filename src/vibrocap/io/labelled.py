@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 def to_xarray(result: Shown) -> "xarray.Dataset":
     """A result as a dataset of labelled arrays.
 
-    A motion along "time", its uniform grid, and "event", with its case and, if it has been asked for before, its
-    certificate among the attributes; a branch along "point" and "special"; basins and bifurcation
+    A motion along "time", its uniform grid, and "event", with its case and, if already computed, its certificate among
+    the attributes; a branch along "point" and "special"; basins and bifurcation
     diagrams by their axes; an orbit as the motion over its period.
 
     Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without xarray.

@@ -47,7 +47,7 @@ SYNONYMS = {word: measure for measure, words in MEANT.items() for word in words.
 
 
 def measure_table(system: System | None = None) -> dict[str, Measure]:
-    """The measures that can be asked for by name: those that a system has, or (None) all that there are."""
+    """The measures by name: those of a system, or (None) all."""
     return dict(standard_measures(system))
 
 

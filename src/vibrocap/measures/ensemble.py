@@ -59,12 +59,12 @@ def ensemble(
     final_states: bool = False,
     progress: Callable[[int], None] | bool | None = None,
 ) -> ByMeasure:
-    """Many runs of one machine, law and drive, of each of which only measures are kept.
+    """Many runs of one machine, law and drive; their measures are kept.
 
     over: values by parameter path ("machine.mass_ratio") or initial state ("initial.angle"), [runs] each; of a system
         that knows its scales also in SI ("drive.frequency_Hz"), while the measures stay without units
     measures: names of `measure_table(system)`, or measures of one's own
-    initial: start of all runs by state; what is not named starts at zero
+    initial: start of all runs by state; others start at zero
     periods: whole drive periods, the budget of a run
     window: whole drive periods at the end of the budget that are measured where nothing settles; by default 10, or all
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run ends as
@@ -84,12 +84,12 @@ def ensemble(
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods
     (of a cycle of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive periods (-1
     and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "mode_sequence" an empty text)
-    where the run failed. A run is "not certified", with its measures, where evidence taken as it ran is beyond the
-    bounds of a certificate (`motion.run_evidence`, and where works are measured `work_balance`).
+    where the run failed. A run is "not certified", with its measures, where evidence gathered during the run is beyond
+    the bounds of a certificate (`motion.run_evidence`, and where works are measured `work_balance`).
 
-    The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
-    those of another device agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError,
-    naming the field, before any work.
+    The results have the same bits with any number of threads, in any order of the runs and division into calls; those
+    of another device agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError, naming
+    the field, before any work.
     """
     start = initial_state(system, initial)
     asked, needed = resolved(measures, system)

@@ -64,9 +64,9 @@ def _reducing(kind: Any, words: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Measure:
-    """A measure that can be taken during a run.
+    """A measure during a run.
 
-    name: by which it is asked for, a Python name; meaning: in a few words, with the window it belongs to
+    name: a Python name; meaning: a few words, with the window
     how: a `Reduction` or `Derived`, best made by `Measure.largest` and its like; unit: "1" where it has none
     si_unit: in which a study of a system that knows its scales gives it, such as "N m/s"; "1": as it is
     """

@@ -52,15 +52,15 @@ class _Problem:
 def contact_modes(
     system: System, state: ByName | None = None, time: Time = 0.0, still: Speed = 1e-12
 ) -> tuple[ContactModes, ...]:
-    """Every consistent set of modes of the contacts of a system at a state: one where the way to go on is certain.
+    """Every consistent set of modes of the contacts of a system at a state: one where the continuation is unique.
 
-    All 3^n modes are tried. A contact that moves keeps its side; one that does not rests (a = 0, with the friction
-    within what it can hold), or starts to slide to the side s of its acceleration (s a > 0) with the largest friction
-    that it can hold, at which a contact gives way. All loads must be positive. Whether there is exactly one set for all
-    forces is a property of the matrices (P-matrices, see `physics/contacts.py`); where there are two
+    All 3^n modes are tried. A contact that moves keeps its side; one that does not rests (a = 0, with friction within
+    the holding limit), or starts to slide to the side s of its acceleration (s a > 0) with friction at the limit. All
+    loads must be positive. Whether there is exactly one set for all forces is a property of the matrices (P-matrices,
+    see `physics/contacts.py`); where there are two
     or more, or none, a run would end as "ambiguous contacts".
 
-    state: by name, what is not named is 0; time: of the drive; still: speed below which a contact counts as at rest
+    state: by name, others are 0; time: of the drive; still: speed below which a contact counts as at rest
 
     Raises ArgumentError for a state or a time that is none.
     """

@@ -36,10 +36,9 @@ WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is 
 
 @dataclasses.dataclass(frozen=True)
 class Start(Dimensional):
-    """When a motion begins, and where in its period the drive is then.
+    """The time at which a motion begins, and the phase of the drive then.
 
-    phase: share of the drive's period, whole parts do not matter; by default what the time says, time/T, for a drive
-    is a function of time that begins a period at time 0
+    phase: share of the drive's period, modulo 1; by default time/T, as the drive begins a period at time 0
     """
 
     time: Time = 0.0
@@ -226,15 +225,14 @@ def simulate(
     events: no step crosses a change between sticking and sliding.
 
     periods: drive periods, a positive number, not necessarily whole
-    initial: initial states by name, with a unit in it where they are in SI; what is not named starts at zero
-    start: when it begins: at a time, or as a `Start` says (time and phase of the drive), by default at 0. Or a motion
-        of the same states, at whose end it continues: there in time, with the states (but for those in `initial`), and
-        where in its period the drive was then
+    initial: initial states by name, with a unit in it where they are in SI; others start at zero
+    start: a time or a `Start` (time and phase of the drive), by default 0; or a motion of the same states, which it
+        continues with its time, states (but for those in `initial`) and phase of the drive
     tolerance: error per step, relative to the natural size of each state (1e-14 to 1e-2)
-    samples: points per period of the grid `motion.time`; the motion itself is known at every instant
+    samples: points per period of the grid `motion.time`; the motion itself has values at every instant
     progress: True for a bar, or a function that is called now and then with the share done
 
-    Returns the motion; where it could not be completed, its status says why, and it holds what was computed.
+    Returns the motion; an incomplete one holds its computed part, and its status the reason.
     Raises ValueError or TypeError, naming the argument, before any work.
     """
     state, time, phase = begun(system, start, initial)

@@ -1,8 +1,8 @@
 """The bodies of a machine: as a mechanism, for programs of rigid bodies, and as a scene, for pages and films.
 
-The mechanism says in other words what the equations of the machine say: its bodies, on what they move and what joins
-them. The tests compare energy, momentum and power of both, and accelerations with those of MuJoCo. The scene is what is
-drawn at a state, as plain data: shapes whose coordinates are numbers, or expressions of the state where it is recorded.
+The mechanism says in other words what the equations of the machine say: its bodies, on what they move and their joints.
+The tests compare energy, momentum and power of both, and accelerations with those of MuJoCo. The scene is what is drawn
+at a state, as plain data: shapes whose coordinates are numbers, or expressions of the state where it is recorded.
 Lengths are those of the equations; x is along the line of sliding, y upwards from the ground.
 """
 

@@ -148,7 +148,7 @@ def register(part: Part) -> Part:
 
     Returns the class, so that it may stand above it as a decorator. To register a class again changes nothing; one that
     was defined anew under the same name in the same module takes the place of the old one.
-    Raises TypeError for what is no part, ValueError for a name that another part has: both say what would be right.
+    Raises TypeError for a class that is no part, ValueError for the name of another part, with advice.
     """
     contract = contract_of(part)
     faults = complaints(part)

@@ -41,7 +41,7 @@ def _towards(forward: Any, back: Any, side: Any) -> Any:
 
 @parameters
 class Environment(Part):
-    """A slope, a fluid at rest around the capsule, and a force that stays, all along the line of sliding.
+    """A slope, a fluid at rest around the capsule, and a constant force, along the line of sliding.
 
     On a line inclined by phi, forward uphill where phi is positive, gravity g has the parts g cos(phi) towards the
     ground and g sin(phi) back, which act on every mass (`Machine.tilted`); a load that is the weight shrinks with
@@ -49,10 +49,9 @@ class Environment(Part):
 
         R becomes R - F_e + c_1 V + c_2 |V| V + m g sin(phi)
 
-    wherever a machine takes the friction force R. What is shaped for one way, by fins, scales or a stern, has
-    coefficients of its own where V < 0: `linear_drag_back`, `quadratic_drag_back`. Drag has a kink at rest, which is
-    followed by the side to which the contact slides; so the quadratic one, and one that depends on the direction, need
-    ground that does not move.
+    wherever a machine takes the friction force R. Fins, scales or a stern give other coefficients where V < 0:
+    `linear_drag_back`, `quadratic_drag_back`. Drag has a kink at rest, which is followed by the side to which the
+    contact slides; so the quadratic one, and one that depends on the direction, need ground that does not move.
 
     Of several contacts every body that slides feels the same law of drag at its own velocity, as chains of equal bodies
     in a resisting medium do (Zimmermann, Zeidis and Behn, Mechanics of Terrestrial Locomotion, 2009). The force F_e
@@ -87,7 +86,7 @@ class Environment(Part):
         return alike and self.inclination == 0.0 and self.force == 0.0
 
     def check(self, machine: Machine) -> None:
-        """ArgumentError for what cannot be said of a machine."""
+        """ArgumentError for an environment that a machine cannot have."""
         for name in () if machine.over_ground else ("linear_drag", "quadratic_drag", "force"):
             if value := getattr(self, name):
                 what = f"should be 0 with the {machine.name}, whose contacts are not all with the ground, got {value:g}"

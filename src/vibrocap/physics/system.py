@@ -60,26 +60,26 @@ class System:
     The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
     force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.
 
-    A load that follows the motion depends on the friction that it makes, N = n + s R (`Contact.reaction`). The law is
-    then taken per load, R = mu N with all that it says at the load 1, so that both follow at once:
+    A load that follows the motion depends on the friction that it makes, N = n + s R (`Contact.reaction`). The law then
+    acts per load, R = mu N with its force at the load 1, and both follow together:
 
         slip   N = n/(1 - s mu)            stick   N = n + s R,  R the force that holds
 
     A law's stiffness and damping at the contact then grow with the load as well as its levels. While n > 0 a contact at
-    rest has one way to go on, stuck or slipping to one side; where n <= 0 it has lifted off. But if 1 - s mu <= 0 for a
-    side, a stuck contact may as well slip there, and one that slips there has no way to go on, or could be at rest.
+    rest has one continuation, stuck or slipping to one side; where n <= 0 it has lifted off. But if 1 - s mu <= 0 for a
+    side, a stuck contact may also slip there, and one that slips there has no continuation, or could be at rest.
 
     friction: a law; of a machine with several contacts (`contacts.py`) also a list of laws, the first contact's first,
     or a mapping by the contacts' names ({"bit": law}). A contact whose law is None or missing has that of the first.
     `friction` is then the law of the first contact, `further` holds the others as they were given, `laws` that of each
     contact; in cases and paths they are "friction_2", "friction_3" and so on, or "frictions.bit"
     actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`
-    controller: makes the command of what it measures and of a reference, which then is the drive
+    controller: computes the command from its measurement and from a reference, the drive
     environment: a slope, drag and a force from outside; None: level ground and nothing else
     drives: waveforms of the machine's signals by name, "drives.clamp" among the parts; by default those of the class
-    units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
-    system that knows its scales has results in SI as well (`motion.si`, columns of a sweep, files and pictures). Parts
-    in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them
+    units: SI value of one unit of each quantity, or None. The computation is dimensionless; a system with scales has
+    results in SI (`motion.si`, columns of a sweep, files and pictures). Parts in SI, `PendulumCapsule.in_si(...)` and
+    so on, bring their scales with them
     """
 
     machine: Machine
@@ -314,7 +314,7 @@ class System:
 
     @property
     def switched(self) -> tuple[str, ...]:
-        """Names of the states that are whole numbers, which say what branch of machine and laws holds."""
+        """Names of the states that are whole numbers: they select the branch of machine and laws."""
         laws = (numbered(name, i) for i, law in laws_by_state(self.parts) for name in law.switched)
         return (*self.placed.switched, *laws)
 
@@ -358,7 +358,7 @@ class System:
         return value if asked.plain == path or not is_number(value) else value * asked.scale
 
     def with_parameters(self, values: Mapping[str, Any]) -> "System":
-        """The same system with other values at the given parameter paths; ValueError for what a part does not take.
+        """The same system with other values at the given parameter paths; ValueError for a value that a part refuses.
 
         A path such as "drive.frequency" takes a value without units; of a system that knows its scales there are the
         keys of a case in SI besides, such as "drive.frequency_Hz". The scales themselves stay as they are.

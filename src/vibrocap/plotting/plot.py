@@ -67,7 +67,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
         `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`
 
-    The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
+    The style of the package holds for this drawing only. Raises TypeError for a result that cannot be drawn.
     """
     drawn, picture = _picture_of(result)
     if picture is None or not (picture.panel or picture.panels):

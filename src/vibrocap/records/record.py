@@ -23,7 +23,7 @@ class Record:
     signs are those of a law: velocity and displacement count in one direction, and the friction force is positive
     where it resists a motion in that direction (force times velocity is then the power dissipated).
 
-    name: what the record is called in results
+    name: name of the record in results
     time [n] s: strictly increasing; the sampling may be uneven
     force [n] N: friction force
     velocity [n] m/s, displacement [n] m: at least one of them; `prepared` makes the other
@@ -31,10 +31,10 @@ class Record:
     normal_force N: a number or [n], not negative; None where it is not known
     source: where the numbers are from
     conditions: further numbers of the experiment by name, with the unit in the name (stiffness_N_per_m)
-    notes: what was understood, converted or filtered on the way from the file to here
+    notes: guesses, conversions and filters between file and record
     rotary: whether the contact turns: force is then a torque (N m), displacement an angle (rad), velocity and
         acceleration angular (rad/s, rad/s^2)
-    guessed_units: unit by quantity, where the file did not say one and SI was taken
+    guessed_units: unit by quantity, where the file has none and SI is assumed
 
     The columns are copied to arrays of doubles that cannot be written to.
     Raises RecordError, a ValueError, with every complaint: lengths that differ, fewer than 8 samples, a time that

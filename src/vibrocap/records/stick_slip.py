@@ -145,7 +145,7 @@ def stick_slip(
     minor: slips whose fall is below this share of the mean fall count as minor: partial slips, which many irregular
         records have. The period and the slips of such records depend on it, those of regular ones do not; 0 for none.
         In the inertial regime there are none
-    name: what the record is called in results
+    name: name of the record in results
 
     Raises RecordError, a ValueError, with every complaint: NaN, lengths that differ, a time that runs backwards, a
     constant force, fewer than 64 samples, a gap, numbers that are not positive.

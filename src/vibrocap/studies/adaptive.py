@@ -91,19 +91,19 @@ def adaptive_map(
     by: labels whose changes are borders: discrete measures, and "travel", the sign of the mean velocity; the status of
         the runs always counts. Measures that they need are added to `measures`.
     coarse: largest spacing of the coarse grid in steps of the finest, for both axes or (first, second)
-    margin: cells on each side of a mixed one that are halved with it; 0 follows what was found, and no more
+    margin: cells on each side of a mixed one that are halved with it; 0: none
     dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1), by default the residue of runs
         that settle (1e-6 of others); a run that failed has -128. It is without units, as are thresholds of settling
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
         its mode sequence from point to point, and would otherwise ask for all of them
-    evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
-        system, measures and settings go, by default those of `sweep`
+    evaluate: function that runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble,
+        to which system, measures and settings go, by default those of `sweep`
     tile: runs per call of the evaluator, which has one call for each round of refinement that is no larger
     progress: True for a bar, or a function that is called after each of these calls with the runs done and those wanted
         by now; more may follow
 
-    Returns a dataset on the full grid. `computed` tells runs from fillings, which come from the corners of the cell
-    around a point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis that
+    Returns a dataset on the full grid. `computed` marks runs; other values come from the corners of the cell around a
+    point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis that
     is evenly spaced in it), labels and all that is discrete from the nearest corner. Attributes: runs computed, runs of
     the full grid, their ratio, rounds, labels, and for the ensemble its settings and the case.
     Raises ValueError, naming the argument, before any work, and for an evaluator that returns something else.

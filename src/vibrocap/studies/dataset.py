@@ -27,7 +27,7 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
     Of a study that is not finished, the runs to come have the status "not run" (-1). A folder may come from anyone: it
     is looked at before anything in it is opened, and each chunk is compared with its checksum when it is read.
 
-    chunks: None reads when asked; {} or "auto" gives Dask arrays, for studies that do not fit into memory.
+    chunks: None reads on demand; {} or "auto" gives Dask arrays, for studies that do not fit into memory.
     Raises CaseError where a folder holds no study, or one that this package did not write, or a file no results; while
     results are read, StoreError (an OSError) where they are damaged.
     """

@@ -75,21 +75,21 @@ def sweep(
 
     over: {path: values}, each path a dimension of the result, such as {"machine.mass_ratio": np.linspace(0.1, 8, 400),
         "friction.law": ["exponential", "lugre"], "initial.angle": "log:0.01:1:20"}; with `design` {path: (low, high)}
-    cases: instead of `over`, [{path: value, ...}, ...], along the dimension "case"; what a case does not give is as in
-        `system` and `initial`
+    cases: instead of `over`, [{path: value, ...}, ...], along the dimension "case"; other values are those of `system`
+        and `initial`
     design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
     measures: names from `measure_table(system)`, or measures of one's own
-    initial: where all runs start; what is not named starts at zero
+    initial: initial condition of all runs; others start at zero
     periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: of each run, see `ensemble`;
         settle is max(1e-6, 1000 tolerance) by default, and with 0 no run settles
     out: a folder for the results, stored tile by tile; without it they stay in memory
-    resume: continue what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
-        and what is damaged is computed again, with a DamageWarning that names it
-    mixed: resume a study that was begun with another version, processor or library, which is refused otherwise; what is
-        computed now is marked, and the two parts may differ in the last digits or, of chaotic motions, altogether
+    resume: continue the study in `out`, or begin one. Stored tiles are compared with their checksums, and damaged ones
+        computed again, with a DamageWarning that names them
+    mixed: resume a study of another version, processor or library, which is refused otherwise; new tiles are marked,
+        and may differ in the last digits or, of chaotic motions, altogether
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
-    tile_runs: runs that are computed and stored together (about), which is what an interruption loses; by default some
-        five seconds of work, 4096 runs at most
+    tile_runs: runs that are computed and stored together (about), and lost by an interruption; by default some five
+        seconds of work, 4096 runs at most
     threads: of this process, all cores by default
     device: "cpu", or a device that another package brings, whose results agree with the processor's to rounding
     workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`), or an executor of
@@ -97,13 +97,13 @@ def sweep(
     progress: True for a bar, or a function that is called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
-    of every run: a run that failed is NaN and its status says why. The results depend on nothing but the study itself:
-    not on tiles or threads, nor on interruptions, after which a store has the same bytes. It is part of a study with
-    what it is computed: version, processor, LLVM, NumPy; see `plan.code_version`.
+    of every run: a run that failed is NaN and its status gives the reason. The results depend neither on tiles or
+    threads nor on interruptions, after which a store has the same bytes. The identity of a study holds version,
+    processor, LLVM and NumPy; see `plan.code_version`.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
-    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
-    where xarray (for `out` zarr) is not installed.
+    Stopped (a KeyboardInterrupt) when interrupted, with the stored tiles kept; ModuleNotFoundError, before any work
+    too, where xarray (for `out` zarr) is not installed.
     """
     where: dict[str, Any] = {"out": None if out is None else Path(out), "resume": resume, "mixed": mixed}
     how = {"tile_runs": tile_runs, "threads": threads, "device": device, "workers": workers}

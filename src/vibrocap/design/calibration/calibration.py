@@ -158,14 +158,14 @@ def calibrate(
     Each row is a settled motion. The parameters minimise the sum of the squared residuals in standard errors, searched
     from Sobol points and by Gauss-Newton steps within the bounds (SciPy's trust region). Intervals are those of the
     linearised least squares, with Student's quantile; where errors were given and the misfit exceeds 1, they widen by
-    its root. They end where a part refuses its values. Where a row is not to be trusted, as its run fails or has not
-    settled, there are none; where the misfit is improbable or a column is doubted, so are the parameters.
+    its root. They end where a part refuses its values. Where the run of a row fails or has not settled, there are none;
+    where the misfit is improbable or a column is doubted, so are the parameters.
 
     table: a CSV file, a pandas.DataFrame or a mapping of columns: paths of parameters ("drive.frequency", in SI where
-        the case is) say the conditions, names of measures what was read, `MEASURE_error` its standard error; other
-        units stand in the heading ("mean_velocity [mm/s]", "drive.period_ms") or in a line below it
-    over: {path: (low, high)}: what is unknown, and within which bounds; {"path,path": "factor:low:high"}: a factor of
-        the system's own values that several share
+        the case is) are the conditions, columns named by measures the readings, `MEASURE_error` their standard error;
+        other units stand in the heading ("mean_velocity [mm/s]", "drive.period_ms") or in a line below it
+    over: {path: (low, high)}: the unknowns with their bounds; {"path,path": "factor:low:high"}: a factor of the
+        system's own values that several share
     held_out: numbers of rows, from 0, that the fit does not see and that judge it
     initial: the start of all runs; starts: points from which the search begins; seed: of them
     periods, settle, tolerance, threads: see `ensemble`

@@ -152,11 +152,11 @@ def fit_motion(
     system: in SI where the records are; its drive is replaced, and the start of a case is not taken; it may be any
         machine, a `[mechanism]` of one's own too
     records: force (torque) of the drive, and the motion: `vc.read_records`
-    over: {path: (low, high)}: what is unknown, and within which bounds, as in `calibrate`; "drive.amplitude" is a
-        factor of the measured force
+    over: {path: (low, high)}: the unknowns with their bounds, as in `calibrate`; "drive.amplitude" is a factor of the
+        measured force
     predict: a state: a length or an angle is compared with the records' displacement, a velocity with theirs
     held_out: names of records that the fit does not see and that judge it
-    priors: {path: (mean, standard deviation)} of what is known of unknowns beforehand
+    priors: {path: (mean, standard deviation)} of the unknowns
     initial: states at the start of every record that are known; the machine's others are found
     starts: points from which the search begins; seed: of them
 

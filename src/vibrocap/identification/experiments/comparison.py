@@ -101,8 +101,8 @@ def compare(
 
         AIC = n_eff ln s^2 + 2 p        BIC = n_eff ln s^2 + p ln n_eff                      Akaike 1974, Schwarz 1978
 
-    n_eff is that of the law that fits best: what its errors leave is nearest to noise. It is the same for all laws, as
-    the criteria ask for. They hold where the errors are noise; held-out error holds where they are the law's own, too.
+    n_eff is that of the law that fits best: its errors are nearest to noise. It is the same for all laws, as the
+    criteria ask for. They hold where the errors are noise; held-out error holds where they are the law's own, too.
     """
     if not laws:
         raise ArgumentError("laws", "there is none to compare")

@@ -59,8 +59,8 @@ def fit(
 
         sum over records and samples of loss[(R(law; v(t), N) + terms - F) / unit of the record].
 
-    records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not
-        fitted; their first tenth finds what is of one record alone (the contact's start, `by_record`), the rest judges.
+    records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not fitted;
+        their first tenth gives the contact's initial state and parameters `by_record`, the rest judges.
     law: an instance (its values are the first start and the values of what is held), a class or a name (then the data
         suggest the start). free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least
         1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
@@ -72,23 +72,24 @@ def fit(
         over the record's unit (by default one and a half robust deviations of a linear draft's errors).
     weights: "power": the unit of a record is the standard deviation of its force, so that each record counts the same
         per sample; "equal": one unit for all, right where the noise has the same size in newtons.
-    terms: what the sensor measures beside friction, each a number that is searched, one for all records: "offset" (N),
-        "mass" times acceleration, "spring" times displacement (with an offset for its middle), "damping" times velocity
+    terms: further forces on the sensor, each a fitted number, one for all records: "offset" (N), "mass" times
+        acceleration, "spring" times displacement (with an offset for its middle), "damping" times velocity
         ("damping_forward" and "damping_back" of one direction), "drag" times v |v|, and where the contact turns
         "gravity" times sin(angle), "gravity_cosine" times cos(angle); "delay", the time (s) by which the force with all
         of them is late behind the motion; "ripple", a force periodic in position, and "friction_ripple", a factor of
         friction that is, whose wavelengths are searched; "adhesion", the load N_0 in mu (N + N_0) = mu N + F_0;
         "gain", the factor of the force sensor, by record (that of the first is 1) or with a prior.
-    by_record: parameters and terms with a value in each record. along: {parameter or term: condition} of what changes
-        in proportion to a number of the record, one of its `conditions` (a temperature, a time) or "load".
-    priors: {name: (mean, standard deviation)} of what is known of parameters and terms beforehand; a summary tells
-        where they say more than the data, and where both disagree.
+    by_record: parameters and terms with a value in each record. along: {parameter or term: condition} of those that
+        change in proportion to a number of the record, one of its `conditions` (a temperature, a time) or "load".
+    priors: {name: (mean, standard deviation)} of parameters and terms; a summary reports where they outweigh or
+        contradict the data.
     start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
     intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
     progress: True for a bar, or a function that is called with the share that is done.
 
-    Returns a `Fit`; where all starts fail its status says so and its law is None. Same input, same numbers.
+    Returns a `Fit`; where all starts fail its status says so and its law is None. The same input gives the same
+    numbers.
     Raises ValueError for input that makes no sense: unknown names (with the nearest), bounds reversed, nothing free,
     fewer samples than parameters, unusable records.
     """

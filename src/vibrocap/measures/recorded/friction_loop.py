@@ -207,14 +207,14 @@ def friction_loop(
 ) -> FrictionLoop:
     """The friction loop of a contact over one whole period, the last unless named.
 
-    Friction that remembers takes different ways up and down in velocity. Areas are Gauss sums over the pieces of the
-    motion, cut where |v| passes the boundary, exact to rounding for the motion as computed: oint R dx is what the
-    energy channels say was lost and stored.
+    Friction with memory has different branches for rising and falling velocity. Areas are Gauss sums over the pieces of
+    the motion, cut where |v| passes the boundary, exact to rounding for the motion as computed: oint R dx is the energy
+    lost and stored in the contact.
 
     boundary: speed between presliding and pure sliding. By default that of M1 (`LoopSide.escape`), the greater of both
         directions; where no direction escapes, the greatest speed; 0 for a law that only sticks or slides.
 
-    A clockwise loop in pure sliding is what the paper finds; at its printed delta1 the loop runs the other way above
+    The paper finds a clockwise loop in pure sliding; at its printed delta1 the loop runs anticlockwise above
     v* (`limits.boundary_velocity`, erratum 7). Raises ValueError where the motion has no such period or contact, or for
     a boundary that is not a number >= 0.
     """

@@ -49,11 +49,11 @@ def winding(motion: Trajectory, period: int = -1) -> dict[str, Number]:
 
 
 def mean_velocity(motion: Trajectory, periods: int | None = None, *, threshold: float | None = None) -> MeanVelocity:
-    """Mean velocity over the last `periods` whole periods: the last ten unless told, or all where there are fewer.
+    """Mean velocity over the last `periods` whole periods: by default the last ten, or all where there are fewer.
 
-    Over whole periods the swing within a period cancels, so what is left is travel. `settled` says whether the motion
-    was settled (`settling.settling`, with that threshold) from the start of the window on: if it was not, part of the
-    value belongs to the transient. For a response of period n take a multiple of n periods.
+    Over whole periods the swing within a period cancels, and travel remains. `settled` says whether the motion was
+    settled (`settling.settling`, with that threshold) from the start of the window on: if it was not, part of the value
+    belongs to the transient. For a response of period n take a multiple of n periods.
 
     Raises ValueError for more periods than the motion has.
     """

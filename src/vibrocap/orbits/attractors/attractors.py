@@ -135,12 +135,12 @@ def attractors(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Attractors:
-    """The attractors that starts spread over ranges of the states lead to.
+    """The attractors of initial conditions spread over ranges of the states.
 
     All starts run side by side until they settle. Settled runs are polished by shooting, one for each orbit: the n
-    states in which an orbit of period n passes the section are one attractor, and an orbit that is the mirror image of
-    another is its twin. Those that do not settle are grouped by the sets that they fill there and classified by
-    their largest Lyapunov exponent and the 0-1 test; what is neither chaotic nor quasi-periodic stays NOT_SETTLED.
+    states in which an orbit of period n passes the section are one attractor, and orbits may be mirror images of each
+    other. Those that do not settle are grouped by the sets that they fill there and classified by
+    their largest Lyapunov exponent and the 0-1 test; others stay NOT_SETTLED.
 
     starts: how many, of low discrepancy (the first thousand of two thousand are the same thousand)
     ranges: {state: (low, high)}; by default all states, as far as motions from within two natural sizes visit them

@@ -114,9 +114,9 @@ def basins(
 ) -> Basins:
     """Basins of direction on a plane of starts, such as {"angle": (-3, 3), "angle_rate": (-3, 3)}.
 
-    plane: two axes with (low, high) each: states, or "phase", where in the drive's period a run starts as a share of
-        it (0.25: a quarter after the start). Without a range, as in ("angle", "phase"), a state's is what motions visit
-        (as in `attractors`), the phase's a whole period. Runs start in the middles of equal cells
+    plane: two axes with (low, high) each: states, or "phase", where in the drive's period a run starts as a share of it
+        (0.25: a quarter after the start). Without a range, as in ("angle", "phase"), a state has the range that motions
+        visit (as in `attractors`), the phase's a whole period. Runs start in the middles of equal cells
     resolution: cells along both axes, or along each
     phase: that share for all runs, where it is no axis; initial: values of the other states
     settle_periods, tolerance, progress: as in `attractors`, whose attractors are those of these starts

@@ -89,16 +89,16 @@ def bifurcation_diagram(
 
     over: path of a parameter, such as "drive.amplitude"; between: (low, high); points: values, evenly spaced
     starts: runs side by side in each direction, from starts spread as in `attractors` (the first from `initial`); more
-        of them find more of what coexists, and up to eight in all cost little more than one. With the half-period
-        symmetry every other run is recorded by its mirror image, which is a motion too: the way in which a parameter
-        changes prefers one of two twins, so that of runs alone all would go to the same
+        of them find more coexisting motions, and up to eight cost little more than one. With the half-period symmetry
+        every other run is recorded by its mirror image, which is a motion too: otherwise all runs would follow the same
+        of two mirror-image solutions
     settle_periods: most drive periods at a point; kept: states kept of a motion that does not settle
     section: of a system that nothing drives in time, where its returns are recorded, see `orbit`; by default the first
-        kind of event that comes again and again: sticks, slips, reversals. Runs settle for `settle_periods`, whatever
-        the length of these, and are recorded over as many more
+        kind of event that comes again and again: sticks, slips, reversals. Runs settle for `settle_periods` drive
+        periods of any length, and are recorded over as many more
     progress: True for a bar, or a function that is called at each point with the share done
 
-    A loss of stability with a multiplier close to one is seen late, since runs leave slowly what they were on.
+    A loss of stability with a multiplier close to one shows late, since runs leave the unstable motion slowly.
     Raises ValueError naming the argument.
     """
     start = np.array(list(initial_state(system, initial).values()))

@@ -169,11 +169,11 @@ def classify(
     tolerance: float = 1e-12,
     threads: int | None = None,
 ) -> MotionClass:
-    """What the motion from a start becomes.
+    """The kind of motion that an initial condition leads to.
 
     It is simulated until it settles, then closed by shooting: the response period and the multipliers decide. Where it
     does not settle within `settle_periods`, its largest Lyapunov exponent over `periods` more and the 0-1 test of its
-    stroboscopic states have to agree on what it is; a negative exponent lets orbits of up to 128 periods be looked for.
+    stroboscopic states have to agree; after a negative exponent orbits of up to 128 periods are searched.
 
     Where nothing drives the system in time, motions end at equilibria or on cycles with a period of their own.
 

@@ -64,15 +64,15 @@ def lyapunov_exponent(
     k, from the variational equations with saltation at every event, and the QR factors turn the directions anew in each
     period. A contact that sticks forgets a direction: R_ii is zero there and the exponent is -inf. For a periodic
     orbit lambda_1 = log|largest multiplier|/period. Where nothing drives the system in time, the map is that over
-    `drive.period`, of whatever length, and the first column of every Q is the direction of the motion: the others tell
-    how neighbouring paths part, whatever is gained or lost along them.
+    `drive.period`, of whatever length, and the first column of every Q is the direction of the motion: the others give
+    the separation of neighbouring paths.
 
     initial: the start (states that are not named are zero); periods: averaged over, after `transient` others
     tolerance: of the runs, error per step over the natural size of each state
     The error is the largest of the standard error of 16 batch means, half the difference of the two halves' means, and
-    what the tolerance leaves open of the derivatives: a motion that visits its attractor evenly gives an error that
-    falls as 1/sqrt(N), a periodic one as 1/N. Differences over eight of the periods have to agree with the derivatives;
-    where they do not, the error is what they make of it. Exponents below log(tolerance)/period are lost in rounding.
+    the effect of the tolerance on the derivatives: a motion that visits its attractor evenly gives an error that falls
+    as 1/sqrt(N), a periodic one as 1/N. Differences over eight of the periods have to agree with the derivatives; where
+    they do not, they give the error. Exponents below log(tolerance)/period are lost in rounding.
     Returns `LyapunovExponents`. Raises ValueError naming the argument.
     """
     start = np.array(list(initial_state(system, initial).values()))

@@ -151,10 +151,10 @@ def orbit(
 ) -> Orbit:
     """The steady motion that a start leads to, closed to rounding.
 
-    What a capsule does in the long run is periodic modulo a shift of its position: a relative periodic orbit, whose
-    shift per period is the drift; that of a rotor is so modulo whole turns too, whose number is `Orbit.winding`. The
-    motion is simulated until its stroboscopic state has settled, which gives the response period, then closed by
-    Newton's method (`shoot`), which also gives the Floquet multipliers. If the orbit is unstable the motion has not
+    The long-term motion of a capsule is periodic modulo a shift of its position: a relative periodic orbit, whose shift
+    per period is the drift; that of a rotor is so modulo whole turns too, whose number is `Orbit.winding`. The motion
+    is simulated until its stroboscopic state has settled, which gives the response period, then closed by Newton's
+    method (`shoot`), which also gives the Floquet multipliers. If the orbit is unstable the motion has not
     arrived: it is pushed off and followed to the orbit that it keeps; `Orbit.passed` is the one that it left, and
     `passed.pushed_off()` are the orbits to both sides. The orbit of a system without a drive that changes in time (a
     block on a belt) has a period of its own, which is found too.
@@ -168,8 +168,8 @@ def orbit(
     returns: most returns to the section in a cycle
     tolerance: of the runs, error per step over the natural size of each state
     progress: True for a bar, or a function that is called now and then
-    Returns an `Orbit`; its `status` says whether it closed and the certificate of the motion along it is in order, and
-    `status.advice` what to try if not. Raises ValueError,
+    Returns an `Orbit`; its `status` says whether it closed with a valid certificate; if not, `status.advice` gives the
+    next step. Raises ValueError,
     naming the argument, before any work.
     """
     start = np.array(list(initial_state(system, initial).values()))

@@ -217,13 +217,14 @@ def branch(
     orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters (where
         these are out of the range, at its nearer end)
     half: whether the branch of symmetric orbits is meant (fixed points of the half-period map); by default as the orbit
-    towards: "both", "up" or "down", the way of the parameter at the start
-    points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
+    towards: "both", "up" or "down", direction of the parameter at the start
+    points: most points in each direction; step: longest, in natural sizes of the states and shares of the range of the
+        parameter
     settle_periods, tolerance: as for `orbit`
     progress: True for a bar, or a function that is called with the share of the range that is passed
 
-    Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
-    is empty. Raises ValueError, naming the argument, before any work.
+    Returns a `Branch`; its `ends` give the reason for its end, with advice. If no orbit closes at the start it is
+    empty. Raises ValueError, naming the argument, before any work.
     """
     check_options(towards, points, step)
     low, high = checked_range(system, over, between)

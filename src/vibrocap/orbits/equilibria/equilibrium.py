@@ -137,9 +137,9 @@ def equilibria(system: System) -> Equilibria:
 
     A block that slides steadily on a belt, a capsule that slides down a slope at constant speed (its position grows:
     steady up to the drift), a pendulum that hangs still. Where a set-valued law holds a contact, all states at which
-    the force needed is within what it can hold are equilibria: an interval of rest, or a set of more dimensions, shown
-    by its extent along each state. Dynamic laws contribute all of their states. Newton's method runs from many starts
-    in every mode of the contacts, on exact derivatives of the recorded equations.
+    the sticking force is within its limit are equilibria: an interval of rest, or a set of more dimensions, shown by
+    its extent along each state. Dynamic laws contribute all of their states. Newton's method runs from many starts in
+    every mode of the contacts, on exact derivatives of the recorded equations.
 
     Returns `Equilibria`, which may be empty: a block that sticks on a moving belt is none, as its spring is stretched.
     Extents are exact where forces are linear in the states, and a local optimum else, where a set may be listed in

@@ -88,12 +88,12 @@ def equilibrium_branch(
     """The branch of steady sliding through one state of it, over a range of a parameter.
 
     Followed by its arclength, past folds and as an unstable branch. Folds and Hopf points are roots of equations of
-    their own (`bifurcations.py`); `error` is what rounding leaves of them, so that it holds the exact place.
+    their own (`bifurcations.py`); `error` bounds the effect of rounding, so the exact place lies within it.
 
     over: path of the parameter, such as "machine.belt_speed"; between: its least and largest value
     start: a state of steady sliding of the system; by default the only one at the system's own parameters (where these
         are out of the range, at its nearer end)
-    points: most points each way
+    points: most points in each direction
 
     Raises ArgumentError for a system that is driven in time, one without steady sliding at the start, one with several
     of which none is given, and a start that is none of the system.

@@ -18,7 +18,8 @@ class Actuator(Part):
     a first-order lag with a limited output, as in front of most models of motors, valves and amplifiers (Astrom and
     Murray, Feedback Systems, 2008, sections 8.3 and 10.4). u stays at u_max as long as the command is beyond it and
     leaves it when that comes back, without winding up; c is cut off before the lag. Both limits are reached and left at
-    located events, so that no step crosses a corner of u. A motion starts with u = 0 unless its start says otherwise.
+    located events, so that no step crosses a breakpoint of u. A motion starts with u = 0 unless its initial condition
+    sets u.
     """
 
     time_constant: Positive = parameter(0.1, "T_a", "time constant of the lag", "duration")

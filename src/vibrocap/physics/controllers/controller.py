@@ -138,7 +138,7 @@ class Linear(Limited):
 
     With a > 0 the integral does not wind up: the excess of the command is fed back to it, with the tracking time
     1/(a K_I) (Astrom and Hagglund, Advanced PID Control, 2006, section 3.5). The limit is reached and left at located
-    events, so that no step crosses a corner of u. S starts at 0 unless the start says otherwise.
+    events, so that no step crosses a breakpoint of u. S starts at 0 unless the start says otherwise.
     """
 
     proportional_gain: Any

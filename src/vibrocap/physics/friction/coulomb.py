@@ -7,8 +7,8 @@ from vibrocap.physics.friction.law import Curve, NonNegative, levels_in_order, p
 class Coulomb(Curve):
     """Coulomb friction: a kinetic level that does not depend on speed, and a static level that may be higher.
 
-    At rest the contact balances whatever is applied, up to the static level; the instant it slides the force drops to
-    the kinetic one, so that the contact leaves rest with an acceleration.
+    At rest friction balances the applied force, up to the static level; at the start of sliding it drops to the kinetic
+    one, so that the contact leaves rest with an acceleration.
 
         R = N eta_c sgn(v),   |R| <= N eta_s at v = 0                                      Coulomb 1785
 

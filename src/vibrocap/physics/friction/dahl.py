@@ -10,7 +10,7 @@ ROUNDING = 1e-10  # of 1 - r, within which |1 - r|^(i-1) is rounded off
 class Dahl(Law):
     """Dahl's law: the force follows the displacement like the stress of a metal follows its strain.
 
-    Near reversal the contact is a spring; it yields gradually towards the Coulomb level, whatever the speed.
+    Near reversal the contact is a spring; it yields gradually towards the Coulomb level, at any speed.
 
         R  = delta0 xi,   dR/dx = delta0 |1 - r|^i sgn(1 - r),   r = R sgn(v)/(N eta_c)    Dahl 1968, 1976
         xi' = v |1 - r|^(i-1) (1 - r);   for i = 1   xi' = v - delta0 |v| xi/(N eta_c)

@@ -156,7 +156,7 @@ class Machine(Part):
         cls.coordinates = {numbered(name, i): numbered(own.rate_of(name), i) for name, own, i in several}
 
     def parts(self, q: Any) -> Iterable:
-        """What the machine is made of, at coordinates q."""
+        """The parts of the machine at coordinates q."""
         raise MechanicsError("should list the parts of the machine: def parts(self, q)")
 
     @classmethod
@@ -256,7 +256,7 @@ class Machine(Part):
         """ArgumentError for parameters that mean something else in these units."""
 
     def scene(self, t, y) -> tuple[Shape, ...]:
-        """A box for each body that rubs, a disc for each other one, and what joins them."""
+        """A box for each body that rubs, a disc for each other one, and their joints."""
         return tuple(Shape(*shape) for shape in self.evaluated("scene", t, y))
 
     # --- what follows ------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ Motion = Annotated[str, allowed(MOTIONS, ("angle", "displacement"))]
 
 @parameters
 class PendulumCrawler(Machine):
-    """Pendulum capsule whose angle theta(t), or sin(theta), is what the drive says: an ideal tracking of a motion.
+    """Pendulum capsule whose angle theta(t), or sin(theta), is imposed by the drive: ideal tracking of a motion.
 
     The balance of momentum alone is left: with sin(theta) it is the two-mass crawler with mirrored displacement. The
     torque T that the motion takes (Liu et al. 2019, eq. 4) is `actuator_torque`, and T theta' is `actuator_power`.

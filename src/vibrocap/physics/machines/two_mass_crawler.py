@@ -14,7 +14,7 @@ class TwoMassCrawler(WithInnerMass):
     z' piecewise constant or linear these are the two-phase and three-phase crawlers of Chernousko (2002), whose
     progress is known in closed form. At rest the contact holds R = -z'', in units of m.
 
-    The energy is that of the common centre, (lambda + 1) p^2/2, and the work of the drive what reaches it; that of the
+    The energy is that of the common centre, (lambda + 1) p^2/2, and the work of the drive is its gain; that of the
     relative motion, (1 - mu) z'^2/2, goes into the inner mass and back in each period. `actuator_power` has both,
     `actuator_force` is the force between the masses; where z' jumps by d it has the impulse (1 - mu) d besides.
 
