@@ -25,10 +25,10 @@ class BranchRequest(OfCase, Drawn):
 def branch(request: BranchRequest, report: Report) -> Answer:
     """Branches of steady motions over a parameter.
 
-    The symmetric motion is followed, stable or not, and so are the branches that leave it at pitchforks and flips.
-    Where stable motions end within the range, a simulation shows what follows them, and that is followed too. Folds,
-    flips, pitchforks and changes of the mode sequence are located. If the case's own value is outside the range, the
-    search begins at the nearer end.
+    The command follows the symmetric motion, stable or not, and the branches that leave it at pitchforks and flips.
+    Where stable motions end within the range, it simulates and follows their successors too. It locates folds, flips,
+    pitchforks and changes of the mode sequence. If the case's own value is outside the range, the search begins at the
+    nearer end.
 
     Exit code 3: a branch continues but could not be followed.
     """

@@ -44,9 +44,9 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
 
     Each row of the table is a settled motion: columns named by parameters are its conditions, columns named by measures
     the readings (mean_velocity, in SI where the case is, other units in the heading: drive.period_ms, mean_velocity
-    [mm/s]), mean_velocity_error a standard error. Parameters of machine, friction and drive are printed with joint 95 %
-    intervals. Parameters that the table does not determine are marked; a column that does not fit is named, as are rows
-    that do not settle.
+    [mm/s]), mean_velocity_error a standard error. The report has the parameters of machine, friction and drive with
+    joint 95 % intervals. It marks parameters that the table does not determine, and names columns that do not fit and
+    rows that do not settle.
     """
     from vibrocap.design.calibration.calibration import calibrate as calibrated
 

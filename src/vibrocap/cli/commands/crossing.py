@@ -41,8 +41,8 @@ class CrossingRequest(OfCase):
 def crossing(request: CrossingRequest, report: Report) -> Answer:
     """Where a steady measure takes a value, or two laws agree.
 
-    Each place is given with a bracket and an error. Ranges in which the measure keeps the value (symmetric motions have
-    zero drift) and jumps across it (from a motion to its mirror-image solution) are reported as such.
+    Each place has a bracket and an error. The report also lists ranges in which the measure keeps the value (symmetric
+    motions have zero drift) and jumps across it (from a motion to its mirror-image solution).
 
     Exit code 3: some motions did not settle, so places may be missing.
     """

@@ -31,8 +31,8 @@ class EquilibriaRequest(OfCase, Drawn):
 def equilibria(request: EquilibriaRequest, report: Report) -> Answer:
     """Steady sliding and rest without a periodic drive.
 
-    All states of the friction law count. With --over, one state of steady sliding is followed over a parameter, and its
-    folds and Hopf points are located.
+    Equilibria include all states of the friction law. With --over, the command follows one state of steady sliding over
+    a parameter, and locates folds and Hopf points.
 
     Exit code 3: a branch continues but could not be followed.
     """

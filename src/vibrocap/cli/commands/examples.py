@@ -14,14 +14,14 @@ from vibrocap.files import made_folder, write_text
 
 class ExamplesRequest(Request):
     names: tuple[str, ...] = option("examples by name [default: all]", (), place=True, offers=example_names)
-    to: Path | None = folder("folder for the copies, which is made [default: examples, where names are given]")
+    to: Path | None = folder("folder for the copies [default: examples, with names]")
 
 
 @command("start", "vibrocap examples", "vibrocap examples --to examples")
 def examples(request: ExamplesRequest) -> Answer:
     """The example cases, and copies of them.
 
-    Without names and --to they are listed. Measured tables of a case go along with it. Files that exist are kept.
+    Without names and --to the command lists them. Copies include the measured tables of a case. Existing files stay.
     """
     known = {path.stem: path for path in sorted(examples_folder().glob("*.toml"))}
     complaints = Complaints()

@@ -53,7 +53,7 @@ def export(request: ExportRequest) -> Answer:
 
     --to c writes a stepper in C with the exact contact, which needs no other library and gives the same bits with every
     compiler. --to fmu writes a file for Simulink, Dymola, OpenModelica, FMPy and other importers of FMI. --to mjcf
-    writes a MuJoCo model and says what it loses: its friction has one level and creeps at rest.
+    writes a MuJoCo model and lists its losses: its friction has one level and creeps at rest.
     """
     if request.to == "fmu":
         options = request.given("fmi", "platforms")

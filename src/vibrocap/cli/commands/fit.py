@@ -36,12 +36,12 @@ COLUMNS = ("record", "held_out", "time", "measured", "predicted", "band")
 def fit(request: FitRequest, report: Report) -> Answer:
     """A friction law fitted to measured force and motion.
 
-    The parameters are printed with 95 % intervals, those that the data do not determine with an experiment that would,
-    and the error for each record; several laws are ranked. With --out, friction.toml is the section [friction] of a
-    case in SI, or with --pendulum of a dimensionless case.
+    The report has the parameters with 95 % intervals, an experiment for each one that the data do not determine, and
+    the error for each record; it ranks several laws. With --out, friction.toml is the section [friction] of a case in
+    SI, or with --pendulum of a dimensionless case.
 
-    With --machine the force is that of the drive: the case is simulated under it, and its parameters are those with
-    which it moves as measured (--predict).
+    With --machine the measured force is that of the drive: the fit finds the parameters with which the case moves as
+    measured (--predict).
 
     Exit code 3: the law could not be fitted.
     """

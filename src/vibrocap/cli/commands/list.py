@@ -53,11 +53,11 @@ class ListRequest(WithParts):
 def list_(request: ListRequest) -> Answer:
     """Machines, laws, drives, measures, data sets.
 
-    A machine is shown with its parameters, its source and its equations of motion, which are derived from its
-    description: a prime is a rate, R friction, N a load, H the energy, d a motion that the drive imposes, s a stop that
-    is touched (1 in front, -1 behind, 0 not). --check tests a part with its defaults and with other numbers: sampled,
-    recorded, and simulated for some periods. A data set that is fetched must have the checksums of its publisher, or
-    those of the first fetch.
+    The text of a machine has its parameters, its source and its equations of motion, derived from its
+    description: a prime is a rate, R friction, N a load, H the energy, d an imposed motion, s the touched stop (1 in
+    front, -1 behind, 0 none). --check tests a part with its defaults and with other numbers: sampled, recorded, and
+    simulated for some periods. A fetched data set must have the checksums of its publisher, or those of the first
+    fetch.
 
     Exit codes: 2 a part does not keep its contract. 3 a data set could not be fetched.
     """

@@ -206,8 +206,8 @@ class NewRequest(WithParts):
 def new(request: NewRequest) -> Answer:
     """A new case, or a case in SI or without units.
 
-    A new case has every parameter of its parts with its default, its symbol and its meaning. With --from, a case is
-    written in the other form: in SI, or without units; its comments are not kept. A case in SI knows its units, and so
+    A new case lists every parameter of its parts with default, symbol and meaning. With --from, the command rewrites a
+    case in the other form: in SI, or without units; its comments are not kept. A case in SI knows its units, and so
     does the file without units that is made of it, in its section [scales]: the way back gives the same numbers. Of any
     other case --scales gives them.
     """

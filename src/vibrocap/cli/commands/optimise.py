@@ -78,10 +78,10 @@ class OptimiseRequest(OfCase, Drawn):
 def optimise(request: OptimiseRequest, report: Report) -> Answer:
     """The settled, stable design with the best measure.
 
-    Designs run in whole populations until they settle; the best are closed to periodic orbits, checked for stability
-    and refined. The limit of the best one is named: a bound, a constraint, stability, or a change of the mode sequence.
-    The measure becomes large, or small if it is a cost. With --against, the result is a Pareto front: the designs of
-    which none is better than another in both measures.
+    Populations of designs run until they settle; the best ones become periodic orbits, which must be stable, and are
+    refined. The report names the limit of the best one: a bound, a constraint, stability, or a change of the mode
+    sequence. The search maximises the measure, or minimises a cost. With --against, the result is a Pareto front:
+    designs that cannot improve in one measure without a loss in the other.
 
     Exit code 3: no design settles to a stable motion that fulfils the constraints.
     """

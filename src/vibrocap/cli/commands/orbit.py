@@ -49,11 +49,11 @@ class OrbitRequest(OfCase):
 def orbit(request: OrbitRequest, report: Report) -> Answer:
     """The steady motion of a case and its stability.
 
-    The case is simulated until it settles; then the periodic motion is computed by shooting, to rounding: period,
-    drift, stability, symmetry, mirror-image solution and mode sequence. A motion that settles near an unstable orbit is
-    followed on to the orbit that it ends on. --response-period and --half find unstable orbits, with the motions that
-    replace them. Without a drive that changes in time the motion is a cycle, which returns to a section. The known
-    bounds of speed and cost of transport are compared with the motion.
+    The command simulates the case until it settles and computes the periodic motion by shooting, to rounding: period,
+    drift, stability, symmetry, mirror-image solution and mode sequence. From an unstable orbit it continues to the
+    motion that replaces it. --response-period and --half find unstable orbits, with the motions that replace them.
+    Without a drive that changes in time the motion is a cycle, which returns to a section. The table compares the
+    motion with known bounds of speed and cost of transport.
 
     Exit code 3: the motion did not settle, or no periodic motion was found.
     """

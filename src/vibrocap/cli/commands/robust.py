@@ -24,8 +24,8 @@ class RobustRequest(OfCase):
 def robust(request: RobustRequest, report: Report) -> Answer:
     """Spread of a measure under uncertain parameters.
 
-    Samples of the uncertain quantities run until they settle. The spread of the measure, its worst values, the share
-    that fails or travels the wrong way and the Sobol indices are printed: which quantity to know better.
+    Samples of the uncertain quantities run until they settle. The report has the spread of the measure, its worst
+    values, the share that fails or travels in the wrong direction, and Sobol indices: the quantity to measure better.
     """
     from vibrocap.design.robustness import robustness
 

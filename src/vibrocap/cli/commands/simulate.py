@@ -241,7 +241,7 @@ class SimulateRequest(OfCase, Drawn):
 def simulate(request: SimulateRequest, report: Report) -> Answer:
     """One motion: travel, events, energy and certificate.
 
-    It shows how the run ends, how far it travels, its events, energy balance and certificate.
+    The report has the end of the run, its travel, events, energy balance and certificate.
 
     Exit code 3: the run could not be completed, or its certificate failed.
     """

@@ -54,9 +54,9 @@ class StickSlipRequest(Drawn):
 def stick_slip(request: StickSlipRequest) -> Answer:
     """Stick-slip in the measured force on a slider.
 
-    The slider is pulled through a spring. Stick and slip phases, period, slips, levels of friction and the regime are
-    determined: stick-slip, inertial or steady. If a file has several records, all are listed, and --plot draws a
-    diagram of their regimes.
+    A spring pulls the slider. The report has stick and slip phases, period, slips, levels of friction and the regime:
+    stick-slip, inertial or steady. For several records in a file it lists all, and --plot draws a diagram of their
+    regimes.
     """
     from vibrocap.records.checks import RecordError
     from vibrocap.records.regime_diagram import regime_diagram

@@ -33,10 +33,9 @@ if TYPE_CHECKING:
 def sweep(request: SweepRequest) -> Answer:
     """Many runs over axes, a table of cases or a design.
 
-    What varies is named by its path: a parameter (machine.mass_ratio), an initial state (initial.angle), or a kind of
-    part (friction.law=exponential,lugre). Measures are taken during the run. An adaptive map is written to --export.
-    --verify names every file that is missing, cut short, altered or in place of another one; with --resume, the sweep
-    computes damaged tiles again.
+    A path names each axis: a parameter (machine.mass_ratio), an initial state (initial.angle), or a kind of part
+    (friction.law=exponential,lugre). An adaptive map goes to --export. --verify names every file that is missing, cut
+    short, altered or in place of another one; with --resume, the sweep computes damaged tiles again.
 
     Exit codes: 0 done, also if some runs failed: they have their status, and the summary counts them. 2 wrong input,
     all of it named before any work. 3 the work could not be completed (a full disk, for example), or a study is
