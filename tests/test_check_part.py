@@ -6,8 +6,9 @@ from typing import ClassVar
 import pytest
 
 import vibrocap as vc
+from cases import printed, refused
 from vibrocap.cli.main import main
-from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.cli.terminal import WRONG_INPUT
 from vibrocap.contracts.system_clauses import motion_of, moves, system_of
 from vibrocap.mechanics import Contact, Damper, Drive, Machine, Mass, Potential, Spring, Stop, Support, coordinate
 from vibrocap.physics.catalogue import unregister
@@ -235,8 +236,7 @@ def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):
         "    def holding_limit(self, load): return 0.9 * load * self.static_coefficient\n"
     )
     (tmp_path / "weak.py").write_text(text)
-    assert main(["list", "--check", "--quick", "--parts", "weak.py"]) == WRONG_INPUT
-    found = capsys.readouterr().out
+    found = printed(capsys, "list", "--check", "--quick", "--parts", "weak.py", code=WRONG_INPUT)
     assert "The law weak breaks one clause of its contract." in found
     assert "WRONG  At rest it is what its kind says" in found
     options = ["--check", "--quick", "--json", "--parts", "weak.py"]
@@ -246,10 +246,8 @@ def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):
     assert (second["name"], second["ok"]) == ("anisotropic-weak", False)
     for part in load_parts("weak.py"):
         unregister(part)
-    assert main(["list", "lugre", "--check", "--quick"]) == OK
-    assert "The law lugre keeps its contract." in capsys.readouterr().out
-    assert main(["list", "--check"]) == WRONG_INPUT
-    assert "--check: name a part" in capsys.readouterr().err
+    assert "The law lugre keeps its contract." in printed(capsys, "list", "lugre", "--check", "--quick")
+    assert "--check: name a part" in refused(capsys, "list", "--check")
     assert main(["list", "lugree", "--check"]) == WRONG_INPUT
     assert "no machine, law, drive or controller is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
 

@@ -18,7 +18,7 @@ import pytest
 
 import vibrocap as vc
 from cases import SETTLED as CASE
-from cases import printed_json, refused
+from cases import printed, printed_json, refused
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import RUN_DEFAULTS, Case, case_from_text, case_text, read_case
 from vibrocap.cli.command import COMMANDS
@@ -91,8 +91,7 @@ def test_old_commands_answer_with_the_new_one(old, capsys):
 
 
 def test_version(capsys):
-    assert main(["--version"]) == OK
-    assert capsys.readouterr().out.strip() == vc.__version__
+    assert printed(capsys, "--version").strip() == vc.__version__
 
 
 @pytest.mark.parametrize(
@@ -276,12 +275,10 @@ def test_options_replace_the_cases_settings(case, capsys):
 
 
 def test_summary_names_window_settlement_and_evidence(case, lugre, capsys):
-    assert main(["simulate", str(case)]) == OK
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(printed(capsys, "simulate", case).split())
     for words in ("mean over the last 10 periods", "settled", "Certificate", "energy residual", "estimated error"):
         assert words in text
-    assert main(["simulate", str(lugre)]) == OK
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(printed(capsys, "simulate", lugre).split())
     assert "NOT settled" in text
     assert "the lugre law creeps" in text
 
@@ -295,8 +292,7 @@ def test_summary_shows_energy_per_distance_and_least_reaction_with_their_units(c
     assert spent["value"] == pytest.approx(cost, rel=1e-11)
     assert load["value"] == pytest.approx(motion.certificate.least_reaction * least, rel=1e-15)
     assert (spent["unit"], load["unit"]) == ("J/m", "N")
-    assert main(["simulate", str(EXAMPLES / "bench-in-si.toml")]) == OK
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(printed(capsys, "simulate", EXAMPLES / "bench-in-si.toml").split())
     assert f"cost of transport {spent['value']:.10g} J/m work of the drive per distance" in text
     assert f"least reaction {load['value']:.10g} N of the ground in the whole run" in text
 
@@ -304,8 +300,7 @@ def test_summary_shows_energy_per_distance_and_least_reaction_with_their_units(c
 @pytest.mark.parametrize("name", ["symmetric-no-travel", "slides-or-sticks-by-its-start"])
 def test_what_cannot_travel_has_no_energy_per_distance(name, capsys):
     assert printed_json(capsys, "simulate", EXAMPLES / f"{name}.toml")["cost_of_transport"] is None
-    assert main(["simulate", str(EXAMPLES / f"{name}.toml")]) == OK
-    assert "cost of transport" not in capsys.readouterr().out
+    assert "cost of transport" not in printed(capsys, "simulate", EXAMPLES / f"{name}.toml")
 
 
 def test_motion_that_never_moves_has_a_summary(case, capsys):
@@ -336,8 +331,7 @@ def test_run_that_cannot_be_completed(setting, status, case, capsys):
     assert setting.partition(" ")[0] in output.err  # what to try
     assert all(path.stat().st_size > 0 for path in files.values())
     assert f"status = '''{status}'''" in beside(files["--out"]).read_text()
-    assert main(["simulate", str(case)]) == INCOMPLETE
-    assert "time reached" in capsys.readouterr().out
+    assert "time reached" in printed(capsys, "simulate", case, code=INCOMPLETE)
 
 
 @pytest.mark.parametrize("kind", ["csv", "nc"])
@@ -462,15 +456,13 @@ def test_limits_exact_as_printed_and_when_they_do_not_exist(lugre, capsys):
     record = printed_json(capsys, "friction", lugre)
     assert record["offset"]["exist"] is False
     assert record["boundary_velocity"] == pytest.approx(0.0405, abs=5e-5)
-    assert main(["friction", str(lugre)]) == OK
-    assert "viscous_damping is 0" in " ".join(capsys.readouterr().out.split())
+    assert "viscous_damping is 0" in " ".join(printed(capsys, "friction", lugre).split())
     lugre.write_text(lugre.read_text().replace('"lugre"', '"lugre"\nviscous_damping = 0.4'))
     offset = printed_json(capsys, "friction", lugre)["offset"]
     assert offset["lower"] == pytest.approx(0.006696630374612, rel=1e-12)
     assert offset["upper"] == pytest.approx(0.181821489161179, rel=1e-12)
     assert offset["printed_lower"] == pytest.approx(0.0066667, abs=5e-8)
-    assert main(["friction", str(lugre)]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "friction", lugre)
     assert "0.00669663037461" in text
     assert "0.181821489161" in text
 
@@ -491,8 +483,7 @@ def test_limits_of_every_contact(tmp_path, capsys):
     )
     record = printed_json(capsys, "friction", path)
     assert {name: each["breakaway_force"] for name, each in record.items()} == {"friction": 0.2, "friction_2": 0.6}
-    assert main(["friction", str(path)]) == OK
-    assert "friction_2: exponential at normal load N = 2" in capsys.readouterr().out
+    assert "friction_2: exponential at normal load N = 2" in printed(capsys, "friction", path)
 
 
 # --- reproduce -------------------------------------------------------------------------------------------------------
@@ -513,8 +504,7 @@ def test_reproduce_prints_the_claims_and_where_the_report_lies(tmp_path, capsys,
         return types.SimpleNamespace(claims=(verdict,), report=out / "report.html", seconds=1.0)
 
     monkeypatch.setattr(paper, "reproduce", reproduced)
-    assert main(["reproduce", "--only", "fig09", "--out", str(tmp_path)]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "reproduce", "--only", "fig09", "--out", tmp_path)
     assert called == {"out": tmp_path, "only": "fig09"}
     assert "drift-is-zero" in text
     assert "does not hold 1" in text

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
+from cases import printed, refused
 from thinned import covering
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text
 from vibrocap.cli.examples import examples_folder
@@ -36,8 +37,7 @@ PAIRS = [(m, d) for m, d in itertools.product(machines(), drives()) if fit_toget
 @pytest.mark.parametrize(("machine", "drive"), [PAIRS[i] for i in covering(PAIRS)])
 def test_a_new_case_is_the_default_of_its_parts(machine, drive, capsys):
     law = "lugre" if drive == "harmonic" else "exponential"
-    assert main(["new", machine, "--law", law, "--drive", drive]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "new", machine, "--law", law, "--drive", drive)
     case = case_from_text(text)
     assert case.system == vc.System(machines()[machine](), laws()[law](), drives()[drive]())
     assert case.run == RUN_DEFAULTS
@@ -51,8 +51,7 @@ def test_a_new_case_is_the_default_of_its_parts(machine, drive, capsys):
 def test_a_new_case_in_si_is_the_default_at_the_size_of_a_bench(machine, drive, capsys):
     """To three digits, and with the weight as load where that is known; every number has its unit."""
     law = "lugre" if drive == "harmonic" else "exponential"
-    assert main(["new", machine, "--law", law, "--drive", drive, "--si"]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "new", machine, "--law", law, "--drive", drive, "--si")
     assert ("A bench of usual size" in text) == (
         "_unit_" in text or "pendulum_mass_kg" in text or "inner_mass_kg" in text
     )
@@ -75,8 +74,7 @@ def test_a_new_case_in_si_runs_as_it_is(capsys):
     assert main(["new", "vibro-impact-capsule", "--si", "--out", "bench.toml"]) == OK
     text = Path("bench.toml").read_text()
     assert not any(line.startswith(("length_unit_m", "time_unit_s", "gravity")) for line in text.splitlines())
-    assert main(["simulate", "bench.toml", "--periods", "2"]) == OK
-    assert "in SI" in capsys.readouterr().out
+    assert "in SI" in printed(capsys, "simulate", "bench.toml", "--periods", "2")
 
 
 def test_a_new_case_is_written_once(capsys):
@@ -92,8 +90,7 @@ def test_a_new_case_is_written_once(capsys):
 
 
 def test_unknown_kinds_are_named_at_once(capsys):
-    assert main(["new", "oscilator", "--law", "lugr", "--drive", "harmonc", "--out", "case"]) == WRONG_INPUT
-    message = capsys.readouterr().err
+    message = refused(capsys, "new", "oscilator", "--law", "lugr", "--drive", "harmonc", "--out", "case")
     for part in ("KIND: there is no 'oscilator'; did you mean 'oscillator'?", "--law: there is no 'lugr'", "--drive: "):
         assert part in message
     assert "--out: should end in .toml" in message
@@ -104,8 +101,7 @@ def test_unknown_kinds_are_named_at_once(capsys):
 
 
 def test_examples_are_listed_with_what_they_show(capsys):
-    assert main(["examples"]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "examples")
     for path in EXAMPLES.glob("*.toml"):
         assert f"  {path.stem} " in text
     assert "A symmetric machine that travels" in text
@@ -119,8 +115,7 @@ def test_examples_are_copied_and_what_is_there_is_left(capsys):
     assert sorted(path.name for path in Path("examples").iterdir()) == sorted(wanted)
     Path("examples/mirror-twin.toml").write_text("mine")
     capsys.readouterr()
-    assert main(["examples", "mirror-twin", "weight-as-load.toml"]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "examples", "mirror-twin", "weight-as-load.toml")
     assert f"{Path('examples/mirror-twin.toml')} is there already, and another; it is left as it is\n" in text
     assert f"{Path('examples/weight-as-load.toml')} is there already\n" in text
     assert Path("examples/mirror-twin.toml").read_text() == "mine"

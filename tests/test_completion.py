@@ -16,10 +16,11 @@ from pathlib import Path
 
 import pytest
 
+from cases import printed, refused
 from thinned import exhaustive_but
 from vibrocap.cli.completers import script
 from vibrocap.cli.main import app_of, main
-from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.cli.terminal import OK
 from vibrocap.physics.catalogue import drives, laws, machines
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -214,8 +215,7 @@ def test_a_shell_completes(shell, line, expected):
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
 def test_the_script_knows_commands_and_options(shell, capsys):
-    assert main(["--completion", shell]) == OK
-    text = capsys.readouterr().out
+    text = printed(capsys, "--completion", shell)
     for word in (*COMMANDS, "tolerance", "response-period"):
         assert word in text
     if shutil.which(shell) and shell != "powershell":
@@ -232,5 +232,4 @@ def test_what_is_installed_is_the_script_that_is_printed(tmp_path, monkeypatch, 
 
 
 def test_an_unknown_shell_is_refused(capsys):
-    assert main(["--completion", "tcsh"]) == WRONG_INPUT
-    assert "zsh" in capsys.readouterr().err
+    assert "zsh" in refused(capsys, "--completion", "tcsh")

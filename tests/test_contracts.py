@@ -90,16 +90,12 @@ ALL_SYSTEMS = [
     for law, (machine, drive) in zip(itertools.cycle(LAWS_IN_SYSTEMS), PAIRS, strict=False)
 ]
 # of these, so many that every machine and every drive meets every kind of law, and every machine every kind of drive
-SYSTEMS = [
-    ALL_SYSTEMS[i]
-    for i in covering(
-        [
-            (id(s.machine), s.drive.name, s.friction.name, (s.machine.name, s.friction.kind))
-            + ((s.drive.name, s.friction.kind), (s.machine.name, isinstance(s.drive, Piecewise), s.drive.odd))
-            for s in ALL_SYSTEMS
-        ]
-    )
+MEETINGS = [
+    (id(s.machine), s.drive.name, s.friction.name, (s.machine.name, s.friction.kind), (s.drive.name, s.friction.kind))
+    for s in ALL_SYSTEMS
 ]
+KINDS = [(s.machine.name, isinstance(s.drive, Piecewise), s.drive.odd) for s in ALL_SYSTEMS]
+SYSTEMS = [ALL_SYSTEMS[i] for i in covering([(*row, kind) for row, kind in zip(MEETINGS, KINDS, strict=True)])]
 # every machine with one drive, every drive with one machine
 MOVING_SYSTEMS = [
     *(vc.System(machine(), vc.Exponential(), vc.Biharmonic()) for machine in machines().values()),

@@ -10,6 +10,7 @@ import scipy.integrate
 import scipy.linalg
 
 import vibrocap as vc
+from cases import printed, refused
 from vibrocap.cli.main import main
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.motion.recording.equations import equations
@@ -261,8 +262,7 @@ def test_gains_are_swept_and_the_digest_knows_them(tmp_path, capsys):
     for gain, value in zip((2.0, 4.0), data["controller_work"].values, strict=True):
         alone = vc.simulate(servo(integral_gain=gain), initial=START, periods=10)
         assert value == pytest.approx(vc.energy_balance(alone, periods=10).controller / 10.0, rel=1e-8)
-    assert main(["simulate", str(path), "--set", "controller.limit=2.2", "--json"]) == 0
-    assert '"command_unsaturated": 1' in capsys.readouterr().out
+    assert '"command_unsaturated": 1' in printed(capsys, "simulate", path, "--set", "controller.limit=2.2", "--json")
     assert main(["sweep", str(path), "--over", "controller.gain=1:2:2", "--out", str(tmp_path / "x")]) == 2
     assert "there is no such quantity" in capsys.readouterr().err
 
@@ -382,7 +382,6 @@ def test_a_controller_of_ones_own_stands_in_cases_and_studies_know_its_code(tmp_
     sweep = ["sweep", str(path), "--over", "controller.gain=2:9:2", "--measure", "largest_position", "--out", str(out)]
     assert main([*sweep, "--parts", str(file)]) == 0
     file.write_text(OWN.replace("self.gain *", "2.0 * self.gain *"))
-    assert main([*sweep, "--parts", str(file), "--resume"]) == 2
-    assert "the code of controller.kind = own-spring" in capsys.readouterr().err
+    assert "the code of controller.kind = own-spring" in refused(capsys, *sweep, "--parts", file, "--resume")
     for each in load_parts(file):
         unregister(each)

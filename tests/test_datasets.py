@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from cases import printed, refused
 from published_data import published_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
@@ -74,8 +75,7 @@ def test_without_a_home_folder_data_sets_are_looked_for_here(monkeypatch, capsys
     monkeypatch.delenv("VIBROCAP_DATA", raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr("pathlib.Path.home", homeless)
-    assert main(["list", "datasets"]) == OK
-    assert "emps" in capsys.readouterr().out
+    assert "emps" in printed(capsys, "list", "datasets")
 
 
 def test_a_known_checksum_is_checked(basalt, tmp_path):
@@ -163,18 +163,15 @@ def one_set(basalt, monkeypatch, tmp_path):
 
 
 def test_list_says_what_there_is_and_where(one_set, capsys):
-    assert main(["list", "datasets"]) == OK
-    assert "not here; 1 file" in capsys.readouterr().out
+    assert "not here; 1 file" in printed(capsys, "list", "datasets")
     (one_set / "basalt-velocity-step").mkdir(parents=True)
-    assert main(["list", "datasets"]) == OK
-    said = capsys.readouterr().out
+    said = printed(capsys, "list", "datasets")
     assert f"here, in {one_set / 'basalt-velocity-step'}" in said
     assert "10.1130/GES02739.1; MIT" in said
 
 
 def test_fetch_says_what_came(one_set, capsys, tmp_path):
-    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == OK
-    said = capsys.readouterr().out
+    said = printed(capsys, "list", "datasets", "--fetch", "basalt-velocity-step")
     assert f"basalt-velocity-step: 1 records, 2,000 samples, in {one_set / 'basalt-velocity-step'}" in said
     assert "trusted    1 on first use" in said
     assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == OK
@@ -217,16 +214,13 @@ def test_a_file_that_is_gone_ends_with_code_3(one_set, server, capsys):
 
 
 def test_wrong_input_ends_with_code_2(one_set, monkeypatch, capsys, tmp_path):
-    assert main(["list", "datasets", "--fetch", "basalt"]) == WRONG_INPUT
-    assert "did you mean 'basalt-velocity-step'?" in capsys.readouterr().err
-    assert main(["list", "datasets", "--fetch", "rubber"]) == WRONG_INPUT
-    assert "there is basalt-velocity-step" in capsys.readouterr().err
+    assert "did you mean 'basalt-velocity-step'?" in refused(capsys, "list", "datasets", "--fetch", "basalt")
+    assert "there is basalt-velocity-step" in refused(capsys, "list", "datasets", "--fetch", "rubber")
     (tmp_path / "file").write_text("")
     assert main(["list", "datasets", "--fetch", "basalt-velocity-step", "--to", str(tmp_path / "file")]) == WRONG_INPUT
     assert "--to:" in capsys.readouterr().err
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == WRONG_INPUT
-    assert "needs pooch; install with: " in capsys.readouterr().err
+    assert "needs pooch; install with: " in refused(capsys, "list", "datasets", "--fetch", "basalt-velocity-step")
 
 
 def test_pooch_keeps_its_log_to_itself(one_set, caplog):

@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import json
 import math
 from typing import ClassVar
 
@@ -10,10 +9,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import printed, printed_json
 from law_instances import LAWS
 from thinned import exhaustive_but, slow_but
-from vibrocap.cli.main import main
-from vibrocap.cli.terminal import OK
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Positive, coordinate, parameter, parameters
 from vibrocap.motion.certificate import UNFINISHED
@@ -446,8 +444,7 @@ def test_system_refuses_what_its_machine_cannot_have():
 def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
     law = vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
     gentle = vc.save_case(capsule("weight", law, inclination=0.1, linear_drag=0.2), tmp_path / "gentle.toml")
-    assert main(["friction", str(gentle), "--json"]) == OK
-    record = json.loads(capsys.readouterr().out)
+    record = printed_json(capsys, "friction", gentle)
     weight = 3.5 * math.cos(0.1)
     assert record["load"] == pytest.approx(weight, rel=1e-15)
     assert record["breakaway_force"] == pytest.approx(0.2 * weight, rel=1e-15)
@@ -455,13 +452,11 @@ def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
     assert f"breaks away with {forward:.10g} forward and {back:.10g} back" in record["notes"][0]
     assert "without drag" in record["notes"][1]
     steep = vc.save_case(capsule("dynamic", law, inclination=-0.3), tmp_path / "steep.toml")
-    assert main(["friction", str(steep)]) == OK
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(printed(capsys, "friction", steep).split())
     assert "the limits at its mean" in text
     assert "slides forward by itself" in text
     plain = vc.save_case(capsule("weight", law), tmp_path / "plain.toml")
-    assert main(["friction", str(plain), "--json"]) == OK
-    assert "notes" not in json.loads(capsys.readouterr().out)
+    assert "notes" not in printed_json(capsys, "friction", plain)
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ parameter, rounding leaves some 1e-13/2e-4 = 5e-10 of the size of the measure, w
 
 import dataclasses
 import itertools
-import json
 import math
 import pickle
 from pathlib import Path
@@ -15,10 +14,11 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import printed, printed_json
 from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
-from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
+from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
 from vibrocap.motion.recording.equations import equations
 from vibrocap.orbits.closing import gradients as module
 from vibrocap.orbits.closing.gradients import measures_with_gradients
@@ -235,8 +235,7 @@ def test_the_table_has_a_row_for_each_measure_and_parameter(first):
 @pytest.mark.slow
 def test_the_command_prints_slopes_with_units_and_elasticities(capsys):
     case = str(EXAMPLES / "bench-in-si.toml")
-    assert main(["orbit", case, "--gradients", "--json"]) == OK
-    rows = json.loads(capsys.readouterr().out)["gradients"]
+    rows = printed_json(capsys, "orbit", case, "--gradients")["gradients"]
     orbit = vc.orbit(read_case(case).system, initial=read_case(case).initial)
     expected = orbit.gradients(measures=["mean_velocity", "cost_of_transport"]).table()
 
@@ -245,8 +244,7 @@ def test_the_command_prints_slopes_with_units_and_elasticities(capsys):
 
     for row, other in zip(rows, expected, strict=True):
         assert without_unit(row["slope"]) == pytest.approx(other["slope"], rel=1e-9)
-    assert main(["orbit", case, "--gradients"]) == OK
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(printed(capsys, "orbit", case, "--gradients").split())
     assert "Gradient of cost of transport" in text
     assert f"drive.frequency_Hz {expected[7]['slope']:.8g} (m/s)/Hz {expected[7]['elasticity']:.4g}" in text
 
@@ -359,8 +357,7 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
     with pytest.raises(ValueError, match="orbit should be closed: this one is run failed"):
         orbit.gradients()
     vc.save_case(light, tmp_path / "light.toml")
-    assert main(["orbit", str(tmp_path / "light.toml"), "--gradients", "--json"]) == INCOMPLETE
-    record = json.loads(capsys.readouterr().out)
+    record = printed_json(capsys, "orbit", tmp_path / "light.toml", "--gradients", code=INCOMPLETE)
     for name in ("period", "drift", "mean_velocity", "residual", "symmetric"):
         assert record[name] is None, name
     assert not record["mode_sequence"]

@@ -17,6 +17,7 @@ import pytest
 from scipy.io import savemat
 
 from cases import SHORT as CASE
+from cases import printed, refused
 from torture.waits import KINDS, PLACES
 from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
@@ -140,10 +141,8 @@ def test_a_record_with_such_a_name_is_listed(tmp_path, capsys):
     lines = [f"{name},{0.01 * i},{np.sin(i)},{np.cos(i)}" for name in (NAME, "b") for i in range(200)]
     path = tmp_path / "records.csv"
     path.write_text("\n".join(("record,t,F,v", *lines)))
-    assert main(["stick-slip", str(path)]) == 0
-    assert "m[/x]" in capsys.readouterr().out
-    assert main(["stick-slip", str(path), "--record", "\x1b[2J"]) == 2
-    assert "\x1b" not in capsys.readouterr().err
+    assert "m[/x]" in printed(capsys, "stick-slip", path)
+    assert "\x1b" not in refused(capsys, "stick-slip", path, "--record", "\x1b[2J")
 
 
 # --- what would be waited for -----------------------------------------------------------------------------------------

@@ -1,17 +1,17 @@
 """The normal load that the pendulum makes: values found by another solver, identities, and where it ends."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import vibrocap as vc
+from cases import printed_json, refused
 from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
-from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
+from vibrocap.cli.terminal import INCOMPLETE
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
 from vibrocap.studies.plan.planning import planned_study
@@ -225,8 +225,7 @@ def test_a_constant_load_that_hides_a_lift_off_is_said(tmp_path, capsys):
     assert len(hidden.warnings) == 1
     assert 'use normal_load = "dynamic"' in hidden.warnings[0]
     path = str(vc.save_case(light, tmp_path / "light.toml", initial=START, periods=3))
-    assert main(["simulate", path, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["certificate"]["warnings"] == list(hidden.warnings)
+    assert printed_json(capsys, "simulate", path)["certificate"]["warnings"] == list(hidden.warnings)
     assert main(["simulate", path]) == 0
     assert "Warning: the true normal load would be negative" in " ".join("".join(capsys.readouterr()).split())
     for load in (WEIGHT, "dynamic"):
@@ -241,8 +240,7 @@ def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, cap
     case = tmp_path / "light.toml"
     system = capsule(law=vc.LuGre(), amplitude=1.8, mass_ratio=0.5)
     vc.save_case(system, case)
-    assert main(["simulate", str(case), "--periods", "5", "--json"]) == INCOMPLETE
-    content = json.loads(capsys.readouterr().out)
+    content = printed_json(capsys, "simulate", case, "--periods", "5", code=INCOMPLETE)
     assert content["status"] == "lift off"
     assert content["events"]["lift_off"] == 1
     assert content["certificate"]["least_reaction"] == pytest.approx(0.0, abs=1e-8)
@@ -278,8 +276,7 @@ def test_the_load_of_every_contact_is_asked_at_the_start(first, standing):
 
 def test_a_load_that_is_negative_at_the_start_ends_the_command_before_any_work(tmp_path, capsys):
     path = vc.save_case(capsule(), tmp_path / "case.toml", initial={"angle_rate": 2.0})
-    assert main(["simulate", str(path)]) == WRONG_INPUT
-    assert "initial: the normal load is negative at the start, -0.5" in capsys.readouterr().err
+    assert "initial: the normal load is negative at the start, -0.5" in refused(capsys, "simulate", path)
 
 
 # Amplitudes at which the true load, lambda + 1 - (sin(theta) theta'' + cos(theta) theta'^2), just touches zero, once in

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import printed
 from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, WASHBOARD, faulty
 from mechanisms import BeltRow, BowedString, Clutch, Feeder, RodRobot, StackedPlates, TubeCapsule, Washboard
 from vibrocap.case import expressions, mechanism_reading, mechanism_tables
@@ -21,7 +22,6 @@ from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_t
 from vibrocap.case.expressions import Expression, ExpressionError
 from vibrocap.case.mechanism import HEAD, PARTS
 from vibrocap.case.mechanism import TABLES as KEYS
-from vibrocap.cli.main import main
 from vibrocap.physics.dimensions.scales import FreeScales
 from vibrocap.physics.parameters import LENGTH, NUMBER
 
@@ -282,8 +282,7 @@ def test_another_kind_takes_its_place():
 
 def test_new_writes_one_that_runs(capsys):
     for more in ((), ("--si",)):
-        assert main(["new", "mechanism", *more]) == 0
-        case = case_from_text(capsys.readouterr().out, periods=2)
+        case = case_from_text(printed(capsys, "new", "mechanism", *more), periods=2)
         assert case.system.machine.name == "my-capsule"
         assert case.simulate().certificate.ok
     assert (case.system.units is None) is False

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
+from cases import printed, printed_json, refused
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
@@ -87,13 +88,10 @@ def force(self, velocity, internal, side, load): return self.level * velocity, (
 # --- the command line -------------------------------------------------------------------------------------------------
 def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
     own = ["--parts", "mylaws.py"]
-    assert main(["simulate", "case.toml", "--json", "--out", "run.csv", *own]) == OK
-    first = json.loads(capsys.readouterr().out)
+    first = printed_json(capsys, "simulate", "case.toml", "--out", "run.csv", *own)
     assert first["certificate"]["sign_kept"]
-    assert main(["simulate", "run.csv", "--json", *own]) == OK
-    assert json.loads(capsys.readouterr().out)["state"] == first["state"]
-    assert main(["list", "laws", *own]) == OK
-    assert "long-tail" in capsys.readouterr().out
+    assert printed_json(capsys, "simulate", "run.csv", *own)["state"] == first["state"]
+    assert "long-tail" in printed(capsys, "list", "laws", *own)
     assert main(["list", "measures", "case.toml", *own]) == OK
 
 
@@ -131,16 +129,14 @@ def test_a_machine_has_channels_of_its_own_and_no_damper(folder, capsys):
     assert main(["list", "harvester", "--check", "--parts", "magnet.py"]) == OK
     capsys.readouterr()
     plot = ["--plot", "run.png"]
-    assert main(["simulate", "case.toml", "--parts", "magnet.py", "--json", *plot]) == OK
-    energy = json.loads(capsys.readouterr().out)["energy"]
+    energy = printed_json(capsys, "simulate", "case.toml", "--parts", "magnet.py", *plot)["energy"]
     (made,) = load_parts("magnet.py")
     alike = vc.System(vc.Oscillator(damping=0.2), vc.Coulomb(), vc.Harmonic())
     expected = vc.energy_balance(vc.simulate(alike, periods=10, tolerance=1e-9))
     assert energy["own"]["coil"] == pytest.approx(expected.damper)
     assert energy["damper"] == 0.0
     assert abs(energy["residual"]) < 1e-8
-    assert main(["simulate", "case.toml", "--parts", "magnet.py"]) == OK
-    assert "work of coil" in capsys.readouterr().out
+    assert "work of coil" in printed(capsys, "simulate", "case.toml", "--parts", "magnet.py")
     system = vc.System(made(damping=0.2), vc.Coulomb(), vc.Harmonic())
     balance = vc.energy_balance(vc.simulate(system, periods=10), periods=2)
     assert balance.per_period.own == {"coil": pytest.approx(0.5 * balance.own["coil"])}
@@ -152,8 +148,7 @@ def test_a_machine_has_channels_of_its_own_and_no_damper(folder, capsys):
 
 def test_a_case_alone_makes_no_code_run(folder, capsys):
     (folder / "mylaws.py").write_text("raise SystemExit('ran')\n")
-    assert main(["simulate", "case.toml"]) == WRONG_INPUT
-    said = capsys.readouterr().err
+    said = refused(capsys, "simulate", "case.toml")
     assert "no law is called 'long-tail'" in said
     assert "no waveform is called 'third-harmonic'" in said
 
@@ -167,8 +162,7 @@ def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
     command = ["fit", "data.csv", "--law", "long-tail", "--steady", "--json", "--intervals", "covariance"]
     assert main(command) == WRONG_INPUT
     assert "no law is called 'long-tail'" in capsys.readouterr().err
-    assert main([*command, "--parts", "mylaws.py"]) == OK
-    found = json.loads(capsys.readouterr().out)["parameters"]
+    found = json.loads(printed(capsys, *command, "--parts", "mylaws.py"))["parameters"]
     values = {each["name"]: each["value"] for each in found}
     assert values["knee"] == {"value": pytest.approx(0.05, rel=0.2), "unit": "m/s"}
     assert (values["low"]["unit"], values["high"]["unit"]) == ("N", "N")
@@ -197,8 +191,7 @@ def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
 def test_a_file_that_cannot_be_used_is_refused_by_name(folder, capsys, text, said):
     if text is not None:
         (folder / "no.py").write_text(text)
-    assert main(["simulate", "case.toml", "--parts", "no.py", "--parts", "case.toml"]) == WRONG_INPUT
-    found = capsys.readouterr().err
+    found = refused(capsys, "simulate", "case.toml", "--parts", "no.py", "--parts", "case.toml")
     assert said in found
     assert found.startswith("--parts: ")
     assert "case.toml: should be a Python file" in found
@@ -218,8 +211,7 @@ def test_what_cannot_be_recorded_is_said_with_what_to_write_instead(folder, caps
     text = law_text(GOOD.replace("return self.level * velocity, ()", "return self.level * abs(velocity), ()"), "kink")
     (folder / "kink.py").write_text(text)
     (folder / "case.toml").write_text(CASE.replace("long-tail", "kink"))
-    assert main(["simulate", "case.toml", "--parts", "kink.py", "--parts", "mylaws.py"]) == WRONG_INPUT
-    found = capsys.readouterr().err
+    found = refused(capsys, "simulate", "case.toml", "--parts", "kink.py", "--parts", "mylaws.py")
     assert found.startswith("kink.py, line ")
     assert ", in force: a recorded formula cannot hold a kink: write side * velocity for |velocity|" in found
 

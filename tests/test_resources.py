@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cases import refused
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, simulate, sweep
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, CaseError
-from vibrocap.cli.main import main
 from vibrocap.resources import TooMuchMemory, available_memory, check_memory, free_disk, in_words
 from vibrocap.studies.plan.axes import axis_of
 from vibrocap.studies.sweep import spread
@@ -32,8 +32,7 @@ def test_a_motion_that_cannot_be_kept_is_refused_at_once(capsys):
     case = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
     with pytest.raises(ArgumentError, match=r"periods: 1e\+09 drive periods .* of memory.*ensemble, sweep"):
         simulate(SYSTEM, periods=1e9)
-    assert main(["simulate", str(case), "--periods", "1e9"]) == 2
-    said = capsys.readouterr().err
+    said = refused(capsys, "simulate", case, "--periods", "1e9")
     assert "periods" in said
     assert "Traceback" not in said
 
@@ -60,8 +59,7 @@ def test_a_motion_of_a_million_steps_a_period_is_given_up(monkeypatch, capsys, t
     assert simulate(SYSTEM, periods=2).status.ok
     case = tmp_path / "case.toml"
     Case(stiff, periods=2).save(case)
-    assert main(["simulate", str(case)]) == 2
-    assert "is a damping or a stiffness far too large?" in " ".join(capsys.readouterr().err.split())
+    assert "is a damping or a stiffness far too large?" in " ".join(refused(capsys, "simulate", case).split())
 
 
 @pytest.mark.parametrize("samples", [-1, 0, 1.5, True, "many", float("nan"), 2**40])

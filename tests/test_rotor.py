@@ -1,7 +1,6 @@
 """The rotor capsule: a motion that has turned by whole turns is where it was, in everything that asks whether it is."""
 
 import dataclasses
-import json
 import math
 from typing import ClassVar
 
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import printed_json
 from independent import motion as independent_motion
 from planted import planted
 from thinned import exhaustive_but
@@ -232,8 +232,7 @@ def test_commands_tell_the_winding(tmp_path, capsys):
     )
     windings = []
     for command in ("simulate", "orbit"):
-        assert main([command, str(case), "--json"]) == OK
-        windings.append(json.loads(capsys.readouterr().out)["winding"])
+        windings.append(printed_json(capsys, command, case)["winding"])
         assert main([command, str(case)]) == OK
         assert {"simulate": "turns of angle", "orbit": "2 turn(s) of angle"}[command] in capsys.readouterr().out
     assert windings[0] == pytest.approx({"angle": 2.0}, abs=1e-8)

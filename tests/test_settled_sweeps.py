@@ -8,10 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
+from cases import printed
 from systems import two_blocks
 from vibrocap.arguments import ArgumentError
-from vibrocap.cli.main import main
-from vibrocap.cli.terminal import OK
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
 
@@ -181,8 +180,7 @@ def test_one_lane_as_plain_python_and_all_of_them_settle_alike():
 def test_a_sweep_counts_what_runs_became(tmp_path, capsys):
     case = "examples/slides-or-sticks-by-its-start.toml"
     over = ["--over", "machine.belt_speed=0.5:2:4", "--over", "initial.position=0.53,2", "--periods", "400"]
-    assert main(["sweep", case, *over, "--measure", "period", "--out", str(tmp_path / "map")]) == OK
-    said = capsys.readouterr().out
+    said = printed(capsys, "sweep", case, *over, "--measure", "period", "--out", tmp_path / "map")
     assert "5: cycle" in said
     assert "3: equilibrium" in said
     study = vc.open_study(tmp_path / "map")

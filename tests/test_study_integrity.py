@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cases import printed, refused
 from stored_files import files
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
@@ -129,8 +130,7 @@ def test_damage_that_belongs_to_no_tile_is_found_and_mended(whole, what, capsys)
     before = files(whole)
     ELSEWHERE[what](whole)
     assert not verify_study(whole).ok
-    assert main(["sweep", str(whole), "--verify"]) == 3
-    assert "damaged" in capsys.readouterr().out
+    assert "damaged" in printed(capsys, "sweep", whole, "--verify", code=3)
     with pytest.warns(DamageWarning, match="is damaged, and mended: "):
         stored(whole, resume=True)
     assert files(whole) == before
@@ -164,8 +164,7 @@ def test_a_lost_or_damaged_study_is_found_and_nothing_is_wiped(whole, damage, sa
 def test_a_whole_store_and_none(tmp_path, whole, capsys):
     study = verify_study(whole)
     assert (study.ok, study.finished, study.stored, study.damaged, study.others) == (True, True, TILES, {}, ())
-    assert main(["sweep", str(whole), "--verify"]) == 0
-    assert f"whole: whole; {TILES} of {TILES} tiles are stored." in capsys.readouterr().out
+    assert f"whole: whole; {TILES} of {TILES} tiles are stored." in printed(capsys, "sweep", whole, "--verify")
     (whole / "finished").unlink()  # as if the study had been stopped before
     (whole / "done" / "0.1").unlink()
     study = verify_study(whole)
@@ -267,8 +266,7 @@ def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monk
     assert "computed with other sources" in found.attrs["mixed"]
     assert verify_study(whole).mixed == ((1, 0), (1, 2))
     assert verify_study(whole).finished
-    assert main(["sweep", str(whole), "--verify"]) == 0
-    assert "mixed      2 tiles" in capsys.readouterr().out
+    assert "mixed      2 tiles" in printed(capsys, "sweep", whole, "--verify")
     made_by = json.loads((whole / "done" / "1.0").read_text())["made_by"]
     assert {name: made_by[name] for name in OTHER} == OTHER
     marks = {name for name in before if name.startswith("done/1.")}
@@ -385,5 +383,4 @@ def test_runs_that_were_never_made_are_not_read_as_finished(whole, capsys):
     path.write_text(path.read_text().replace('"fill_value": -1', '"fill_value": -0'))
     with pytest.raises(CaseError, match=r"status/zarr.json: fill_value should be -1"):
         open_study(whole)
-    assert main(["plot", str(whole)]) == 2
-    assert "Traceback" not in capsys.readouterr().err
+    assert "Traceback" not in refused(capsys, "plot", whole)
