@@ -1,6 +1,6 @@
 """Computed torque: a motion is tracked exactly, with the force or torque that the machine's own equations ask for."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from vibrocap.physics.controllers.controller import CURVATURE, OWN, AccelerationController
 from vibrocap.physics.elementary import cos, sin
@@ -9,6 +9,7 @@ from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter
 LYING = 1e-3  # cosine of the angle at which a pendulum counts as lying
 
 
+@parameters
 class ComputedTorque(AccelerationController):
     """The acceleration of what is tracked is that of the reference, and what the errors ask for besides.
 
@@ -21,8 +22,11 @@ class ComputedTorque(AccelerationController):
     events. Where the slope of the reference jumps, its curvature has an impulse, which is left out.
     """
 
-    proportional_gain: Any
-    derivative_gain: Any
+    proportional_gain: NonNegative = parameter(
+        1.0, "K_P", "acceleration per error, the square of its natural frequency", unit="1/s^2"
+    )
+    derivative_gain: NonNegative = parameter(2.0, "K_D", "acceleration per rate of error", unit="1/s")
+    limit: Positive | None = parameter(None, "u_max", "largest force or torque; none where there is no limit", "effort")
 
     source: ClassVar[str] = "spong2006; spong1994"
 
@@ -35,18 +39,10 @@ class ComputedTorque(AccelerationController):
         return curvature + self.derivative_gain * (slope - rate) + self.proportional_gain * (reference - place)
 
 
-STIFFNESS = parameter(1.0, "K_P", "acceleration per error, the square of its natural frequency", unit="1/s^2")
-DAMPING = parameter(2.0, "K_D", "acceleration per rate of error", unit="1/s")
-LIMIT = parameter(None, "u_max", "largest force or torque; none where there is no limit", "effort")
-
-
 @parameters
 class AngleComputedTorque(ComputedTorque):
     """Computed torque of an angle, such as that of a pendulum or a rotor; the reference is the angle wanted."""
 
-    proportional_gain: NonNegative = STIFFNESS
-    derivative_gain: NonNegative = DAMPING
-    limit: Positive | None = LIMIT
     measured: str = parameter(OWN, "theta", "the state that is tracked; own: the state angle of the machine")
 
     name: ClassVar[str] = "angle-computed-torque"
@@ -65,9 +61,6 @@ class StrokeComputedTorque(ComputedTorque):
     "singular command" where the pendulum all but lies, which no torque brings further.
     """
 
-    proportional_gain: NonNegative = STIFFNESS
-    derivative_gain: NonNegative = DAMPING
-    limit: Positive | None = LIMIT
     origin: Number = parameter(0.0, "s_0", "displacement of the bob from which the stroke counts", unit="m")
 
     name: ClassVar[str] = "stroke-computed-torque"
@@ -102,9 +95,6 @@ class PositionComputedForce(ComputedTorque):
     It cannot be the place of a body that comes to rest: its friction would be cancelled, at rest as well.
     """
 
-    proportional_gain: NonNegative = STIFFNESS
-    derivative_gain: NonNegative = DAMPING
-    limit: Positive | None = LIMIT
     measured: str = parameter(OWN, "z", "the state that is tracked; own: the first state of the machine")
 
     name: ClassVar[str] = "position-computed-force"

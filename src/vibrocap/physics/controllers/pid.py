@@ -1,6 +1,6 @@
 """The PID controllers: of a place and of an angle, and the PI controller of a velocity, each with a limit."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from vibrocap.physics.controllers.controller import INTEGRAL, OWN, Linear, anti_windup
 from vibrocap.physics.elementary import sqrt
@@ -78,6 +78,7 @@ class VelocityPI(Linear):
 SHIFT = 1.5 * 2.0**52  # added and taken off again, it rounds a number to a whole one
 
 
+@parameters
 class Sampled(Linear):
     """The same law in a processor: it samples every h, and its command is held until the next one.
 
@@ -88,9 +89,9 @@ class Sampled(Linear):
     states of the controller jump.
     """
 
-    sample_time: Any
-    delay: Any
-    quantum: Any
+    sample_time: Positive = parameter(0.01, "h", "time between two samples", "duration")
+    delay: Positive | None = parameter(None, "d", "from a sample to its action; none where it acts at once", "duration")
+    quantum: Positive | None = parameter(None, "q", "to whose multiples what is measured is rounded; none: it is not")
 
     all_states: ClassVar = (HELD, PENDING, INTEGRAL, SAMPLING)
     effort_states: ClassVar = (HELD, PENDING, INTEGRAL)
@@ -133,16 +134,10 @@ class Sampled(Linear):
         return own[:-1] if self.delay is None else (own[1], own[1], own[2])
 
 
-SAMPLE_TIME = parameter(0.01, "h", "time between two samples", "duration")
-DELAY = parameter(None, "d", "from a sample to its action; none where it acts at once", "duration")
-
-
 @parameters
 class SampledPositionPID(Sampled, PositionPID):
     """Sampled PID controller of a place, a `PositionPID` in a processor; the rate of the place is measured, too."""
 
-    sample_time: Positive = SAMPLE_TIME
-    delay: Positive | None = DELAY
     quantum: Positive | None = parameter(None, "q", "to whose multiples the place is rounded; none: it is not", "gap")
 
     name: ClassVar[str] = "sampled-position-pid"
@@ -152,8 +147,6 @@ class SampledPositionPID(Sampled, PositionPID):
 class SampledAnglePID(Sampled, AnglePID):
     """Sampled PID controller of an angle, an `AnglePID` in a processor; the rate of the angle is measured, too."""
 
-    sample_time: Positive = SAMPLE_TIME
-    delay: Positive | None = DELAY
     quantum: Positive | None = parameter(None, "q", "to whose multiples the angle is rounded; none: it is not", "phase")
 
     name: ClassVar[str] = "sampled-angle-pid"
@@ -163,8 +156,6 @@ class SampledAnglePID(Sampled, AnglePID):
 class SampledVelocityPI(Sampled, VelocityPI):
     """Sampled PI controller of a velocity, a `VelocityPI` in a processor."""
 
-    sample_time: Positive = SAMPLE_TIME
-    delay: Positive | None = DELAY
     quantum: Positive | None = parameter(None, "q", "to whose multiples the velocity is rounded; none: not", "speed")
 
     name: ClassVar[str] = "sampled-velocity-pi"

@@ -1,6 +1,6 @@
 """Sliding mode: a command that is all or nothing brings a motion onto a line of its errors and holds it there."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from vibrocap.physics.controllers.controller import OWN, AccelerationController
 from vibrocap.physics.elementary import sqrt
@@ -10,6 +10,7 @@ NEAR = 1e-6  # of the line, as an error: where a motion counts as on it from its
 ROUNDING = 1e-14  # of the line, as an error: what lies on it
 
 
+@parameters
 class SlidingMode(AccelerationController):
     """A command of full size against the sliding variable s, set-valued where that is zero, as friction is at rest.
 
@@ -21,7 +22,8 @@ class SlidingMode(AccelerationController):
     and `command_saturated`, so that nothing chatters. Rounding is led back to it at the rate c.
     """
 
-    convergence_rate: Any
+    convergence_rate: Positive = parameter(1.0, "c", "rate at which errors decay on the line", unit="1/s")
+    limit: Positive = parameter(1.0, "u_max", "force or torque beside the line, the most that there is", "effort")
 
     source: ClassVar[str] = "utkin1977"
 
@@ -64,16 +66,10 @@ class SlidingMode(AccelerationController):
         return ((forward, 1.0, 0.0, -1.0, back)[which],)
 
 
-RATE = parameter(1.0, "c", "rate at which errors decay on the line", unit="1/s")
-SIZE = parameter(1.0, "u_max", "force or torque beside the line, the most that there is", "effort")
-
-
 @parameters
 class AngleSlidingMode(SlidingMode):
     """Sliding mode of an angle, such as that of a pendulum or a rotor; the reference is the angle wanted."""
 
-    convergence_rate: Positive = RATE
-    limit: Positive = SIZE
     measured: str = parameter(OWN, "theta", "the state that is tracked; own: the state angle of the machine")
 
     name: ClassVar[str] = "angle-sliding-mode"
@@ -87,8 +83,6 @@ class PositionSlidingMode(SlidingMode):
     It cannot be the place of a body that comes to rest: what is held by friction and by the command at once is open.
     """
 
-    convergence_rate: Positive = RATE
-    limit: Positive = SIZE
     measured: str = parameter(OWN, "z", "the state that is tracked; own: the first state of the machine")
 
     name: ClassVar[str] = "position-sliding-mode"

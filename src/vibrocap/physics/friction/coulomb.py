@@ -1,10 +1,10 @@
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Curve, NonNegative, levels_in_order, parameter, parameters
+from vibrocap.physics.friction.law import NonNegative, TwoLevels, parameter, parameters
 
 
 @parameters
-class Coulomb(Curve):
+class Coulomb(TwoLevels):
     """Coulomb friction: a kinetic level that does not depend on speed, and a static level that may be higher.
 
     At rest friction balances the applied force, up to the static level; at the start of sliding it drops to the kinetic
@@ -17,12 +17,9 @@ class Coulomb(Curve):
     """
 
     coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient of sliding", "level")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
 
     name: ClassVar[str] = "coulomb"
     source: ClassVar[str] = "coulomb1785"
-
-    _levels = levels_in_order
 
     def steady_force(self, speed, load):
         return load * self.coulomb_coefficient

@@ -1,11 +1,11 @@
 from typing import ClassVar
 
 from vibrocap.physics.elementary import exp
-from vibrocap.physics.friction.law import Curve, NonNegative, levels_in_order, parameter, parameters
+from vibrocap.physics.friction.law import NonNegative, TwoLevels, parameter, parameters
 
 
 @parameters
-class Exponential(Curve):
+class Exponential(TwoLevels):
     """Exponential law (EM): the friction force drops from static to Coulomb level as the contact speeds up.
 
     It is a function of velocity alone, so accelerating and decelerating take the same path; at rest it balances
@@ -16,16 +16,12 @@ class Exponential(Curve):
     The paper calls the rate alpha in (8) and a in (9); it counts N a second time in (5) (errata 1 and 2).
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
     decay_rate: NonNegative = parameter(
         10.0, "a", "rate of the drop from static to Coulomb level over speed", "decay rate"
     )
 
     name: ClassVar[str] = "exponential"
     source: ClassVar[str] = "tustin1947; armstrong1994"
-
-    _levels = levels_in_order
 
     def steady_force(self, speed, load):
         drop = self.static_coefficient - self.coulomb_coefficient

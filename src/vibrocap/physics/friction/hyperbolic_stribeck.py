@@ -1,10 +1,10 @@
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Curve, NonNegative, Positive, levels_in_order, parameter, parameters
+from vibrocap.physics.friction.law import NonNegative, Positive, TwoLevels, parameter, parameters
 
 
 @parameters
-class HyperbolicStribeck(Curve):
+class HyperbolicStribeck(TwoLevels):
     """Hyperbolic Stribeck curve: friction falls from static to Coulomb level slowly, as one over the speed.
 
         R = {N [eta_c + (eta_s - eta_c)/(1 + |v|/v_s)] + delta2 |v|} sgn(v),   |R| <= N eta_s at v = 0
@@ -14,8 +14,6 @@ class HyperbolicStribeck(Curve):
     velocity alone: no lag, no presliding. The level eta_c is approached slowly: half of the drop is left at v_s.
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed at which half of the drop to Coulomb level is done", "Stribeck velocity"
     )
@@ -23,8 +21,6 @@ class HyperbolicStribeck(Curve):
 
     name: ClassVar[str] = "hyperbolic-stribeck"
     source: ClassVar[str] = "leine1998"
-
-    _levels = levels_in_order
 
     def steady_force(self, speed, load):
         drop = self.static_coefficient - self.coulomb_coefficient

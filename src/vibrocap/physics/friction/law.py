@@ -139,6 +139,16 @@ def levels_in_order(law):
     return law
 
 
+@parameters
+class TwoLevels(Curve):
+    """A curve from the static level at rest to the Coulomb level at high speed."""
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+
+    _levels = levels_in_order
+
+
 def stribeck_level(law, speed, load):
     """N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)], of a law that has these four parameters."""
     levels = law.coulomb_coefficient, law.static_coefficient

@@ -1,18 +1,11 @@
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import (
-    STRIBECK_EXPONENT,
-    STRIBECK_VELOCITY,
-    Curve,
-    Exponent,
-    levels_in_order,
-    stribeck_level,
-)
+from vibrocap.physics.friction.law import STRIBECK_EXPONENT, STRIBECK_VELOCITY, Exponent, TwoLevels, stribeck_level
 from vibrocap.physics.parameters import NonNegative, Positive, parameter, parameters
 
 
 @parameters
-class Stribeck(Curve):
+class Stribeck(TwoLevels):
     """Stribeck curve: friction drops from static to Coulomb level as a film builds up, then rises with its viscosity.
 
         R = {N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)] + delta2 |v|} sgn(v),   |R| <= N eta_s at v = 0
@@ -22,8 +15,6 @@ class Stribeck(Curve):
     no presliding.
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
     stribeck_velocity: Positive = STRIBECK_VELOCITY
     stribeck_exponent: Exponent = STRIBECK_EXPONENT
     viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
@@ -31,8 +22,6 @@ class Stribeck(Curve):
     name: ClassVar[str] = "stribeck"
     shape_parameters: ClassVar = ("stribeck_exponent",)
     source: ClassVar[str] = "bo1982; armstrong1991"
-
-    _levels = levels_in_order
 
     def steady_force(self, speed, load):
         return stribeck_level(self, speed, load) + self.viscous_damping * speed

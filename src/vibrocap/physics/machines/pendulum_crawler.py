@@ -7,7 +7,6 @@ from vibrocap.physics.mechanics.parts import Contact, Damper, Mass, Spring, coor
 from vibrocap.physics.parameters import allowed
 
 MOTIONS = '"angle" (the drive is theta) or "displacement" (it is sin(theta))'
-Motion = Annotated[str, allowed(MOTIONS, ("angle", "displacement"))]
 
 
 @parameters
@@ -24,7 +23,7 @@ class PendulumCrawler(Machine):
     stiffness: NonNegative = SPRING
     damping: NonNegative = DAMPER
     normal_load: NonNegative = parameter(1.0, "N", "load on the contact", "load", over=" over m g")
-    motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
+    motion: Annotated[str, allowed(MOTIONS, ("angle", "displacement"))] = parameter("angle", "motion", MOTIONS)
 
     name: ClassVar[str] = "pendulum-crawler"
     source: ClassVar[str] = "liu2019; chernousko2002"

@@ -1,28 +1,41 @@
 """Capsules with two pendulums: side by side at one pivot, or the second on the bob of the first."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 
-CAPSULE = parameter(6.0, "lambda", "mass of the capsule", "mass", over=" over that of the first bob, M/m")
-BOB = parameter(0.5, "mu", "mass of the second bob", "mass", over=" over that of the first, m_2/m")
-ROD = parameter(0.6, "l_2", "length of the second rod over that of the first", "distance", in_si="second rod")
 DAMPER = parameter(0.5, "nu", "viscous damper of each joint", "torsional damping")
 
 
+@parameters
 class PendulumPair(Machine):
     """What both have in common: units of the first pendulum, angles from upright, a load that follows the motion."""
 
-    mass_ratio: Any
+    mass_ratio: Positive = parameter(
+        6.0, "lambda", "mass of the capsule", "mass", over=" over that of the first bob, M/m"
+    )
+    mass_ratio_2: Positive = parameter(
+        0.5, "mu", "mass of the second bob", "mass", over=" over that of the first, m_2/m"
+    )
+    length_2: Positive = parameter(
+        0.6, "l_2", "length of the second rod over that of the first", "distance", in_si="second rod"
+    )
     effort: ClassVar = "torque"
     source: ClassVar[str] = "vibrocap"
     si_scales: ClassVar = PendulumScales
     si_names: ClassVar = {"mass_ratio": "capsule_mass", "mass_ratio_2": "second_mass"}
     angle = coordinate("theta", "angle of each rod from upright", "rad", count=2)
     position = coordinate("X", "place of the capsule", "m")
+
+    def bodies(self, q, joined: bool) -> list:
+        """Capsule, bob and second bob, which hangs on the first one or on the capsule."""
+        capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
+        bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
+        on = bob if joined else capsule
+        return [capsule, bob, Mass("bob 2", self.mass_ratio_2, on=on, x=-far * sin(second), z=far * cos(second))]
 
 
 @parameters
@@ -33,9 +46,6 @@ class TwoPendulumCapsule(PendulumPair):
     drive, a_1 = 1 and a_2 = a. Time is in units of sqrt(l/g), length in l, mass in m of the first pendulum.
     """
 
-    mass_ratio: Positive = CAPSULE
-    mass_ratio_2: Positive = BOB
-    length_2: Positive = ROD
     stiffness: NonNegative = parameter(2.0, "rho_1", "torsional spring of the first", "torsional stiffness")
     stiffness_2: NonNegative = parameter(1.0, "rho_2", "torsional spring of the second", "torsional stiffness")
     damping: NonNegative = DAMPER
@@ -43,12 +53,10 @@ class TwoPendulumCapsule(PendulumPair):
     name: ClassVar[str] = "two-pendulum-capsule"
 
     def parts(self, q):
-        capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
-        bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
-        bob_2 = Mass("bob 2", self.mass_ratio_2, on=capsule, x=-far * sin(second), z=far * cos(second))
+        bodies, (first, second) = self.bodies(q, joined=False), q.angle
         springs = Spring(self.stiffness, first), Spring(self.stiffness_2, second)
         dampers = [Damper(self.damping, angle) for angle in q.angle]
-        return [capsule, bob, bob_2, *springs, *dampers, Drive(first), Drive(second, self.share), Contact(capsule)]
+        return [*bodies, *springs, *dampers, Drive(first), Drive(second, self.share), Contact(bodies[0])]
 
 
 @parameters
@@ -59,16 +67,11 @@ class DoublePendulumCapsule(PendulumPair):
     joints are stretched by theta_1 and theta_2 - theta_1. Units are those of the first pendulum: sqrt(l/g), l and m.
     """
 
-    mass_ratio: Positive = CAPSULE
-    mass_ratio_2: Positive = BOB
-    length_2: Positive = ROD
     stiffness: NonNegative = parameter(6.0, "rho", "torsional spring of each joint", "torsional stiffness")
     damping: NonNegative = DAMPER
     name: ClassVar[str] = "double-pendulum-capsule"
 
     def parts(self, q):
-        capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
-        bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
-        bob_2 = Mass("bob 2", self.mass_ratio_2, on=bob, x=-far * sin(second), z=far * cos(second))
+        bodies, (first, second) = self.bodies(q, joined=True), q.angle
         joints = [(Spring(self.stiffness, s), Damper(self.damping, s)) for s in (first, second - first)]
-        return [capsule, bob, bob_2, joints, Drive(first), Contact(capsule)]
+        return [*bodies, joints, Drive(first), Contact(bodies[0])]
