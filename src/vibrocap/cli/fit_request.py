@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 # what a fit writes into --out
 OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png", "report.html", "posterior.json")
 OF_LAW = (  # options that say nothing to --machine
-    *("fixed", "free", "pendulum", "terms", "by_record", "along"),
-    *("least_speed", "loss", "weights", "start", "intervals", "bootstrap", "design"),
+    *("fixed", "free", "pendulum", "least_speed", "loss"),
+    *("weights", "start", "intervals", "bootstrap", "design"),
 )
 OF_ONE = ("bootstrap", "design", "posterior")  # of a fit of one law
 DRIVEN = ("prior", "by_record", "along")  # of laws that are driven
@@ -69,6 +69,11 @@ class FitRequest(WithParts, Drawn):
         "a case instead of --law: machine and law together, fitted to its motion under the measured force"
     )
     predict: str = option("of --machine: the quantity to compare, such as angle or velocity", "position")
+    segments: int | None = option(
+        "of --machine: segments of a record, each with a start of its own [default: as many as changes of it ask for]",
+        check=lambda name, value: check_whole(name, value, 1),
+        advanced=True,
+    )
     over: list[str] | None = option(
         "NAME=LEAST:LARGEST, bounds of a parameter; of --machine an unknown, such as machine.mass_kg=1:10; may be "
         "repeated",
@@ -183,7 +188,7 @@ class FitRequest(WithParts, Drawn):
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
         if (self.steady or self.spring) and (others := [name for name in DRIVEN if self.changed(name)]):
             wrong.append(f"{flag(others[0])}: is for fits without --steady and --spring")
-        if self.searches_terms and (self.compare or self.steady or self.spring):
+        if self.searches_terms and (self.machine or self.compare or self.steady or self.spring):
             wrong.append("--terms: search is for --law, without --steady and --spring")
         if self.spring and self.terms:
             wrong.append("--terms: are for fits without --spring")

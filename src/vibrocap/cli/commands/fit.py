@@ -180,8 +180,9 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
     ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as machine.mass_kg=1:10")
     if request.out is not None:
         own_names("--out", request.out, *FILES)
-    settings = {"held_out": settings["held_out"], "priors": settings.get("priors"), "progress": report}
-    settings |= request.given("predict", "starts", "seed")
+    shared = ("held_out", "priors", "terms", "by_record", "along")
+    settings = {name: settings[name] for name in shared if settings.get(name)} | {"progress": report}
+    settings |= request.given("predict", "starts", "seed", "segments")
     result = fit_motion(read_source(request.machine), records, ranges, **settings)
     record: Any = in_si(result)
     written, facts = [], dict(result.facts)

@@ -14,34 +14,25 @@ import numpy as np
 from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.calibration.calibration import Calibrated, CalibratedParameter
+from vibrocap.design.calibration.course import courses, measured_column, turns
+from vibrocap.design.calibration.motion_interval import parameter_within
+from vibrocap.design.calibration.motion_search import SENSITIVE, in_segments, searched, sensitive_segments, with_priors
 from vibrocap.design.calibration.motion_source import MotionSource, Unseen
-from vibrocap.design.calibration.record_model import (
-    RecordModel,
-    courses,
-    measured_column,
-    searched,
-    spread_of,
-    turns,
-    with_priors,
-)
-from vibrocap.design.search.variables import design_space
-from vibrocap.identification.inference.identifiability import Verdict, verdict_within
+from vibrocap.design.calibration.record_model import RecordModel
+from vibrocap.design.calibration.unknowns import unknowns
+from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.inference.residuals import FAR
-from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time, inverse
-from vibrocap.identification.problem.priors import MOST, SAYS_MORE, checked_priors
+from vibrocap.identification.inference.uncertainty import correlation_time, inverse
+from vibrocap.identification.problem.priors import MOST, checked_priors
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import available_threads
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers, WithUnit
 from vibrocap.records.record import Record
-from vibrocap.studies.plan.variation import refusal
 
-HALVINGS = 6  # to where the squares object to a value of a parameter
-LEAST = 1e-9  # share of a range: the first step from a value
-FAINT = 1e-9  # change of every error per share, below which a parameter does nothing
 BEGIN = 0.1  # share of a held-out record from which its start is found
-SENSITIVE = 1e3  # growth of a change of the start from which on neighbouring parameters have minima of their own
+OPEN = 0.1  # gap between segments over the noise of the samples, or what runs are exact to, from which they do not join
 CONSTANT = 1.0  # relative error from which on a prediction is no better than a constant
 
 
@@ -57,6 +48,8 @@ class MotionFit(Calibrated):
     rms: root mean square error by record; relative: over the standard deviation of what was measured, 1 for a constant
     noise_ratio: errors over the noise of the samples, which second differences tell
     growth: largest factor by which a change of the start grows in a record
+    segments: of each record in the search, each with a start of its own that the one before meets; 1 where none were
+        needed
     pulls: standard deviations by which data and priors disagree, by parameter, where that is no chance
     starts: initial states by record, of the case without units
     not_trusted: why the motion of a record is not to be trusted, by the record's name: it does not reach the end of the
@@ -78,6 +71,7 @@ class MotionFit(Calibrated):
     relative: dict[str, Number]
     noise_ratio: Number
     growth: Number
+    segments: int
     pulls: dict[str, Number]
     starts: dict[str, ByName]
     not_trusted: dict[str, str]
@@ -85,7 +79,7 @@ class MotionFit(Calibrated):
     problem: MotionSource | None = dataclasses.field(default=None, repr=False)
 
     rows = "parameters"
-    in_record = "predict parameters correlation records noise_ratio growth pulls not_trusted converged"
+    in_record = "predict parameters correlation records noise_ratio growth segments pulls not_trusted converged"
 
     @property
     def records(self) -> dict[str, dict[str, Any]]:
@@ -115,10 +109,14 @@ class MotionFit(Calibrated):
         if self.noise_ratio > FAR:
             times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
             facts["doubt"] = f"{times}: machine or law lack something"
+        if self.segments > 1:
+            facts["search"] = (
+                f"{self.segments} segments a record, as a change of the start grows {self.growth:.2g} times"
+            )
         elif self.growth > SENSITIVE:
-            facts["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit shorter records"
+            facts["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit in segments or shorter records"
         if not self.converged:
-            facts["search"] = "not settled: give more starts or narrower bounds"
+            facts["not settled"] = "give more starts or narrower bounds"
         return facts
 
     def case(self, periods: float = 40) -> Case:
@@ -134,7 +132,11 @@ def fit_motion(
     *,
     predict: str = "position",
     held_out: str | Iterable[str] = (),
+    terms: Sequence[str] = (),
+    by_record: Sequence[str] = (),
+    along: Mapping[str, str] | None = None,
     priors: Mapping[str, tuple[float, float]] | None = None,
+    segments: int | None = None,
     initial: ByName | None = None,
     starts: int = 64,
     seed: int = 0,
@@ -146,8 +148,9 @@ def fit_motion(
 
     The case is simulated under the force of each record, straight lines between its samples, and the squared errors
     of what it predicts are minimised: from Sobol points over the first eighth of the records, then over longer ones
-    (SciPy's trust region). Parameters are common to all records; each has a start of its own, which is found too.
-    Errors that follow from a wrong model are correlated, and intervals widen with their correlation time.
+    (SciPy's trust region). Each record has a start of its own, which is found too. Where changes of it grow along the
+    measured motion, records are divided into segments with starts of their own, which have to join (multiple shooting;
+    Bock 1981). Errors that follow from a wrong model are correlated, and intervals widen with their correlation time.
 
     system: in SI where the records are; its drive is replaced, and the start of a case is not taken; it may be any
         machine, a `[mechanism]` of one's own too
@@ -156,7 +159,13 @@ def fit_motion(
         measured force
     predict: a state: a length or an angle is compared with the records' displacement, a velocity with theirs
     held_out: names of records that the fit does not see and that judge it
+    terms: what the sensor of the force adds, as in `fit`: "offset", "delay" of the force behind the motion (s), and
+        "gain" by record (that of the first is 1)
+    by_record: unknowns and terms with a value in each record, p[record]; a held-out record finds its own in its first
+        tenth. along: {unknown or term: condition} of what changes in proportion to a number of the record, one of its
+        `conditions` or "load", by p.condition
     priors: {path: (mean, standard deviation)} of the unknowns
+    segments: of each record; None: as many as the growth of changes asks for
     initial: states at the start of every record that are known; the machine's others are found
     starts: points from which the search begins; seed: of them
 
@@ -167,9 +176,13 @@ def fit_motion(
     records = [records] if isinstance(records, Record) else list(records)
     hidden = (held_out,) if isinstance(held_out, str) else tuple(held_out)
     _check_records(case.system, records, predict, hidden, complaints)
-    for name, count in (("starts", starts), ("seed", seed)):
+    for name, count, least in (
+        ("starts", starts, 1),
+        ("seed", seed, 0),
+        ("segments", 1 if segments is None else segments, 1),
+    ):
         with complaints.collected():
-            check_whole(name, count, 1 if name == "starts" else 0, 2**16)
+            check_whole(name, count, least, 2**16)
     with complaints.collected():
         check_run(periods=1.0, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     known = dict(initial or {})
@@ -179,17 +192,24 @@ def fit_motion(
         raise CaseError(complaints, "the fit")
     every = {course.name: course for course in courses(case.system, records, predict, known)}
     fitted = [course for name, course in every.items() if name not in hidden]
-    space = design_space(fitted[0].system, over, complaints)
-    space.require_numbers(complaints)
-    with complaints.collected():
-        known_before = checked_priors(priors, space.paths)
+    searches = unknowns(case.system, fitted, over, terms, by_record, along or {}, complaints)
     if complaints:
         raise CaseError(complaints, "the fit")
     threads = threads or available_threads()
-    model = RecordModel(predict, space, fitted, tolerance, threads)
+    model = RecordModel(predict, searches, fitted, tolerance, threads)
+    with complaints.collected():
+        known_before = checked_priors(priors, model.names)
+    if segments is not None and segments > 1 and case.system.switched:
+        complaints.add("segments", f"should be 1: {case.system.switched[0]} has no start that can be searched")
+    if segments and 2 * segments > min(len(course.measured) for course in fitted):
+        complaints.add("segments", "should be fewer: each has two samples at least")
+    if complaints:
+        raise CaseError(complaints, "the fit")
+    segments = sensitive_segments(model, seed) if segments is None else segments
+    model = in_segments(model, segments) if segments > 1 else model
     point, converged = searched(model, starts, seed, told(progress))
     point = with_priors(model, point, known_before)
-    others = [RecordModel(predict, space, [every[name]], tolerance, threads) for name in hidden]
+    others = [RecordModel(predict, searches, [every[name]], tolerance, threads) for name in hidden]
     return _found(case.system, model, others, point, converged)
 
 
@@ -228,25 +248,30 @@ def _found(
     system: System, model: RecordModel, others: Sequence[RecordModel], point: np.ndarray, converged: bool
 ) -> MotionFit:
     """The result of a search."""
-    space, many = model.space, len(model.space.paths)
+    many = model.many
     counts = model.counts(1.0)
-    errors = model.errors(point, counts)
-    slopes = model.slopes(point, counts)
-    spread = spread_of(model, point, errors, slopes)
-    deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
-    growth = model.growth(slopes)
+    total = sum(counts)
+    residuals, slopes = model.residuals(point, counts), model.slopes(point, counts)
+    errors, joined = residuals[:total], model.gap_rows(counts)[-1].stop
+    spread = model.spread(residuals, slopes)
+    starts = sum(not course.follows and len(course.free) for course in model.courses)
+    deviation = math.sqrt(float(np.sum(errors**2)) / max(total - many - starts, 1))
+    growth = model.growth(slopes, counts)
     pulls = {prior.name: prior.pull for prior in model.priors if abs(prior.pull) > MOST}
-    reasons = {course.name: model.distrust(k, point) for k, course in enumerate(model.courses)}
-    doubted = bool(pulls) or growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
+    reasons = {name: model.distrust(name, point) for name in model.records}
+    gap = float(np.max(np.abs(residuals[total:joined]), initial=0.0)) / model.weight
+    if gap > max(OPEN * model.noise / math.sqrt(total), math.sqrt(model.tolerance)):
+        reasons = {name: why or f"its segments do not join: {gap:.1e} of a state" for name, why in reasons.items()}
+    sensitive = growth > SENSITIVE and not model.divided
+    doubted = bool(pulls) or sensitive or float(np.linalg.norm(errors)) > FAR * model.noise
     doubt = Verdict.UNTRUSTED if any(reasons.values()) else Verdict.DOUBTED if doubted else None
-    shares = point[:many]
     own = spread.covariance[:many, :many] if doubt is not Verdict.UNTRUSTED else np.full((many, many), np.nan)
-    parameters = [_parameter(model, k, point, slopes, spread, doubt) for k in range(many)]
+    parameters = [parameter_within(model, k, point, slopes, spread, doubt) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
+    values, _ = model.parameters(0, point)
+    sampled = doubt is not Verdict.UNTRUSTED and not model.divided
     motion_fit = MotionFit(
-        system=system.with_parameters(
-            {path: value for path, value in space.parameters(shares).items() if not path.startswith("drive.")}
-        ),
+        system=system.with_parameters({path: value for path, value in values.items() if not path.startswith("drive.")}),
         predict=model.predict,
         unit=system.result_units.unit(model.predict),
         parameters=tuple(parameters),
@@ -255,72 +280,20 @@ def _found(
         **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
         noise_ratio=float(np.linalg.norm(errors)) / max(model.noise, 1e-300),
         growth=growth,
+        segments=len(model.courses) // len(model.records),
         pulls=pulls,
         not_trusted={name: why for name, why in reasons.items() if why},
         converged=converged,
-        problem=None if doubt is Verdict.UNTRUSTED else MotionSource(model, point, spread, deviation),
+        problem=MotionSource(model, point, spread, deviation) if sampled else None,
     )
-    for k in range(len(model.courses)):
-        rows = slice(sum(counts[:k]), sum(counts[: k + 1]))
-        _add(motion_fit, model, k, point, errors[rows], _band(slopes[rows], spread.covariance, deviation))
+    cuts = np.cumsum(counts)[:-1]
+    of_courses = np.split(np.stack((errors, _band(slopes[:total], spread.covariance, deviation))), cuts, axis=1)
+    for name in model.records:
+        of_record, bands = np.concatenate([of_courses[k] for k in model.pieces(name)], axis=1)
+        _add(motion_fit, model, name, point, of_record, bands)
     for other in others:
-        _predict(motion_fit, other, shares, own, deviation)
+        _predict(motion_fit, model, other, point, spread.covariance, deviation)
     return motion_fit
-
-
-def _parameter(
-    model: RecordModel, k: int, point: np.ndarray, slopes: np.ndarray, spread: Uncertainty, doubt: Verdict | None
-) -> CalibratedParameter:
-    """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
-
-    It is sought where the others follow the parameter as they are correlated, and where they stay:
-    where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
-    """
-    space, path = model.space, model.space.paths[k]
-    variable: Any = space.variables[k]
-    value = float(variable.at(point[k]))
-    if doubt is Verdict.UNTRUSTED:
-        return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt)
-    limit = model.squares(point, model.counts(1.0)) + spread.unit * spread.threshold[k] ** 2
-    error = math.sqrt(spread.covariance[k, k])
-    alone = np.eye(len(point))[k]
-    acting = np.any(np.abs(np.concatenate([slopes, model.known_slopes(point)])) > FAINT, axis=0)
-    joint = np.where(acting, spread.covariance[:, k] / spread.covariance[k, k], alone)
-    half = error * float(spread.threshold[k] / math.sqrt(spread.inflation[k])) if acting[k] else 0.0
-    reached = []
-    for sign in (-1.0, 1.0):
-        linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
-        many = len(space.paths)
-        refused = refusal(model.system, space.parameters(np.where(alone[:many], linear, point[:many])))
-        ends = [point[k] + sign * _reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
-        reached.append(sorted([*ends, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
-    low, high = reached
-    ends = float(variable.at(low)), float(variable.at(high))
-    of_prior = spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors)
-    whole = doubt or (Verdict.PRIOR if of_prior else None)
-    verdict = verdict_within(*ends, low <= 0.0, high >= 1.0, whole) if acting[k] else Verdict.NO_EFFECT
-    error *= space.derivative(k, float(point[k]))
-    return CalibratedParameter(path, value, *ends, error, verdict)
-
-
-def _reach(model: RecordModel, k: int, point: np.ndarray, along: np.ndarray, begin: float, limit: float) -> float:
-    """How far parameter k may go along a direction, in shares of its range, before the squares exceed a limit."""
-    counts, (low, high) = model.counts(1.0), model.bounds
-    room = (1.0 - point[k]) if along[k] > 0.0 else point[k]
-
-    def allowed(change: float) -> bool:
-        return model.squares(np.clip(point + change * along, low, high), counts) <= limit
-
-    inside, step = 0.0, min(max(begin, LEAST), room)
-    while allowed(step):
-        if step >= room:
-            return room
-        inside, step = step, min(2.0 * step, room)
-    outside = step
-    for _ in range(HALVINGS):
-        middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if allowed(middle) else (inside, middle)
-    return outside
 
 
 def _band(slopes: np.ndarray, covariance: np.ndarray, deviation: float) -> np.ndarray:
@@ -328,43 +301,53 @@ def _band(slopes: np.ndarray, covariance: np.ndarray, deviation: float) -> np.nd
     return 1.96 * np.sqrt(np.einsum("ni,ij,nj->n", slopes, covariance, slopes) + deviation**2)
 
 
-def _add(fit: MotionFit, model: RecordModel, k: int, point: np.ndarray, errors: np.ndarray, band: np.ndarray) -> None:
+def _add(
+    fit: MotionFit, model: RecordModel, name: str, point: np.ndarray, errors: np.ndarray, band: np.ndarray
+) -> None:
     """A record in the result; errors, band: [its last samples] in sizes, by which it is judged."""
-    course, units = model.courses[k], fit.system.result_units
-    name, judged = course.name, slice(len(course.instants) - len(errors), None)
+    units, places = fit.system.result_units, model.pieces(name)
+    course = model.courses[places[0]]
+    measured = np.concatenate([model.courses[k].measured for k in places])
+    predicted = np.concatenate([model.predicted(k, point, len(model.courses[k].measured)) for k in places])
+    judged = slice(len(measured) - len(errors), None)
     trusted = 1.0 if name not in fit.not_trusted else math.nan
-    fit.time[name] = course.instants[judged] * units.factor("time")
-    fit.measured[name] = course.measured[judged]
-    fit.predicted[name] = model.predicted(k, point, len(course.instants))[judged]
+    fit.time[name] = course.time[judged] * units.factor("time")
+    fit.measured[name] = measured[judged]
+    fit.predicted[name] = predicted[judged]
     fit.band[name] = band * course.size * trusted
     fit.rms[name] = float(np.sqrt(np.mean(errors**2))) * course.size * trusted
-    fit.relative[name] = fit.rms[name] / float(np.std(course.measured[judged]))
-    fit.starts[name] = model.start(k, point)
+    fit.relative[name] = fit.rms[name] / float(np.std(measured[judged]))
+    fit.starts[name] = model.start(places[0], point)
 
 
-def _predict(fit: MotionFit, model: RecordModel, shares: np.ndarray, covariance: np.ndarray, deviation: float) -> None:
-    """A held-out record: its start from its first tenth at the parameters found, and the prediction of the rest.
+def _predict(
+    fit: MotionFit, model: RecordModel, other: RecordModel, fitted: np.ndarray, covariance: np.ndarray, deviation: float
+) -> None:
+    """A held-out record: what is its own from its first tenth at the parameters found, and the prediction of the rest.
 
-    What is uncertain of the start follows from the noise of that tenth, and with the parameters: ds/dp = -(Js^T Js)^-1
+    What is uncertain of its own follows from the noise of that tenth, and with the parameters: ds/dp = -(Js^T Js)^-1
     Js^T Jp there.
     """
-    many, (place,) = len(shares), model.places
-    begun, (whole,) = model.counts(BEGIN), model.counts(1.0)
-    point = np.concatenate((shares, np.zeros(len(place))))
+    many, (place,) = model.shared, other.places
+    begun, (whole,) = other.counts(BEGIN), other.counts(1.0)
+    point = np.concatenate((fitted[:many], np.zeros(len(place))))
+    if other.many > many:
+        point[many : other.many] = fitted[model.many - other.many + many : model.many]  # as in the last fitted record
     if len(place):
-        point = model.refined(point, begun, 30, place).x
-    errors, slopes = model.errors(point, (whole,)), model.slopes(point, (whole,))
+        point = other.refined(point, begun, 30, place).x
+    errors, slopes = other.residuals(point, (whole,)), other.slopes(point, (whole,))
     first = slopes[: begun[0]]
     base = inverse(first[:, place].T @ first[:, place])
     follows = -base @ first[:, place].T @ first[:, :many]
     total = slopes[:, :many] + slopes[:, place] @ follows
     own = base * deviation**2 * correlation_time(errors[: begun[0]])
     if fit.problem:
-        fit.problem.unseen[model.courses[0].name] = Unseen(model, point, follows, own, begun[0])
+        fit.problem.unseen[other.courses[0].name] = Unseen(other, point, follows, own, begun[0])
     joint = np.zeros((len(point), len(point)))
-    joint[:many, :many] = covariance
+    joint[:many, :many] = covariance[:many, :many]
     joint[np.ix_(place, place)] = own
     band = _band(np.hstack((total, slopes[:, place])), joint, deviation)
-    if why := model.distrust(0, point):
-        fit.not_trusted[model.courses[0].name] = why
-    _add(fit, model, 0, point, errors[begun[0] :], band[begun[0] :])
+    name = other.courses[0].name
+    if why := other.distrust(name, point):
+        fit.not_trusted[name] = why
+    _add(fit, other, name, point, errors[begun[0] :], band[begun[0] :])

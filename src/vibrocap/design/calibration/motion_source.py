@@ -10,6 +10,7 @@ from vibrocap.design.calibration.record_model import RecordModel
 from vibrocap.identification.inference.sampling import Source, normal_draws
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.differing import own_name
+from vibrocap.identification.problem.priors import prior_errors
 from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.physics.friction.law import Law
 
@@ -31,15 +32,17 @@ class MotionSource(Source):
 
     def __init__(self, model: RecordModel, point: np.ndarray, spread: Uncertainty, deviation: float):
         starts = [f"{own_name('start', course.name)}.{state}" for course in model.courses for state in course.free]
-        names = (*model.space.paths, *starts)
+        names = (*model.names, *starts)
         super().__init__(names, point, spread.covariance, model.bounds, spread.unit, spread.inflation)
         self.model, self.deviation, self.unseen = model, deviation, dict[str, Unseen]()
 
     def cost(self, table: np.ndarray) -> np.ndarray:
         points, counts = np.clip(table, *self.bounds), self.model.counts(1.0)
         runs = [(k, point, count) for point in points for k, count in enumerate(counts)]
-        squares = np.sum(self.model.at(runs).reshape(len(points), sum(counts)) ** 2, axis=1)
-        return 0.5 * (squares + np.array([np.sum(self.model.known(point) ** 2) for point in points]))
+        errors = np.concatenate(self.model.at(runs)).reshape(len(points), sum(counts))
+        values = np.array([self.model.values(point) for point in points])
+        known = prior_errors(self.model.priors, self.model.names, values)
+        return 0.5 * (np.sum(errors**2, axis=1) + np.sum(known**2, axis=1))
 
     def values(self, table: np.ndarray) -> np.ndarray:
         courses = list(enumerate(self.model.courses))
@@ -54,7 +57,7 @@ class MotionSource(Source):
         force, speed = (1.0, 1.0) if units is None else map(units.of_part(section).factor_of, names)
         forces = []
         for row in table:
-            values = model.space.parameters(row[: len(model.space.paths)])
+            values, _ = model.parameters(0, row)
             law: Any = model.system.with_parameters(values).parts[section]
             assert isinstance(law, Law)
             forces.append(force * steady_force(law, velocity / speed, load / force))
@@ -76,7 +79,7 @@ class MotionSource(Source):
 
     def _unseen_points(self, unseen: Unseen, table: np.ndarray) -> np.ndarray:
         """Points of an unseen record: its start follows the unknowns, about where its first tenth put it."""
-        many = len(self.model.space.paths)
+        many = self.model.shared
         shares = table[:, :many]
         random = np.random.default_rng(len(table)).standard_normal((len(table), len(unseen.covariance)))
         own = normal_draws(unseen.covariance, random)

@@ -1,7 +1,6 @@
 """Design variables: what may be varied, between which bounds or among which choices."""
 
 import dataclasses
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -72,11 +71,18 @@ class DesignSpace:
 
     def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
         """Values [designs] of the parameters by path at shares [designs, variables]; of objects where words are."""
-        own = self._own(shares)
+        return self._made(self._own(shares), len(shares))
+
+    def _made(self, own: dict[str, np.ndarray], designs: int) -> dict[str, np.ndarray]:
+        """Values [designs] of the parameters by path, of those of the variables."""
         if self.through is None:
             return own
         values = self.through(**own)
-        return {path: np.broadcast_to(np.asarray(x, dtype=float), len(shares)) for path, x in values.items()}
+        return {path: np.broadcast_to(np.asarray(x, dtype=float), designs) for path, x in values.items()}
+
+    def made(self, values: Mapping[str, float]) -> dict[str, float | str]:
+        """The parameters of one design by path, of its variables by path."""
+        return _first(self._made({path: np.array([value]) for path, value in values.items()}, 1))
 
     def design(self, share: np.ndarray) -> dict[str, float | str]:
         """The variables of one design, at its shares [variables]."""
@@ -111,10 +117,7 @@ class DesignSpace:
         """d(value)/d(share) of a range."""
         variable = self.variables[index]
         assert isinstance(variable, Range)
-        if not variable.logarithmic:
-            return variable.high - variable.low
-        ratio = math.log(variable.high / variable.low)
-        return ratio * math.exp(math.log(variable.low) + ratio * share)
+        return variable.slope(share)
 
     def slopes(self, share: np.ndarray) -> dict[str, np.ndarray]:
         """d(value)/d(share) [continuous] of each parameter, by path, at shares [variables] of a design."""

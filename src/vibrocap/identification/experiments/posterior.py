@@ -133,6 +133,8 @@ def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progres
     a bar, or a function that is called with the share done. Needs emcee (the extra `fit`). The same seed gives the
     same samples.
     """
+    if getattr(fit, "segments", 1) > 1:
+        raise ArgumentError("fit", "in segments is not sampled: fit records that are short enough for one")
     if getattr(fit, "problem", None) is None:
         raise ArgumentError("fit", "should be a fit of this session that found its parameters; fit again")
     require("posterior", "emcee")

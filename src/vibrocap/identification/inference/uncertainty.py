@@ -83,7 +83,7 @@ def uncertainty(
     """The uncertainty at a minimum.
 
     errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; to_parameters
-    [p, p]: derivatives of the parameters by the coordinates; priors [q, p]: slopes of the errors that they add.
+    [m, p]: derivatives of the parameters by the coordinates; priors [q, p]: slopes of the errors that they add.
     """
     from scipy.special import stdtrit
 
@@ -92,13 +92,14 @@ def uncertainty(
     unit = float(np.sum(psi**2) / max(n - p, 1) / bend)
     priors = np.empty((0, p)) if priors is None else priors
     base = inverse(slopes.T @ slopes + priors.T @ priors)
-    known = 1.0 - np.clip(_own_share(slopes, base, to_parameters), 0.0, 1.0) if len(priors) else np.zeros(p)
+    known = 1.0 - np.clip(_own_share(slopes, base, to_parameters), 0.0, 1.0) if len(priors) else 0.0
+    known = np.broadcast_to(known, len(to_parameters))
     influence = (slopes * psi[:, None]) @ (base @ to_parameters.T)
     cuts = np.cumsum([len(error) for error in errors])[:-1]
     parts = np.split(influence, cuts)
     leverage = np.split(slopes @ (base @ to_parameters.T), cuts)
     inflation = _unevenness(influence, np.concatenate(leverage), unit)
-    for j in range(p):
+    for j in range(len(to_parameters)):
         own, stationary = ([part[:, j] for part in matrices] for matrices in (parts, leverage))
         inflation[j] *= max(_inflation(own), _inflation(errors, stationary))
     spare = np.maximum(n / inflation - p, FEWEST) / np.maximum(1.0 - known, FAINT)

@@ -55,12 +55,14 @@ def slope_name(name: str, condition: str) -> str:
 
 def condition_of(record: Samples, name: str) -> float:
     """A number that the record was made with, or ArgumentError."""
-    if name == LOAD:
-        return float(np.mean(record.load))
-    if name not in record.conditions:
-        known = (LOAD, *record.conditions)
-        raise ArgumentError("along", f"record {record.name!r} has no condition {name!r}; {suggestion(name, known)}")
-    return record.conditions[name]
+    return condition_among({LOAD: float(np.mean(record.load)), **record.conditions}, name, record.name)
+
+
+def condition_among(conditions: Mapping[str, float], name: str, record: str) -> float:
+    """One of the numbers that a record was made with, or ArgumentError."""
+    if name not in conditions:
+        raise ArgumentError("along", f"record {record!r} has no condition {name!r}; {suggestion(name, conditions)}")
+    return conditions[name]
 
 
 def in_record(differing: Sequence[Differing], names: Sequence[str], values: np.ndarray, record: Samples) -> np.ndarray:

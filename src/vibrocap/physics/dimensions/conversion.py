@@ -209,7 +209,7 @@ class AtPath(AsGiven):
         """A number in the unit of a parameter."""
         if context.system is None or isinstance(value, str):
             return value
-        known = quantity(path, context.system)
+        known = quantity(path.partition("[")[0], context.system)  # of one record: "machine.mass_kg[fast]"
         return value if known.unit == "1" else WithUnit(value, known.unit, value / known.scale)
 
 

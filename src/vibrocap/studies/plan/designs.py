@@ -61,6 +61,13 @@ class Range:
         start, width = math.log(self.low), math.log(self.high) - math.log(self.low)
         return np.array([min(max(math.exp(start + width * x), self.low), self.high) for x in share.tolist()])
 
+    def slope(self, share: float) -> float:
+        """d(value)/d(share)."""
+        if not self.logarithmic:
+            return self.high - self.low
+        ratio = math.log(self.high / self.low)
+        return ratio * math.exp(math.log(self.low) + ratio * share)
+
 
 @dataclasses.dataclass(frozen=True)
 class Drawn(Runs):

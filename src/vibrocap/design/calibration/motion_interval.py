@@ -1,0 +1,71 @@
+"""Intervals of parameters of a motion, by how far each may go before the squares contradict."""
+
+import math
+
+import numpy as np
+
+from vibrocap.design.calibration.calibration import CalibratedParameter
+from vibrocap.design.calibration.record_model import RecordModel
+from vibrocap.identification.inference.identifiability import Verdict, verdict_within
+from vibrocap.identification.inference.uncertainty import Uncertainty
+from vibrocap.identification.problem.priors import SAYS_MORE
+from vibrocap.studies.plan.variation import refusal
+
+HALVINGS = 6  # to where the squares object to a value of a parameter
+LEAST = 1e-9  # share of a range: the first step from a value
+FAINT = 1e-9  # change of every error per share, below which a parameter does nothing
+
+
+def parameter_within(
+    model: RecordModel, k: int, point: np.ndarray, slopes: np.ndarray, spread: Uncertainty, doubt: Verdict | None
+) -> CalibratedParameter:
+    """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
+
+    It is sought where the others follow the parameter as they are correlated, and where they stay:
+    where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
+    """
+    path, unknown = model.names[k], model.ranges[k]
+    value = float(model.values(point)[k])
+    if doubt is Verdict.UNTRUSTED:
+        return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt)
+    limit = model.squares(point, model.counts(1.0)) + spread.unit * spread.threshold[k] ** 2
+    error = math.sqrt(spread.covariance[k, k])
+    alone = np.eye(len(point))[k]
+    acting = np.any(np.abs(slopes) > FAINT, axis=0)
+    joint = np.where(acting, spread.covariance[:, k] / spread.covariance[k, k], alone)
+    half = error * float(spread.threshold[k] / math.sqrt(spread.inflation[k])) if acting[k] else 0.0
+    reached = []
+    for sign in (-1.0, 1.0):
+        linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
+        beside = np.where(alone > 0.0, linear, point)
+        tried = (model.parameters(model.pieces(name)[0], beside)[0] for name in model.records)
+        refused = any(refusal(model.system, parameters) for parameters in tried)
+        ends = [point[k] + sign * _reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
+        reached.append(sorted([*ends, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
+    low, high = reached
+    least, most = map(float, unknown.at(np.array([low, high])))
+    of_prior = spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors)
+    whole = doubt or (Verdict.PRIOR if of_prior else None)
+    verdict = verdict_within(least, most, low <= 0.0, high >= 1.0, whole) if acting[k] else Verdict.NO_EFFECT
+    error *= unknown.slope(float(point[k]))
+    return CalibratedParameter(path, value, least, most, error, verdict)
+
+
+def _reach(model: RecordModel, k: int, point: np.ndarray, along: np.ndarray, begin: float, limit: float) -> float:
+    """How far parameter k may go along a direction, in shares of its range, before the squares exceed a limit."""
+    counts, (low, high) = model.counts(1.0), model.bounds
+    room = (1.0 - point[k]) if along[k] > 0.0 else point[k]
+
+    def allowed(change: float) -> bool:
+        return model.squares(np.clip(point + change * along, low, high), counts) <= limit
+
+    inside, step = 0.0, min(max(begin, LEAST), room)
+    while allowed(step):
+        if step >= room:
+            return room
+        inside, step = step, min(2.0 * step, room)
+    outside = step
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if allowed(middle) else (inside, middle)
+    return outside

@@ -1,0 +1,134 @@
+"""The search for the motion that comes nearest to what was measured, over growing stretches or in segments."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.design.calibration.course import segments
+from vibrocap.design.calibration.record_model import RecordModel, divided
+from vibrocap.design.calibration.table_model import soft
+from vibrocap.design.search.uncertainty import sample_points
+from vibrocap.identification.problem import priors as known_before
+from vibrocap.identification.problem.priors import Prior
+
+HORIZONS = ((0.125, 6, 15), (0.25, 4, 15), (0.5, 3, 15), (1.0, 2, 60))  # share of the records, candidates, evaluations
+WEIGHTS = ((0.3, 4, 10), (10.0, 2, 10), (1e3, 1, 20), (1e5, 1, 40))  # weight of the gaps, candidates, evaluations
+ROUNDS = 4  # of the search at most, each from points of its own, until two agree
+SCANNED = 33  # points over the range of a parameter
+PASSES = 8  # scans from minimum to minimum, at most
+AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
+FEWEST = 64  # samples of the shortest record within a horizon
+SENSITIVE = 1e3  # growth of a change of the start from which on neighbouring parameters have minima of their own
+SHORTEST, MOST_SEGMENTS, PER_SEGMENT = 12, 64, 3.0  # samples of a segment, segments of a record, growth in one
+LOOKED = 4  # points at which the growth along the records is looked at
+
+
+def sensitive_segments(model: RecordModel, seed: int) -> int:
+    """Segments of each record, within which changes of a start stay of one size; 1 where they do in whole records.
+
+    What grows along the measured motion: at wrong parameters a motion of its own would be another one.
+    """
+    shortest = min(len(course.measured) for course in model.courses)
+    most = min(shortest // SHORTEST, MOST_SEGMENTS)
+    if model.system.switched or most < 2:
+        return 1
+    fine = in_segments(model, most)
+    counts, growths = fine.counts(1.0), []
+    for shares in sample_points(model.many, LOOKED, seed):
+        point = fine.carried(np.concatenate((shares, np.zeros(fine.coordinates - model.many))))
+        growths.append(fine.growth(fine.slopes(point, counts, {*range(model.many, fine.coordinates)}), counts))
+    growth = float(np.median(growths))
+    return 1 if growth <= SENSITIVE else min(most, math.ceil(math.log(growth) / math.log(PER_SEGMENT)))
+
+
+def in_segments(model: RecordModel, count: int) -> RecordModel:
+    """The model with each record in so many segments."""
+    return divided(model, (part for course in model.courses for part in segments(course, model.predict, count)))
+
+
+def searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled, as two rounds end alike)."""
+    counts, best, again = model.counts(1.0), (math.inf, np.zeros(0), False), False
+    for k in range(ROUNDS):
+        point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
+        cost, point = _beyond_kinks(model, point, counts)
+        again = abs(cost - best[0]) <= _alike(model, cost, counts)
+        best = min(best, (cost, point, settled), key=lambda minimum: minimum[0])
+        if again:
+            break
+    return best[1], again and best[2]
+
+
+def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled), over longer and longer stretches of the records.
+
+    In segments, the stretches are whole, and what grows is the weight of the gaps between them.
+    """
+    points = np.zeros((starts, model.coordinates))
+    points[:, : model.many] = sample_points(model.many, starts, seed)
+    if model.divided:
+        points = np.array([model.carried(point) for point in points])
+    shortest = min(len(course.measured) for course in model.courses)
+    stages, settled = WEIGHTS if model.divided else HORIZONS, False
+    for k, (stage, kept, most) in enumerate(stages):
+        share = 1.0 if model.divided else stage
+        if share * shortest < FEWEST and share < 1.0:
+            continue
+        if model.divided:
+            model.weight = stage
+        counts = model.counts(share)
+        costs = [float(np.sum(soft(model.residuals(point, counts)))) for point in points]
+        ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
+        ends.sort(key=lambda end: end.cost)
+        points, settled = np.array([end.x for end in ends]), ends[0].status > 0
+        if report:
+            report((k + 1) / len(stages))
+    return points[0], settled
+
+
+def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """(points [parameters, SCANNED, coordinates] along each parameter over its range, sums of squares there)."""
+    points = np.tile(point, (model.many, SCANNED, 1))
+    for k in range(model.many):
+        points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
+    squares = [model.squares(row, counts) for row in points.reshape(-1, len(point))]
+    return points, np.reshape(squares, (model.many, SCANNED))
+
+
+def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[float, np.ndarray]:
+    """(sum of squares, point) of the least minimum that is seen along single parameters.
+
+    Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
+    Segments do not join where one parameter moves alone.
+    """
+    least = model.squares(point, counts)
+    for _ in range(0 if model.divided else PASSES):
+        points, squares = _scan(model, point, counts)
+        if np.min(squares) >= least - _alike(model, least, counts):
+            break
+        end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
+        least, point = 2.0 * float(end.cost), end.x
+    return least, point
+
+
+def with_priors(model: RecordModel, point: np.ndarray, priors: Sequence[Prior]) -> np.ndarray:
+    """The minimum with priors, from that without; the model is given them, with their weights."""
+    counts, model.priors = model.counts(1.0), tuple(priors)
+    for k in range(known_before.WEIGHTINGS if priors else 0):
+        before, to_values = model.priors, model.to_values(point)
+        spread = model.spread(model.residuals(point, counts), model.slopes(point, counts))
+        if k == 0:
+            covariance = to_values @ spread.covariance @ to_values.T
+            model.priors = known_before.pulled(priors, model.names, model.values(point), covariance)
+        model.priors = known_before.weighted(model.priors, model.names, spread.unit, spread.inflation)
+        if known_before.settled(before, model.priors):
+            break
+        point = model.refined(_beyond_kinks(model, point, counts)[1], counts, 60).x
+    return point
+
+
+def _alike(model: RecordModel, cost: float, counts: Sequence[int]) -> float:
+    """By how much squares differ where they are alike: a share of them, or what runs are exact to."""
+    return max(AGREE * cost, sum(counts) * model.tolerance**2)
