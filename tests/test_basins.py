@@ -14,6 +14,9 @@ from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
+from vibrocap.plotting.steady.basins import basin_figure
+from vibrocap.plotting.studies.cells import Cell
+from vibrocap.plotting.studies.maps import CELL_STYLES, UNSETTLED
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 
@@ -193,3 +196,24 @@ def test_drift_and_direction_of_every_kind_of_start():
     assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
     directions = basins_module._directions(capsule(), items, label, drift)
     assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error
+
+
+def test_starts_without_a_value_are_hatched_as_runs_of_studies_are():
+    """Each kind by its own pattern over its own cells, named with its share in the legend."""
+    cells = drawn()
+    fig = basin_figure(cells)
+    legend = {handle.get_label(): handle.get_hatch() for handle in fig.legends[0].legend_handles}
+    middles = np.stack(np.meshgrid(cells.x, cells.y, indexing="ij"), axis=-1).reshape(-1, 2)
+    for code, text, look in (
+        (NOT_SETTLED, "not settled: 4 (3 %)", UNSETTLED),
+        (FAILED, "failed: 4 (3 %)", CELL_STYLES[Cell.FAILED][1]),
+        (NOT_TOLD, "settled, not told apart: 4 (3 %)", CELL_STYLES[Cell.NO_VALUE][1]),
+    ):
+        assert legend[text] == look
+        for ax in fig.axes[:2]:
+            patches = [patch for patch in ax.patches if patch.get_hatch() == look]
+            assert patches
+            for patch in patches:
+                covered = patch.get_path().contains_points(middles).reshape(cells.label.shape)
+                assert np.array_equal(covered, cells.label == code)
+    assert None in legend.values()

@@ -163,6 +163,22 @@ def test_a_bracket_ends_where_no_number_lies_between():
     assert root.jumps
 
 
+@pytest.mark.parametrize(("share", "jumps"), [(3e-4, False), (3e-3, True)])
+def test_a_function_jumps_over_zero_where_it_stays_a_thousandth_of_its_values_away(share, jumps):
+    assert segment.root(lambda x: math.copysign(share + abs(x) * (1.0 - share), x), -1.0, 0.9, 1e-12).jumps == jumps
+
+
+@pytest.mark.parametrize(("changes", "complaint"), [(10, ""), (14, segment.TOO_MANY)])
+def test_a_dozen_changes_are_located_in_one_step(changes, complaint):
+    """Of sequences that are longer by a phase from one stretch of equal length to the next."""
+    map_ = PlainMap(lambda u, p: (0.5 * u[0] + p,), mode_sequence=lambda u, p: "FSB" + "SB" * int((changes + 1) * p))
+    ends = [started(map_, map_.point((2.0 * p,), p)) for p in (1e-3, 0.999)]
+    located, why = segment.mode_changes(segment.Segment(map_, *ends))
+    assert why == complaint
+    places = (np.arange(changes) + 1.0) / (changes + 1)
+    assert why or [left for left, _ in located] == pytest.approx((places - 1e-3) / 0.998, abs=1e-9)
+
+
 def test_newtons_method_stops_at_the_rounding_of_its_residual():
     """A square root with a residual that rounds at 1e-6: two numbers, and no step beyond the level of rounding."""
 
@@ -208,6 +224,20 @@ def test_why_a_branch_ends():
     assert len(way(broken, (0.4,), 0.2, points=5).points) == 5
     assert all(end.advice for end in BranchEnd)
     assert all(kind.meaning for kind in SpecialKind)
+
+
+@pytest.mark.parametrize(("jump", "complaint"), [(0.3, ""), (3.0, segment.JUMPS)])
+def test_orbits_jump_where_they_are_farther_apart_than_a_kink_may_hide(jump, complaint):
+    """u = 2 p with a step back at p = 0, of shares of a thousandth of the segment."""
+    back = jump * 1e-3 * math.hypot(0.4, 0.2)
+    map_ = PlainMap(lambda u, p: (0.5 * u[0] + p - (0.5 * back if p > 0.0 else 0.0),), (-0.5, 0.5), mode_sequence=sides)
+    ends = [started(map_, map_.point((2.0 * p,), p)) for p in (-0.1, 0.1)]
+    changes, found = segment.mode_changes(segment.Segment(map_, *ends))
+    assert (found, len(changes)) == (complaint, 0 if complaint else 1)
+
+
+def sides(u, p):
+    return "FB" if p <= 0.0 else "FSB"
 
 
 def test_word_that_changes_too_fast_is_said_to_do_so():

@@ -253,8 +253,8 @@ def test_close_to_a_flip_nothing_is_settled_that_still_has_far_to_go(extrapolate
 
 @pytest.mark.parametrize(("times", "settled"), [(0.25, False), (4.0, True)])
 def test_an_alternation_that_is_small_for_its_marks_is_no_orbit_of_period_two(times, settled):
-    """Half-widths a with a^2 times the marks a quarter of NEWBORN, and four times as much; nothing else moves."""
-    half_width = math.sqrt(times * NEWBORN / 40)
+    """Half-widths a with a^2 times the marks a quarter of 0.02, and four times as much; nothing else moves."""
+    half_width = math.sqrt(times * 0.02 / 40)
     states = half_width * np.where(np.arange(41) % 2, -1.0, 1.0)[:, None]
     assert (Stroboscope(states).settled_response(THRESHOLD, TOLERANCE)[0] == 2) == settled
 

@@ -12,6 +12,7 @@ from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.numerics.api import codes
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor, attractors_of
+from vibrocap.orbits.attractors.classification import SURE
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
@@ -24,7 +25,6 @@ from vibrocap.ranges import cell_middles
 from vibrocap.results import Result
 
 PHASE = "phase"
-SURE = 3.0  # standard errors by which the mean drift of an aperiodic motion differs from none
 FORWARD, NO_TRAVEL, BACK = 1, 0, -1
 MOST_STARTS = 10_000_000
 PLANE = ("path_x", "path_y")

@@ -10,7 +10,7 @@ from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.measures.recorded.settling import stroboscopic_states
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
+from vibrocap.orbits.attractors.lyapunov import BATCHES, LyapunovExponents, exponents
 from vibrocap.orbits.attractors.without_clock import LOOKED_AT, settled_without_clock
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import comes_to_rest
@@ -113,12 +113,11 @@ def _correlations(rows: np.ndarray, lags: np.ndarray) -> np.ndarray:
     return np.divide(rows @ ramp, spread, out=np.zeros(len(rows)), where=spread > 0.0)
 
 
-SURE = 3.0  # errors by which an exponent differs from zero
+SURE = 3.0  # errors by which an exponent, or a mean drift, differs from zero
 REGULAR, CHAOTIC = 0.2, 0.8  # results of the 0-1 test below and above which it has decided
 FAINT = 1e-3  # growth per drive period that counts as none, where the 0-1 test finds no chaos
 LONGEST_PERIOD = 128  # of the periodic motions that are looked for where a run did not settle
 RECURRENT = 1e-3  # distance over natural sizes from which such an orbit is shot
-BATCHES = 16
 ALIKE = 3.0  # spacings of the states of one motion within which those of another lie, if both fill the same set
 CLOUD = 512  # states that are compared with their mirror images
 

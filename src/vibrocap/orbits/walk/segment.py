@@ -12,15 +12,13 @@ from vibrocap.orbits.walk.residual import Residual
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
-DISCONTINUOUS = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
-KINK = 1e-3  # share of a segment within which a kink may keep its points from being closed
+KINK = 1e-3  # share of a segment within which a kink may keep its points from being closed; farther apart they jump
 MOST_CHANGES = 12  # within one step of a branch
 SHORTEST = 1e-6  # share of a segment within which no further changes are looked for
 PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # shares of a step that is looked at closely
 TOO_MANY = "the mode sequence changes more often than it can be located"
 NOT_CLOSED = "the mode sequence changes, but orbits in between do not close"
 JUMPS = "the mode sequence changes where the orbits jump"
-MOST_TRIALS = 80
 LEAPS = 1e-3  # of the largest value at the ends of a search: one that stays above it does not pass zero
 
 
@@ -53,7 +51,7 @@ def root(function: Callable[[float], float], left: float, right: float, width: f
     low, high = function(left), function(right)
     scale, span = max(abs(low), abs(high)), right - left
     most = int(np.ceil(np.log2(span / (2.0 * width)))) + 1
-    for trial in range(MOST_TRIALS):
+    for trial in itertools.count():
         if right - left <= 2.0 * width or low == 0.0 or high == 0.0:
             break
         middle = 0.5 * (left + right)
@@ -80,10 +78,7 @@ def change(
 
     kink: width of the bracket below which a place that is lost ends the search; above, `Lost` is raised
     """
-    for _ in range(MOST_TRIALS):
-        middle = 0.5 * (left + right)
-        if right - left <= width or not left < middle < right:
-            break
+    while right - left > width and left < (middle := 0.5 * (left + right)) < right:
         try:
             left, right = (middle, right) if holds(middle) else (left, middle)
         except Lost:
@@ -141,7 +136,7 @@ class Segment:
     def discontinuous(self, left: float, right: float) -> bool:
         """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""
         one, other = (self.points[self.shares.index(share)].x for share in (left, right))
-        return bool(np.linalg.norm(other - one) > DISCONTINUOUS * self.length + 1e3 * CLOSEST)
+        return bool(np.linalg.norm(other - one) > KINK * self.length + 1e3 * CLOSEST)
 
     def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
         """Where a function changes its sign between two shares, see `root`."""
