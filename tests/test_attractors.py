@@ -168,7 +168,7 @@ def test_runs_caught_by_unstable_orbits_are_noticed():
     starts = np.array([list(orbit.state.values()) for orbit in (symmetric, stable)])
     assert symmetric.unstable
     assert not stable.unstable
-    runs = settling_runs.settling_runs(map_, starts, np.tile(map_.parameters(), (2, 1)), 1000)
+    runs = settling_runs.settling_runs(map_, starts, 1000)
     runs.response_period[0] = 1  # as where it looks settled
     found, _, _ = attractors_of(map_, runs, 1000)
     assert not any(each.motion.orbit.unstable for each in found)

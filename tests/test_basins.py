@@ -62,7 +62,7 @@ def test_start_amid_a_period_goes_on_to_its_end():
         whole = map_.images(start, rows, tangents=False).state
         period = map_.period(map_.parameters())
         part = map_.images(start, rows, tangents=False, mark_distance=np.full(3, 0.3 * period)).state
-        ends, _ = at_next_section(map_, np.array([part[0], part[1], start[2]]), rows, np.array([0.3, -1.7, 2.0]))
+        ends, _ = at_next_section(map_, np.array([part[0], part[1], start[2]]), np.array([0.3, -1.7, 2.0]))
     assert ends[:2] == pytest.approx(whole[:2], abs=1e-8)
     assert ends[2] == pytest.approx(start[2], abs=0.0)  # it is at a mark already
 

@@ -161,6 +161,10 @@ def test_both_numbers_have_to_agree():
     assert decided(1e-5, 1e-5, 0.01) == "quasi-periodic"
     assert decided(1e-5, 1e-5, 0.01, stays=False) == "not settled"
     assert decided(-0.01, 1e-4, 0.01) == "not settled"
+    assert decided(1e-4, 1e-5, 0.1) == "quasi-periodic"  # 6e-4 a period is none, 3e-3 is some
+    assert decided(1e-4, 1e-5, 0.5) == decided(5e-4, 1e-5, 0.1) == "not settled"
+    assert decided(1e-4, 5e-4, 0.1) == "quasi-periodic"
+    assert decided(1e-4, 5e-3, 0.1) == "not settled"  # so large an error tells nothing
 
 
 def test_multiplier_pair_on_the_circle_is_quasi_periodic():

@@ -163,7 +163,7 @@ def attractors(
     map_ = StroboscopicMap(system, tolerance, threads)
     ranges = visited_ranges(map_, start) if given is None else given
     states = spread_starts(map_, start, ranges, starts)
-    runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=told(progress))
+    runs = settling_runs(map_, states, settle_periods, progress=told(progress))
     distinct, label, _ = attractors_of(map_, runs, settle_periods)
     return Attractors(system, distinct, states, label, ranges, settle_periods)
 
@@ -240,8 +240,7 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
     if not count:
         return [], []
     sample = np.unique(np.linspace(0, count - 1, min(count, MOST_CLOUDS)).round().astype(int))
-    rows = np.tile(map_.parameters(), (count, 1))
-    gathered = iterates(map_, states[sample], rows[: len(sample)], CLOUD)
+    gathered = iterates(map_, states[sample], CLOUD)
     clouds: list[np.ndarray] = []
     heads: list[int] = []
     which = np.full(count, -1)
@@ -255,13 +254,13 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
             clouds.append(cloud)
             heads.append(k)
     others = np.setdiff1d(np.arange(count), sample)
-    short = map_.section(iterates(map_, states[others], rows[: len(others)], FEW))
+    short = map_.section(iterates(map_, states[others], FEW))
     for k, run in enumerate(others):
         if np.all(np.isfinite(short[:, k])):
             which[run] = next((g for g, cloud in enumerate(clouds) if within_set(short[:, k], cloud)), -1)
     classes, members = [], []
     for g, head in enumerate(heads):
-        later = iterates(map_, gathered[-1, head : head + 1], rows[:1], EXPONENT_PERIODS)
+        later = iterates(map_, gathered[-1, head : head + 1], EXPONENT_PERIODS)
         classes.append(class_of_iterates(map_, later[:, 0]))
         members.append(np.flatnonzero(which == g))
     return classes, members
@@ -274,7 +273,7 @@ def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None
     points = {k: orbit_points(map_, motion.orbit) for k, motion in enumerate(motions) if motion.orbit is not None}
     starts = {k: list(motion.state.values()) for k, motion in enumerate(motions) if motion.orbit is None}
     # many iterates of each aperiodic motion [periods, states]
-    clouds = {k: iterates(map_, np.array([y]), map_.parameters()[None], CLOUD)[:, 0] for k, y in starts.items()}
+    clouds = {k: iterates(map_, np.array([y]), CLOUD)[:, 0] for k, y in starts.items()}
     twins: list[int | None] = []
     for k, motion in enumerate(motions):
         if motion.symmetric:

@@ -179,10 +179,9 @@ def started_anywhere(
     progress: Callable[[float], None] | None = None,
 ) -> SettlingRuns:
     """Runs from states at phases of the drive [runs], until they settle."""
-    rows = np.tile(map_.parameters(), (len(states), 1))
-    marked, ended = at_next_section(map_, states, rows, phases)
+    marked, ended = at_next_section(map_, states, phases)
     going = ended == codes.DONE
-    parts = settling_runs(map_, marked[going], rows[going], periods, progress=progress)
+    parts = settling_runs(map_, marked[going], periods, progress=progress)
     count = len(states)
     nothing = np.zeros(count, dtype=int), np.full(count, np.nan), np.zeros(count, dtype=bool)
     return SettlingRuns(marked, ended, *nothing).replaced(np.flatnonzero(going), parts)

@@ -158,7 +158,7 @@ class _Point:
         section: Section | None,
     ):
         self.map, self.periods, self.kept = map_, periods, kept
-        runs = settling_runs(map_, states, np.tile(map_.parameters(), (len(states), 1)), periods)
+        runs = settling_runs(map_, states, periods)
         self.response = np.where(runs.finished, runs.response_period if imaged is not None else NOT_SETTLED, FAILED)
         self.states = np.full((len(states), kept, map_.states), math.nan)
         self.drift = np.full(len(states), math.nan)
@@ -179,8 +179,7 @@ class _Point:
             if not len(members):
                 continue
             count = self.kept if wandering else int(self.response[members].max())
-            rows = np.tile(map_.parameters(), (len(members), 1))
-            path = iterates(map_, begun[members], rows, count)  # [count + 1, runs, states]
+            path = iterates(map_, begun[members], count)  # [count + 1, runs, states]
             last = path.copy()
             for k in np.flatnonzero(imaged[members]):
                 path[:, k] = _mirrored(map_, path[:, k])
@@ -220,9 +219,8 @@ class _Point:
 def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:
     """Mirror images of the iterates of a run [periods, states], half a period later; NaN where the run had failed."""
     whole = np.all(np.isfinite(path), axis=1)
-    rows = np.tile(map_.parameters(), (int(whole.sum()), 1))
     image = np.full_like(path, math.nan)
-    images = map_.mirrored_half(path[whole], rows, tangents=False)
+    images = map_.mirrored_half(path[whole], map_.parameters(), tangents=False)
     image[whole] = np.where(images.finished[:, None], images.state, math.nan)
     if map_.cyclic >= 0:
         image[:, map_.cyclic] -= image[0, map_.cyclic]

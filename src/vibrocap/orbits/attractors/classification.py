@@ -183,8 +183,7 @@ def classify(
     check_whole("periods", periods, 200, 10**6)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
-    parameters = map_.parameters()
-    run = settling_runs(map_, start[None], parameters[None], settle_periods)
+    run = settling_runs(map_, start[None], settle_periods)
     if not is_driven(system):
         reached, which, run = settled_without_clock(map_, run, settle_periods)
         if which[0] >= 0:
@@ -198,7 +197,7 @@ def classify(
         return MotionClass("failed", reason, None, math.nan, None, named_states(map_.system, run.state[0]))
     if run.response_period[0] > 0:
         return class_of_orbit(orbits[0].orbit)
-    return class_of_iterates(map_, iterates(map_, run.state, parameters[None], periods)[:, 0])
+    return class_of_iterates(map_, iterates(map_, run.state, periods)[:, 0])
 
 
 def _rest_in_the_limit(system: System, initial: ByName | None, periods: int) -> MotionClass | None:
@@ -248,17 +247,16 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
 def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     """Class of a motion that did not settle, from many iterates [periods, states]."""
     whole = np.all(np.isfinite(states), axis=1)
-    parameters, period = map_.parameters(), map_.period(map_.parameters())
     finished, states = bool(whole.all()), states[whole]
     last = named_states(map_.system, states[-1])
     if not finished:
         return MotionClass("failed", f"the run failed after {len(states)} periods", None, math.nan, None, last)
-    growth = exponents(map_, states[:-1], parameters, True)
+    growth = exponents(map_, states[:-1], True)
     cloud = map_.section(states)
     widest = int(np.argmax(np.ptp(cloud, axis=0)))
     chaos = zero_one_test(cloud[:, widest])
     half = len(cloud) // 2
-    kind, reason = _decided(growth, chaos, period, same_set(cloud[:half], cloud[half:]))
+    kind, reason = _decided(growth, chaos, map_.period(map_.parameters()), same_set(cloud[:half], cloud[half:]))
     drift, error = _mean_drift(map_, states)
     clock, returns = is_driven(map_.system), kind == "not settled" and growth.value < 0.0
     if clock and returns and (orbit := _long_orbit(map_, states, cloud)) is not None:
@@ -287,8 +285,7 @@ def within_set(few: np.ndarray, cloud: np.ndarray) -> bool:
 
 def mirrored_cloud(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
     """Marks of the mirror image of a motion, over natural sizes."""
-    parameters = np.tile(map_.parameters(), (len(states), 1))
-    return map_.section(map_.mirrored_half(states, parameters, tangents=False).state)
+    return map_.section(map_.mirrored_half(states, map_.parameters(), tangents=False).state)
 
 
 def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays: bool) -> tuple[str, str]:

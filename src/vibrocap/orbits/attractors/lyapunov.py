@@ -80,27 +80,26 @@ def lyapunov_exponent(
     check_whole("transient", transient, 0, 10**9)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
-    parameters = map_.parameters()
-    state = advanced(map_, start, parameters, transient)
+    state = advanced(map_, start, transient)
     if state is None:
-        return exponents(map_, np.empty((0, map_.states)), parameters, False)
-    states = iterates(map_, state[None], parameters[None], periods)[:, 0]
+        return exponents(map_, np.empty((0, map_.states)), False)
+    states = iterates(map_, state[None], periods)[:, 0]
     whole = np.all(np.isfinite(states), axis=1)
-    return exponents(map_, states[whole][: periods if whole.all() else -1], parameters, bool(whole.all()))
+    return exponents(map_, states[whole][: periods if whole.all() else -1], bool(whole.all()))
 
 
-def advanced(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray | None:
+def advanced(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray | None:
     """The state so many periods later; None where the run could not be completed."""
     if periods == 0:
         return state
     budget = Budget(periods, map_.tolerance, MOST_EVENTS, MOST_STEPS * periods, window=1)
-    ends = map_.run(budget, state[None], parameters[None])
+    ends = map_.run(budget, state[None], map_.parameters())
     return ends.state[0] if ends.finished[0] else None
 
 
-def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, finished: bool) -> LyapunovExponents:
+def exponents(map_: StroboscopicMap, states: np.ndarray, finished: bool) -> LyapunovExponents:
     """Exponents along successive states at the section [periods, states], whose periods are computed side by side."""
-    moving = map_.smooth_states
+    moving, parameters = map_.smooth_states, map_.parameters()
     if len(states) < BATCHES:
         nothing = np.full(len(moving), math.nan)
         return LyapunovExponents(math.nan, math.inf, nothing, np.full(len(moving), math.inf), len(states), False, False)
@@ -118,7 +117,7 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     asked = dict.fromkeys(np.linspace(ALIGNING * len(states), len(states) - 1, ASKED).astype(int).tolist())
     for first in range(0, len(states), BLOCK):
         part = states[first : first + BLOCK]
-        images = map_.images(part, np.tile(parameters, (len(part), 1)))
+        images = map_.images(part, parameters)
         assert images.jacobian is not None
         certified = certified and bool(images.certified.all())
         slopes = images.jacobian[:, moving][:, :, moving] * size / size[:, None]

@@ -86,9 +86,8 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     for name, (least, most) in room.items():
         i = system.state_names.index(name)
         probes[:, i] = np.clip(probes[:, i], least, most)
-    rows = np.tile(parameters, (PROBES, 1))
     budget = Budget(PROBE_PERIODS, ROUGH, MOST_EVENTS, MOST_STEPS, asked=codes.ASK_EXTREMES)
-    ends = map_.run(budget, probes, rows)
+    ends = map_.run(budget, probes, parameters)
     fine = ends[ends.finished]
     ranges = {}
     for i in map(int, map_.section_states):

@@ -38,8 +38,7 @@ def settled_without_clock(
     for longer in (0, LONGER):
         left = np.flatnonzero(runs.finished & (which < 0))
         if longer and len(left):
-            rows = np.tile(map_.parameters(), (len(left), 1))
-            runs = runs.replaced(left, settling_runs(map_, runs.state[left], rows, longer * periods))
+            runs = runs.replaced(left, settling_runs(map_, runs.state[left], longer * periods))
         _find_rests(map_, runs, which, reached)
         _find_cycles(map_, runs, which, reached, min(periods, LOOKED_AT))
     return reached, which, runs

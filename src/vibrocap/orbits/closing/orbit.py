@@ -37,7 +37,7 @@ def in_continuum(map_: StroboscopicMap, solution: PeriodicSolution) -> bool:
     moving, row = map_.smooth_states, map_.parameters()
     push, _, _ = _push(map_, solution, lambda values: -np.abs(values - 1.0))
     starts = state_vector(solution.system, solution.state) + np.stack([push, -push])
-    images = map_.images(starts, np.tile(row, (2, 1)), solution.response_period)
+    images = map_.images(starts, row, solution.response_period)
     away = np.max(np.abs(map_.away(images.state, starts)[:, moving]) / map_.scales(row)[moving], axis=1)
     return bool(np.any(images.finished & (away <= CLOSED * solution.tolerance)))
 
@@ -188,7 +188,7 @@ def orbit(
         asked = closed(map_, start, response_period or 1, half)
         if asked.closes:
             return Orbit.of(asked, map_)
-    runs = settling_runs(map_, start[None], map_.parameters()[None], settle_periods, progress=told(progress))
+    runs = settling_runs(map_, start[None], settle_periods, progress=told(progress))
     state, periods = runs.state[0], int(runs.response_period[0])
     if asked is not None:
         later = closed(map_, state, response_period or 1, half) if np.all(np.isfinite(state)) else asked
@@ -243,8 +243,7 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
         left, away = np.real(np.linalg.inv(right)[most]), (map_.away(towards, state) / sizes)[moving]
         push *= -1.0 if (left @ away) * (left @ (push / sizes)[moving]) < 0.0 else 1.0
     starts = state + np.stack([push, -push])
-    rows = np.tile(map_.parameters(), (2, 1))
-    runs = settling_runs(map_, starts, rows, settle_periods)
+    runs = settling_runs(map_, starts, settle_periods)
     orbits, which, _ = orbits_reached(map_, runs, settle_periods, 2)
     ways = dict.fromkeys(int(k) for k in which if k >= 0)
     return tuple(Orbit.of(orbits[k].orbit) for k in ways if orbits[k].orbit.closes)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrocap.orbits.equilibria.search import ROUNDINGS
 from vibrocap.orbits.equilibria.steady_equations import balanced
 from vibrocap.orbits.walk.newton import Levels, newton
 
@@ -27,7 +28,6 @@ MOST_STEPS = 40
 LEVELS = Levels(0.0, 1e-9)  # of the length of a step
 NUDGE = 1e-4  # of the natural size of a state or its own unit, where that is less, for a third derivative
 CANCELLED = 1e-8  # of the terms of a coefficient, below which what is left of them has no sign
-ROUNDINGS = 16.0  # rounding errors of one evaluation of the equations, over the product of its terms with eps
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ MOST_STEPS = 120
 CLOSED = 1e-9  # share of a state that the last step of Newton's method may still change
 ROUNDED = 1e-15  # natural sizes below which a state is zero
 ROUNDINGS = 16.0  # rounding errors of one evaluation of the rates, over the product of their terms with eps
+GUARDED = 1e-9  # value of a guard down to which its branch of the equations holds
 STANDS = 1e-14  # speed over its natural size and the ground's below which a contact is at rest
 FARTHEST = 1e6  # natural sizes within which equilibria are looked for
 SAME = 1e-7  # distance over natural sizes within which two states are one
@@ -187,7 +188,7 @@ def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     for name in problem.system.placed.locked:  # at a stop, or a limit, another equation holds its state
         good &= switched[problem.system.state_names.index(name)] == 0.0
     for guard in (*problem.values(recording.switches, y, sides, switched),):
-        good &= guard >= -1e-9
+        good &= guard >= -GUARDED
     for bound in problem.values(recording.bounds, y, sides, switched):
         good &= bound > 0.0
     return good

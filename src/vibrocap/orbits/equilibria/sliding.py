@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.orbits.equilibria.bifurcations import Located, first_lyapunov_coefficient, fold, hopf
-from vibrocap.orbits.equilibria.search import STANDS
+from vibrocap.orbits.equilibria.search import GUARDED, STANDS
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.maps.stroboscopic_map import named_states
 from vibrocap.orbits.walk.branch_point import BranchPoint
@@ -21,7 +21,6 @@ from vibrocap.orbits.walk.special_points import Found
 
 BENT = 0.1  # of an eigenvalue, by which it may leave the straight line amid a step
 UNRESOLVED = 1e-12  # of the largest eigenvalue, below which another is rounding beside it
-GUARDED = 1e-9  # value of a guard down to which its branch of the equations holds
 NEAR = 2.0  # steps of the branch within which a located point must lie
 ON_AXIS = 1e-9  # real part over the eigenvalue that is zero up to rounding
 

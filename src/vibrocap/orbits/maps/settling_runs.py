@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, codes, device
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap, in_rows
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
 ROUGH = 1e-9  # tolerance of these runs
@@ -51,7 +51,6 @@ class SettlingRuns:
 def settling_runs(
     map_: StroboscopicMap,
     states: np.ndarray,
-    parameters: np.ndarray,
     periods: int,
     *,
     progress: Callable[[float], None] | None = None,
@@ -60,7 +59,7 @@ def settling_runs(
 
     progress: called now and then, from any thread, with the share begun
     """
-    count = len(states)
+    count, parameters = len(states), map_.parameters()
     how = {"window": 1, "threshold": SETTLED, "evidence": 1, "returns": not map_.equations.timed}
     budget = Budget(periods, ROUGH, MOST_EVENTS, MOST_STEPS, **how)
     parts = []
@@ -68,7 +67,7 @@ def settling_runs(
     for base in range(0, count, chunk):
         part = slice(base, min(base + chunk, count))
         report = None if progress is None else lambda begun, base=base: progress((base + begun) / count)
-        ends = map_.run(budget, states[part], parameters[part], progress=report)
+        ends = map_.run(budget, states[part], parameters, progress=report)
         response = ends.response_period
         drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
@@ -78,9 +77,9 @@ def settling_runs(
             )
             if ends.layout.returns:
                 turn = ends.entry("CYCLE_TIME")
-                over = np.where(turn > 0.0, turn / map_.periods(parameters[part]), over)
+                over = np.where(turn > 0.0, turn / map_.period(parameters), over)
             drift[response > 0] = (gained / over)[response > 0]
-        good = certified(map_.equations, ends, parameters[part], ROUGH)
+        good = certified(map_.equations, ends, in_rows(parameters, states[part]), ROUGH)
         parts.append((ends.state, ends.status, response, drift, good))
     return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
@@ -89,15 +88,15 @@ def continued(
     map_: StroboscopicMap, runs: SettlingRuns, waiting: np.ndarray, longer: int, periods: int
 ) -> SettlingRuns:
     """The runs, of which the chosen ones went on: `longer` periods in any case, then until they settled."""
-    rows = np.tile(map_.parameters(), (len(waiting), 1))
-    ends = map_.run(Budget(longer, ROUGH, MOST_EVENTS, MOST_STEPS, window=1), runs.state[waiting], rows)
-    later = settling_runs(map_, ends.state, rows, periods)
+    budget = Budget(longer, ROUGH, MOST_EVENTS, MOST_STEPS, window=1)
+    ends = map_.run(budget, runs.state[waiting], map_.parameters())
+    later = settling_runs(map_, ends.state, periods)
     later.ended[:] = np.where(ends.finished, later.ended, ends.status)
     later.response_period[~later.finished] = 0
     return runs.replaced(waiting, later)
 
 
-def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:
+def iterates(map_: StroboscopicMap, states: np.ndarray, periods: int) -> np.ndarray:
     """States after 0, 1, ... drive periods [periods + 1, runs, states]; NaN after a run that could not be completed."""
     states_after = np.full((periods + 1, *states.shape), np.nan)
     states_after[0] = states
@@ -105,7 +104,7 @@ def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, 
     for k in range(periods):
         if not running.any():
             break
-        images = map_.images(states_after[k, running], parameters[running], 1, tangents=False)
+        images = map_.images(states_after[k, running], map_.parameters(), 1, tangents=False)
         states_after[k + 1, running] = np.where(images.finished[:, None], images.state, np.nan)
         running[running] = images.finished
     return states_after

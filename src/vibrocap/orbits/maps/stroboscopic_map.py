@@ -169,12 +169,13 @@ class StroboscopicMap:
         start: np.ndarray | None = None,
         progress: Callable[[int], None] | None = None,
     ) -> RunResults:
-        """Run states [runs, states] with parameters [runs, parameters] as far as a budget allows.
+        """Run states [runs, states] with parameters, those of all or [runs, parameters], as far as a budget allows.
 
         recording: equations in place of the map's own; the others as for `numerics.run.ensemble.ensemble_run`
         """
         options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording
+        parameters = np.ascontiguousarray(in_rows(parameters, states))
         states, moved = states.copy(), np.zeros(len(states), dtype=bool)
         for contact, (velocity, rests) in zip(
             self.equations.contacts, self._at_rest(states, parameters, 0.0 if start is None else start), strict=True
@@ -197,11 +198,11 @@ class StroboscopicMap:
         tangents: bool = True,
         mark_distance: np.ndarray | None = None,
     ) -> Images:
-        """Images of states [runs, states] with parameters [runs, parameters] after so many whole periods.
+        """Images of states [runs, states] with parameters, those of all or [runs, parameters], after whole periods.
 
         mark_distance: [runs], in place of the drive's period (then periods should be 1)
         """
-        runs, n = states.shape
+        (runs, n), parameters = states.shape, in_rows(parameters, states)
         if tangents and self.stiff:
             return self._with_differences(states, parameters, periods, mark_distance)
         budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods if tangents else 0)
@@ -288,9 +289,15 @@ class StroboscopicMap:
 
     def mirrored_half(self, states: np.ndarray, parameters: np.ndarray, tangents: bool = True) -> Images:
         """The mirrored state half a drive period later: S P_(T/2), of which symmetric motions are fixed points."""
-        images = self.images(states, parameters, 1, tangents, mark_distance=0.5 * self.periods(parameters))
+        half_periods = 0.5 * self.periods(in_rows(parameters, states))
+        images = self.images(states, parameters, 1, tangents, mark_distance=half_periods)
         jacobian = None if images.jacobian is None else self.mirror[:, None] * images.jacobian
         return dataclasses.replace(images, state=self.mirror * images.state, jacobian=jacobian)
+
+
+def in_rows(parameters: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Parameters [runs, parameters] of states [runs, states], from a row for each or one for all."""
+    return np.broadcast_to(parameters, (len(states), parameters.shape[-1]))
 
 
 def is_driven(system: System) -> bool:
@@ -315,9 +322,7 @@ def driven_map(system: System, tolerance: float) -> StroboscopicMap:
 TOLERANCE = 1e-9
 
 
-def at_next_section(
-    map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, phase: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def at_next_section(map_: StroboscopicMap, states: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(states at the next start of a drive period [runs, states], how each run ended: numbers of `codes`).
 
     phase: [runs] where in the drive's period each run starts, as a share of it (whole parts do not matter); a run that
@@ -328,8 +333,8 @@ def at_next_section(
     ends, ended = states.copy(), np.full(len(states), codes.DONE)
     if not len(waiting):
         return ends, ended
-    budget, rows = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS), parameters[waiting]
-    run = map_.run(budget, states[waiting], rows, start=share[waiting] * map_.periods(rows))
+    budget, parameters = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS), map_.parameters()
+    run = map_.run(budget, states[waiting], parameters, start=share[waiting] * map_.period(parameters))
     ends[waiting], ended[waiting] = run.state, run.status
     return ends, ended
 

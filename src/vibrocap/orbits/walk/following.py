@@ -20,12 +20,11 @@ from vibrocap.orbits.walk.special_points import (
 
 ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
-SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
 CROWDED = 0.03  # the same of a step whose changes of mode sequence are too many to be located one by one
 UNTRUSTED = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
 SMALLEST = 1e-10  # step below which a branch counts as ended
 STRAIGHT = 0.9  # cosine of the turn of the tangent between the first and the last point of a closed branch
-SHORT = 1e-4  # share of the largest step from which on a kink is taken for what it is
+SHORT = 1e-4  # share of the largest step below which it has not jumped to another branch, and a turn is a kink
 OFF_GUESS = 0.3  # share of a step by which a point may be off the guess
 CORNERED = 1e-2  # share of the largest step from which on a corner is looked for
 BEYOND_CORNER = (3.0, 10.0, 1.0, 30.0)  # how far beyond it the other side is sought, over the distance tried
@@ -142,7 +141,7 @@ class _Walk:
                     smooth = met.passed is None
                     before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
                     return met.point, [*before, met], end_at(met)
-            sure = way <= SURE * longest
+            sure = way <= SHORT * longest
             if from_parent and not sure and (point.x[-1] - here.x[-1]) * point.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
                 continue
