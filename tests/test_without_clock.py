@@ -74,7 +74,7 @@ def test_basins_of_what_does_not_travel_are_labels():
         start = {"position": float(position), "sliding_velocity": float(velocity)}
         assert cells.attractors[label].motion.kind == vc.classify(BLOCK, start).kind
     assert cells.label[6, 0] != cells.label[0, 11]
-    with pytest.raises(ArgumentError, match="phase: nothing drives the system in time"):
+    with pytest.raises(ArgumentError, match="phase: the system has no drive in time"):
         vc.basins(BLOCK, {"position": (-1, 1), "phase": (0, 1)}, 4)
 
 
