@@ -14,7 +14,7 @@ from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
-from vibrocap.plotting.steady.basins import basin_figure
+from vibrocap.plotting.steady.basins import UNVALUED_STYLES, basin_figure
 from vibrocap.plotting.studies.cells import Cell
 from vibrocap.plotting.studies.maps import CELL_STYLES, UNSETTLED
 
@@ -204,12 +204,12 @@ def test_starts_without_a_value_are_hatched_as_runs_of_studies_are():
     fig = basin_figure(cells)
     legend = {handle.get_label(): handle.get_hatch() for handle in fig.legends[0].legend_handles}
     middles = np.stack(np.meshgrid(cells.x, cells.y, indexing="ij"), axis=-1).reshape(-1, 2)
-    for code, text, look in (
-        (NOT_SETTLED, "not settled: 4 (3 %)", UNSETTLED),
-        (FAILED, "failed: 4 (3 %)", CELL_STYLES[Cell.FAILED][1]),
-        (NOT_TOLD, "settled, not told apart: 4 (3 %)", CELL_STYLES[Cell.NO_VALUE][1]),
+    for code, look in (
+        (NOT_SETTLED, UNSETTLED),
+        (FAILED, CELL_STYLES[Cell.FAILED][1]),
+        (NOT_TOLD, CELL_STYLES[Cell.NO_VALUE][1]),
     ):
-        assert legend[text] == look
+        assert legend[f"{UNVALUED_STYLES[code][0]}: 4 (3 %)"] == look
         for ax in fig.axes[:2]:
             patches = [patch for patch in ax.patches if patch.get_hatch() == look]
             assert patches
