@@ -1,6 +1,7 @@
 """Basins of direction: starts at any phase of the drive, the symmetry of the picture, what failed, and how it looks."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -202,7 +203,8 @@ def test_starts_without_a_value_are_hatched_as_runs_of_studies_are():
     """Each kind by its own pattern over its own cells, named with its share in the legend."""
     cells = drawn()
     fig = basin_figure(cells)
-    legend = {handle.get_label(): handle.get_hatch() for handle in fig.legends[0].legend_handles}
+    handles: list[Any] = fig.legends[0].legend_handles
+    legend = {handle.get_label(): handle.get_hatch() for handle in handles}
     middles = np.stack(np.meshgrid(cells.x, cells.y, indexing="ij"), axis=-1).reshape(-1, 2)
     for code, look in (
         (NOT_SETTLED, UNSETTLED),

@@ -28,6 +28,12 @@ def way(map_, u, p, towards=1.0, points=2000, step=STEP):
     return followed(map_, start, towards, points, step)
 
 
+def stretch(map_, *ends):
+    """The segment between two values of the parameter, near u = 2 p."""
+    points = [point for p in ends if (point := started(map_, map_.point((2.0 * p,), p))) is not None]
+    return segment.Segment(map_, *points)
+
+
 def places(map_, found, kind):
     return [map_.parameter(each.point.x) for _, each in found.special if each.kind is kind]
 
@@ -172,8 +178,7 @@ def test_a_function_jumps_over_zero_where_it_stays_a_thousandth_of_its_values_aw
 def test_a_dozen_changes_are_located_in_one_step(changes, complaint):
     """Of sequences that are longer by a phase from one stretch of equal length to the next."""
     map_ = PlainMap(lambda u, p: (0.5 * u[0] + p,), mode_sequence=lambda u, p: "FSB" + "SB" * int((changes + 1) * p))
-    ends = [started(map_, map_.point((2.0 * p,), p)) for p in (1e-3, 0.999)]
-    located, why = segment.mode_changes(segment.Segment(map_, *ends))
+    located, why = segment.mode_changes(stretch(map_, 1e-3, 0.999))
     assert why == complaint
     places = (np.arange(changes) + 1.0) / (changes + 1)
     assert why or [left for left, _ in located] == pytest.approx((places - 1e-3) / 0.998, abs=1e-9)
@@ -231,9 +236,8 @@ def test_orbits_jump_where_they_are_farther_apart_than_a_kink_may_hide(jump, com
     """u = 2 p with a step back at p = 0, of shares of a thousandth of the segment."""
     back = jump * 1e-3 * math.hypot(0.4, 0.2)
     map_ = PlainMap(lambda u, p: (0.5 * u[0] + p - (0.5 * back if p > 0.0 else 0.0),), (-0.5, 0.5), mode_sequence=sides)
-    ends = [started(map_, map_.point((2.0 * p,), p)) for p in (-0.1, 0.1)]
-    changes, found = segment.mode_changes(segment.Segment(map_, *ends))
-    assert (found, len(changes)) == (complaint, 0 if complaint else 1)
+    changes, why = segment.mode_changes(stretch(map_, -0.1, 0.1))
+    assert (why, len(changes)) == (complaint, 0 if complaint else 1)
 
 
 def sides(u, p):
