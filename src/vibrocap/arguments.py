@@ -1,4 +1,4 @@
-"""Checks of arguments: complaints that name the field, say what would be right, and suggest the nearest known name."""
+"""Checks of arguments: complaints name the field and a correct value, and suggest the nearest known name."""
 
 import contextlib
 import difflib
@@ -43,7 +43,7 @@ class Complaint(str):
 
 
 class Complaints(list[str]):
-    """What is wrong, collected so that all of it can be said at once."""
+    """Complaints, collected for one message."""
 
     def add(self, field: str, text: str) -> None:
         """One more complaint."""
@@ -75,7 +75,7 @@ def by_option(complaints: Iterable[str], options: Mapping[str, str]) -> list[str
 
 
 class ArgumentError(ValueError):
-    """An argument that cannot be used; `complaint` says which and why."""
+    """An argument that cannot be used; `complaint` has its name and the reason."""
 
     def __init__(self, field: str, text: str):
         super().__init__(f"{field} {text}" if text.startswith("should") else f"{field}: {text}")
@@ -125,7 +125,7 @@ def is_whole(value: Any, least: float = -math.inf, most: float = math.inf) -> bo
 
 
 def check_whole(field: str, value: Any, least: int, most: float = math.inf, of: str = "") -> None:
-    """ArgumentError for what is no whole number within limits. of: what is counted, such as " of periods"."""
+    """ArgumentError for a value that is no whole number within limits. of: the counted objects, as " of periods"."""
     if not is_whole(value, least, most):
         limits = f">= {least}" if most >= 2**62 - 1 else f"from {least} to {most}"
         raise ArgumentError(field, f"should be a whole number{of} {limits}, got {shown(value)}")
@@ -137,25 +137,25 @@ def is_positive(value: Any) -> bool:
 
 
 def check_one_of(field: str, value: Any, known: Iterable[str]) -> None:
-    """ArgumentError for what is none of the words that are known."""
+    """ArgumentError for an unknown word."""
     if value not in (names := tuple(known)):
         raise ArgumentError(field, f"should be one of {listed(names)}, got {shown(value)}")
 
 
 def check_choice(field: str, value: Any) -> None:
-    """ArgumentError for what is neither True nor False."""
+    """ArgumentError for a value that is neither True nor False."""
     if not isinstance(value, bool):
         raise ArgumentError(field, f"should be True or False, got {shown(value)}")
 
 
 def check_threshold(field: str, value: Any) -> None:
-    """ArgumentError for what is neither None nor a threshold to which motions can settle."""
+    """ArgumentError for a value that is neither None nor a threshold of settling."""
     if value is not None and not is_positive(value):
         raise ArgumentError(field, f"should be None or a positive threshold such as 1e-6, got {shown(value)}")
 
 
 def lacking(*packages: str) -> str:
-    """What to say where packages are not installed, with the command that installs them; empty where they are."""
+    """A message for missing packages, with the command that installs them; empty where none is missing."""
     missing = [package for package in packages if importlib.util.find_spec(package) is None]
     if not missing:
         return ""
@@ -180,6 +180,6 @@ def _installed_by(missing: list[str]) -> str:
 
 
 def require(what: str, *packages: str) -> None:
-    """ModuleNotFoundError, which says how to install them, where packages are missing that `what` needs."""
+    """ModuleNotFoundError with the command that installs them, where packages are missing that `what` needs."""
     if refusal := lacking(*packages):
         raise ModuleNotFoundError(f"{what} {refusal}")

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and what is said where they cannot be.
+"""Files that are written whole or not at all, and the errors where they cannot be.
 
 A result is written under a temporary name beside its place, forced to the disk and then renamed. So whoever looks sees
 the old file or the new one, never half of it, whatever ends the writing: a full disk, an interrupt, a kill.
@@ -64,7 +64,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def other_place(path: Path) -> str | None:
-    """Why what is written to a path would replace another file; None where it would not."""
+    """The reason why writing to a path would replace another file; None where it would not."""
     if path.is_symlink() and (path.is_file() or not path.exists()):
         return f"it is a link to {os.path.realpath(path)}; give the name of a file"
     with contextlib.suppress(OSError):

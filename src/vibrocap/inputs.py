@@ -25,9 +25,9 @@ def read_input(path: str | Path, most: int) -> bytes:
 
 
 def read_own(path: str | Path, most: int) -> bytes:
-    """The content of a file, or what comes from a pipe or a device until its end; at most so many bytes.
+    """The content of a file, a pipe or a device until its end; at most so many bytes.
 
-    A command reads with this what an earlier run of it wrote, and what it may replace.
+    Commands read their own earlier files with it, which they may replace.
     Raises OSError: that of a file that cannot be read, TimeoutError where nothing comes from a pipe for ten seconds.
     """
     with os.fdopen(os.open(path, READING), "rb", buffering=0) as file:

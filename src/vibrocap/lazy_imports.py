@@ -1,4 +1,4 @@
-"""Lazy imports: modules whose names are imported when they are first asked for, so that the module itself costs little.
+"""Lazy imports: names of a module that are imported on first use, so that the module itself costs little.
 
 Such a module imports its names for type checkers only, in its first `if TYPE_CHECKING` block; from there it is read
 where each name stands.

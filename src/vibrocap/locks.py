@@ -1,4 +1,4 @@
-"""Who holds a lock on a file, in words, where the system tells."""
+"""The holder of a lock on a file, in words, where the system knows it."""
 
 import os
 import re
@@ -8,7 +8,8 @@ STOPPED = "Tt"  # states of a process that was stopped, by a signal or a debugge
 
 
 def holder(handle: int) -> int | None:
-    """The number of the process that holds the lock (`flock`) of an open file; None where the system does not say."""
+    """The number of the process that holds the lock (`flock`) of an open file; None where the system does not know
+    it."""
     status = os.fstat(handle)
     device = f"{os.major(status.st_dev):02x}:{os.minor(status.st_dev):02x}" if hasattr(os, "major") else ""
     try:
@@ -31,7 +32,7 @@ def is_stopped(process: int | None) -> bool:
 
 
 def in_words(process: int | None) -> str:
-    """A process, with what it runs, and what to do about one that was stopped."""
+    """A process with its command, and advice about a stopped one."""
     if process is None:
         return "another process"
     try:

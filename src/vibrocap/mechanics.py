@@ -1,4 +1,4 @@
-"""What one's own machine is made of: parts, coordinates, parameters and elementary functions, under one name.
+"""The vocabulary of your own machines: parts, coordinates, parameters and elementary functions, under one name.
 
 For example `from vibrocap.mechanics import Contact, Machine, Mass, Spring, coordinate, parameters`.
 """

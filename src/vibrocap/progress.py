@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal or in a notebook, which says so while equations are compiled."""
+"""Progress of long work: a bar on a terminal or in a notebook, also during compilation."""
 
 import contextlib
 import functools
@@ -27,7 +27,7 @@ class _Bar:
         self.what, self.words, self.stage = what, what, ""
 
     def report(self, share: float, now: str | None = None) -> None:
-        """The share done and, if it changes, what is being done."""
+        """The share done and, if it changes, the present work."""
         self.words = now or self.what
         self.shown.update(self.task, completed=share, total=1.0, description=self._description())
 
@@ -71,7 +71,7 @@ def bar(what: str) -> Iterator[Callable[..., None]]:
 
 @contextlib.contextmanager
 def reporting(progress: Progress, what: str) -> Iterator[Callable[..., Any] | None]:
-    """What long work reports its share to, as its argument `progress` says: a bar of its own, a function, or nothing.
+    """The receiver of the progress of long work, by its argument `progress`: a bar, a function, or nothing.
 
     Raises ArgumentError for an argument that is none of these.
     """

@@ -1,4 +1,4 @@
-"""The values of a range that a user gives: the decimals that are meant, not what rounding leaves of them."""
+"""The values of a range of a user: the intended decimals, without rounding errors."""
 
 from fractions import Fraction
 from math import lcm

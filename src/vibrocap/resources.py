@@ -1,4 +1,4 @@
-"""What this machine has to give, asked before work that would need more: memory, and room on a disk."""
+"""Memory and disk space of this computer, checked before work that would need more."""
 
 import math
 import os
@@ -24,7 +24,7 @@ class TooMuchMemory(MemoryError):
 
 
 def available_memory() -> float:
-    """Bytes that this process may still take; infinite where the system does not say."""
+    """Bytes that this process may still take; infinite where the system does not know it."""
     memory = [math.inf]
     try:
         with open("/proc/meminfo", encoding="ascii") as file:
@@ -64,7 +64,7 @@ def check_kept(held: float, share: float, periods: float) -> None:
 
 
 def free_disk(path: Path) -> float:
-    """Bytes free on the disk on which a path lies, or would; infinite where the system does not say."""
+    """Free bytes on the disk of a path; infinite where the system does not know it."""
     there = next((place for place in (path, *path.absolute().parents) if place.exists()), Path(os.curdir))
     try:
         return float(shutil.disk_usage(there).free)

@@ -26,7 +26,7 @@ MOST_ROWS = 20  # of a table in a notebook
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two values are equal, whatever they are made of: records, arrays, dictionaries, numbers.
+    """Whether two values of any type are equal: records, arrays, dictionaries, numbers.
 
     Arrays are equal element by element, with their shape; NaN equals NaN; fields of records that say `compare=False`
     do not count.
@@ -125,11 +125,11 @@ class Explained(enum.Enum):
 
 
 class Advised(Explained):
-    """How something ended; what it means and what can be done are its `advice`."""
+    """The end of a computation; `advice` gives its meaning and the next step."""
 
     @property
     def advice(self) -> str:
-        """What it means, and what can be done."""
+        """Its meaning, and the next step."""
         return self.meaning
 
 
@@ -137,7 +137,7 @@ class Rows(tuple[Record, ...]):
     """Records of one kind, such as the events of a motion: a tuple that can be had as a table."""
 
     def table(self) -> list[dict[str, Any]]:
-        """A dictionary for each record; what a record holds by name stands among its own columns."""
+        """A dictionary for each record; values that it holds by name have columns of their own."""
         return [_flat(row) for row in self]
 
     def to_pandas(self) -> "pandas.DataFrame":

@@ -31,7 +31,7 @@ FIRST = ("declarations", "units", "numbers", "finite")  # clauses without which 
 
 @dataclasses.dataclass(frozen=True)
 class ClauseResult:
-    """One clause of a contract: what it says, whether the part keeps it, and what is wrong if not."""
+    """One clause of a contract: its text, whether the part keeps it, and the fault if not."""
 
     clause: str
     ok: bool

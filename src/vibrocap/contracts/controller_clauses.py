@@ -1,4 +1,4 @@
-"""The contract of a controller, clause by clause: each takes one with its numbers and says what is wrong, or None."""
+"""The contract of a controller, clause by clause: each takes one with its numbers and returns its fault, or None."""
 
 import math
 import sys

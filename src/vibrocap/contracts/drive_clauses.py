@@ -1,4 +1,4 @@
-"""The contract of a drive, clause by clause: each takes a drive with its numbers and says what is wrong, or None."""
+"""The contract of a drive, clause by clause: each takes a drive with its numbers and returns its fault, or None."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""The contract of a friction law, clause by clause: each takes a law and says what is wrong, or None."""
+"""The contract of a friction law, clause by clause: each takes a law and returns its fault, or None."""
 
 import math
 import sys

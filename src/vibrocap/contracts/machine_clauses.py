@@ -1,4 +1,4 @@
-"""What can be wrong with a machine, clause by clause: each takes a machine and says what is wrong, or None.
+"""The contract of a machine, clause by clause: each takes a machine and returns its fault, or None.
 
 Its equations follow from its parts, so that accelerations, loads, energy and momentum agree. Judged here is what a
 class says itself: numbers, units and sizes, and whether every coordinate moves a mass wherever it may be.

@@ -1,4 +1,4 @@
-"""performance_bounds(system): what no drive can better on a given machine and ground, as far as it is known."""
+"""performance_bounds(system): known bounds for any drive on a given machine and ground."""
 
 import dataclasses
 import math
@@ -24,7 +24,7 @@ class PerformanceBound(Result):
     """What a measure cannot be better than.
 
     measure: its name; kind: "least" where no motion has less, "largest" where none has more; value: of the bound, in
-    `unit`; scale: what one dimensionless unit is in it
+    `unit`; scale: one dimensionless unit in it
     holds_for: the motions for which it holds; source: where it comes from
     """
 

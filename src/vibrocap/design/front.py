@@ -1,4 +1,4 @@
-"""pareto_front(system, over=...): the designs of which none betters another in two measures at once."""
+"""pareto_front(system, over=...): designs that cannot improve in one measure without a loss in the other."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -41,12 +41,12 @@ class ParetoDesign(Dimensional):
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class ParetoFront(Result):
-    """Designs of which none is better than another in both measures, each with its settled, stable motion.
+    """Designs that cannot improve in one measure without a loss in the other, each with its settled, stable motion.
 
     status: `OptimumStatus`; with anything but FOUND there are no designs
     designs: values by path, best in the first measure first; values: [designs, 2] of the two `measures`, in `units`
-    maximised: which of them is to be large; sized: of which the size counts, as a twin travels the other way; scales:
-        what one dimensionless unit of each is in its unit
+    maximised: whether each is maximised; sized: whether its size counts, as a mirror image travels back; scales: what
+        one dimensionless unit of each is in its unit
     orbits: their steady motions, closed to rounding; multipliers: the largest |multiplier| of each
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: why candidates are not on the front, with how many for each reason

@@ -1,4 +1,4 @@
-"""optimise(system, over=...): the design whose settled, stable motion is best, and what keeps it from being better."""
+"""optimise(system, over=...): the design whose settled, stable motion is best, and its limits."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -34,7 +34,7 @@ REACHED = 1e-4  # relative difference of a measure within which a start leads to
 
 
 class OptimumStatus(Advised):
-    """How a search for a design ended; `advice` says what to try."""
+    """The end of a search for a design; `advice` gives the next step."""
 
     FOUND = "found", "A settled, stable design was found; no search can prove that there is no better one."
     NOT_ALLOWED = (
@@ -65,15 +65,15 @@ class Optimum(Result):
         dimensionless unit is in `unit`
     orbit: its steady motion, closed to rounding, with its multipliers
     constraints: values of the constrained measures, by constraint
-    limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
+    limits: active limits by name; slopes: d(value)/d(variable) below and above it
     reached_from: the numbers of the starts from which its runs settle to this motion
-    attractors: what starts spread over the states lead to at this design; attractor: which of them its motion is, None
+    attractors: attractors of starts spread over the states at this design; attractor: index of its own motion, None
         where no start led to it
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: better candidates that do not win, each with the reason
-    nearest: where there is no design, the one that came nearest to being allowed, and what it lacks; else None
-    under: what counts of the samples of what is uncertain, "worst", "mean" or "cvar", and the share of them whose orbit
-        is stable; None where nothing is uncertain
+    nearest: without an allowed design, the nearest one and its violations; else None
+    under: statistic of the uncertain samples, "worst", "mean" or "cvar", and the share of them whose orbit is stable;
+        None where nothing is uncertain
     population: every design that was evaluated
     """
 

@@ -1,4 +1,5 @@
-"""Parameters of a friction law from measured force and motion, with intervals and with what the data cannot say.
+"""Parameters of a friction law from measured force and motion, with intervals and with the parameters that the data
+leave open.
 
 This room is given records and a law. It says which parameters are free and predicts the force (`problem`), minimises
 the squared errors (`search`), judges what the data determine (`inference`), writes it down (`result`) and puts these

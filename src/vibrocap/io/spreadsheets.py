@@ -1,4 +1,4 @@
-"""Results for other programs: NetCDF, CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
+"""Results for other programs: NetCDF, CSV with its description beside it, Excel workbooks, MATLAB files."""
 
 import io
 import itertools
@@ -29,7 +29,7 @@ ROWS, COLUMNS = 1_048_576, 16_384  # of a sheet in Excel
 
 
 class Export:
-    """A result as other programs read it: a table, what is known of it, and the case that makes it again.
+    """A result as other programs read it: a table, its description, and its case.
 
     what, sheet: what it is called, and its rows in a workbook
     units, meanings: by column; scales: the same of what one dimensionless unit is; facts: of the whole, by name

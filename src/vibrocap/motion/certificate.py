@@ -10,7 +10,7 @@ class Verdict:
     """One piece of evidence beside the bound that it is held to.
 
     field: of the certificate; text: where it is beyond its bound, what was found and what that probably means
-    bound: the largest value that passes; None: the field is told, not held to anything
+    bound: the largest value that passes; None: the field has no bound
     """
 
     field: str
@@ -42,9 +42,9 @@ class Certificate:
     step and of Taylor steps about where the contact is slowest. Of an implicit step it is the distance to the state
     that fits to the slopes (`stiff_point.py`): the same but along the stiff directions, where friction multiplies it.
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
-    verdicts: each of these beside its bound; `ok` where nothing is beyond, `failures` what is, in words.
+    verdicts: each of these beside its bound; `failures`: those beyond it, in words; `ok` without any.
     finished: whether the motion went to its end; one that did not is never certified.
-    warnings: what is no fault of the computation, but of the model: a constant load that hides a lift-off.
+    warnings: faults of the model, not of the computation: a constant load that hides a lift-off.
     """
 
     stick_force_ratio: float | None

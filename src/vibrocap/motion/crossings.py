@@ -1,4 +1,4 @@
-"""When a quantity of a motion passes a value: the roots of what it is on every piece.
+"""Instants at which a quantity of a motion passes a value: the roots of its polynomial on every piece.
 
 On a piece a state is a polynomial and an observable is analytic, so that both are their interpolants at Chebyshev
 points, to rounding; a piece on which the highest coefficients have not fallen to rounding is halved. The roots of an

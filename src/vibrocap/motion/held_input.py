@@ -1,4 +1,4 @@
-"""A drive that is an input: whoever steps the motion says what it is, and it is held until said otherwise."""
+"""A drive as an input: the caller of a stepper sets it, and it is held until the next setting."""
 
 from typing import ClassVar
 

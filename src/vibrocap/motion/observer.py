@@ -36,7 +36,7 @@ class Observer:
 
     @functools.cached_property
     def known(self) -> dict[str, Expression]:
-        """What can be asked for, by name."""
+        """The observables, by name."""
         recording = equations(self.system)
         return recording.observables | integrals(recording)
 

@@ -47,7 +47,7 @@ AT_ONCE = 1e-12  # of a period: so soon after a piece of no length, an event at 
 class Event(Dimensional):
     """A change of the contact, located to rounding level.
 
-    kind: "stick", "slip_forward", "impact" and so on; what each means is told in `physics/events.py`. Of a further
+    kind: "stick", "slip_forward", "impact" and so on; what each means stands in `physics/events.py`. Of a further
     contact its number stands behind it: "stick_2".
     contact: its number, 1 for the first; 0 of what happens at none
     """
@@ -196,12 +196,12 @@ class Trajectory(Result):
 
     @functools.cached_property
     def certificate(self) -> Certificate:
-        """Evidence of exactness; made when first asked for."""
+        """Evidence of exactness, computed on first use."""
         return self.certify(self)
 
     @property
     def certified(self) -> bool:
-        """Whether its certificate is in order, of which only what is held to a bound is made."""
+        """The verdict of its certificate, computed without the fields that have no bound."""
         return (vars(self).get("certificate") or self.certify(self, whole=False)).ok
 
     @functools.cached_property
@@ -212,7 +212,7 @@ class Trajectory(Result):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names that can be asked for."""
+        """All names of the motion's quantities."""
         return (*self.state_names, *self.integral_names, *self.observable_names, *self.side_names)
 
     @property

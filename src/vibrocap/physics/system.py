@@ -55,7 +55,7 @@ CONTRACTS = {
 
 @dataclasses.dataclass(frozen=True, init=False)
 class System:
-    """Machine + friction + drive, and the environment where there is one.
+    """Machine, friction and drive, with an environment if any.
 
     The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
     force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.

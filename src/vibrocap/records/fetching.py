@@ -22,7 +22,7 @@ GITHUB = "https://raw.githubusercontent.com"  # at a commit, which is the checks
 
 
 class FetchError(Exception):
-    """A data set that could not be fetched, or is not what it should be; the message says why and what to do."""
+    """A data set that could not be fetched, or has other checksums; the message gives the reason and the next step."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Original:
 
 @dataclasses.dataclass(frozen=True)
 class DataSet:
-    """A published data set: what it is, whose it is, and its files."""
+    """A published data set: its content, authors and files."""
 
     name: str
     title: str

@@ -63,8 +63,8 @@ class StickSlip:
         spikes is what was analysed
     noise: standard deviation of one sample;  spikes: samples replaced;  window: samples of the running mean that shows
         the falls
-    notes: what could not be told and why, and what looks wrong
-    Quantities that the record, or what is known beside it, does not tell are None.
+    notes: unknown quantities with the reason, and doubts. Quantities that neither the record nor the arguments
+    determine are None.
     """
 
     name: str

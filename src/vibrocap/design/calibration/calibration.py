@@ -82,7 +82,7 @@ class Calibration(Calibrated):
         NaN of rows that are not to be trusted
     misfit: mean square of the fitted residuals, over the degrees of freedom; about 1 where errors were given and the
         model holds; held_out_misfit: mean square of the rows that were held out, None where there are none
-    rms: root mean square by measure of what the fit leaves, in the units of the table
+    rms: root mean square of the residuals by measure, in the units of the table
     doubt: the column that explains a misfit, None where none does
     not_trusted: rows, from 0, by the reason why the run at the optimum, or a step beside it, is not to be trusted
     """

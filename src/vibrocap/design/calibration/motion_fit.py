@@ -1,7 +1,7 @@
 """fit_motion(case, records, over=...): parameters of any machine and law from its motion under a measured force.
 
-Output error: the case is simulated under the measured force, and what it does is compared with what was measured. So
-mass, springs, dampers, gravity and friction are found together, and a motion under another force is predicted.
+Output error: the case is simulated under the measured force, and its motion is compared with the measured one. So mass,
+springs, dampers, gravity and friction are found together, and a motion under another force is predicted.
 """
 
 import dataclasses
@@ -45,8 +45,8 @@ class MotionFit(Calibrated):
     held_out: names of the records that the fit has not seen; of such a record the first tenth finds its start alone,
         and what it says of errors is of the rest
     measured, predicted, band: [samples] by record; of a new measurement 95 % lie within predicted +- band
-    rms: root mean square error by record; relative: over the standard deviation of what was measured, 1 for a constant
-    noise_ratio: errors over the noise of the samples, which second differences tell
+    rms: root mean square error by record; relative: over the standard deviation of the measurement, 1 for a constant
+    noise_ratio: errors over the noise of the samples, from second differences
     growth: largest factor by which a change of the start grows in a record
     segments: of each record in the search, each with a start of its own that the one before meets; 1 where none were
         needed
@@ -54,7 +54,8 @@ class MotionFit(Calibrated):
     starts: initial states by record, of the case without units
     not_trusted: why the motion of a record is not to be trusted, by the record's name: it does not reach the end of the
         record, or is not certified. Nothing is said of its errors then, and of no parameter if it was fitted
-    converged: whether the search has settled; problem: what `posterior` samples, None where motions are not trusted
+    converged: whether the search has settled; problem: the problem that `posterior` samples, None where motions are not
+        trusted
     """
 
     system: System

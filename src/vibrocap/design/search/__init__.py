@@ -1,4 +1,4 @@
-"""What a search for designs is made of.
+"""The parts of a search for designs.
 
 Given a system, variables with their bounds, goals and what is uncertain (`problem`, `variables`, `goal`,
 `uncertainty`; `fitted`: what a fit leaves uncertain), this room runs populations of designs as ensembles

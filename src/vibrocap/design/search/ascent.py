@@ -2,7 +2,7 @@
 
 A quasi-Newton method (BFGS) whose steps stay within the bounds and are halved until they lead to an allowed, better
 design: so it never walks through a flip to motions that nobody sees. It holds while the mode sequence is the same; at a
-change of it a derivative jumps, no step along the old gradient helps, and the ascent says that it has not arrived.
+change of it a derivative jumps, no step along the old gradient helps, and the ascent reports that it has not converged.
 """
 
 import dataclasses

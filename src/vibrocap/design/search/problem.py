@@ -1,4 +1,4 @@
-"""A design problem: what may vary, what is wanted, and how designs are run. Wrong input is refused here."""
+"""A design problem: variables, goals and the run of a design. Wrong input is refused here."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -23,7 +23,7 @@ from vibrocap.studies.plan.variation import varied
 class Problem:
     """What is looked for, and how its runs are made.
 
-    goals: one, or several of which none can be bettered without another's loss; each has the same constraints
+    goals: one, or several for a Pareto front; each has the same constraints
     measures: all that the goals need; starts: from which each design runs; margin: by which the largest multiplier has
     to be below 1; samples: of what is uncertain, with which each design is run; guesses: [designs, variables] shares of
     designs with which the search begins

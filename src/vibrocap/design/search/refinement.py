@@ -247,7 +247,7 @@ class ClosedDesigns:
         return self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None
 
     def limits(self) -> tuple[str, ...]:
-        """What keeps the best design from being better, by name: what is active there."""
+        """The active limits of the best design, by name."""
         best, space, goal = self.top, self.problem.space, self.problem.goal
         limits = []
         for i in map(int, space.continuous):

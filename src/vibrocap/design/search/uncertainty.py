@@ -1,4 +1,4 @@
-"""Uncertain quantities: what is not known exactly of machine, friction, ground or drive, and samples of it.
+"""Uncertain quantities of machine, friction, ground or drive, and samples of them.
 
 What a fit leaves uncertain: the parameters of a friction law jointly, as the data determine them.
 

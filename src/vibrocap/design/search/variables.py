@@ -1,4 +1,4 @@
-"""Design variables: what may be varied, between which bounds or among which choices."""
+"""Design variables, with their bounds or choices."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence

@@ -55,7 +55,7 @@ class ComparedLaw:
 class Comparison:
     """Laws ranked by their held-out error, the best first; those that failed stand last.
 
-    method: what was held out. effective_samples: number of independent samples that the criteria used.
+    method: the held-out data. effective_samples: number of independent samples that the criteria used.
     """
 
     laws: tuple[ComparedLaw, ...]

@@ -1,4 +1,4 @@
-"""Experiment design: which motions would tell the most about a law's parameters."""
+"""Experiment design: the most informative motions for the parameters of a law."""
 
 import dataclasses
 import itertools
@@ -25,7 +25,7 @@ VAGUE = 10.0  # standard deviation of a logarithm before any experiment: a facto
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RatedMotion:
-    """One candidate: what it would tell by itself.
+    """One candidate, and its information by itself.
 
     deviations: standard deviation of the logarithm of each parameter after this motion (and what was known before);
     gain: how much the criterion falls; determines: parameters below LOOSE that were not before.
@@ -43,7 +43,7 @@ class ExperimentDesign(Result):
 
     chosen: the best sequence, each the best addition to those before it; rated: all candidates by themselves, the best
     first; before, after: standard deviations of the parameters' logarithms without and with the chosen motions;
-    sentences: which of them determine what.
+    sentences: the parameters that each determines.
     """
 
     parameters: tuple[str, ...]

@@ -21,7 +21,7 @@ DRAWN = 200  # draws that a band is made of
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Band:
-    """Over x [n]: the median, and from low to high 95 % of what the samples make."""
+    """Over x [n]: the median, and from low to high 95 % of the samples."""
 
     x: np.ndarray
     low: np.ndarray
@@ -31,7 +31,7 @@ class Band:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Posterior(Result):
-    """Samples of what a fit leaves uncertain.
+    """Samples of the parameters of a fit.
 
     names, units [p]; values [samples, p], in these units; law_name: of the fitted law, "" of a fitted case, whose
     names are paths. low, high: 95 % intervals by name; effective: independent samples among them; settled: whether the
@@ -127,7 +127,7 @@ class DrivenSource(Source):
 
 
 def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progress = None) -> Posterior:
-    """Samples of what a `Fit` or a `MotionFit` leaves uncertain, with its priors.
+    """Samples of the parameters of a `Fit` or a `MotionFit`, with its priors.
 
     samples: at least as many are drawn, until the chain is fifty times as long as its correlations; progress: True for
     a bar, or a function that is called with the share done. Needs emcee (the extra `fit`). The same seed gives the

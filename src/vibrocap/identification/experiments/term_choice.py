@@ -37,7 +37,7 @@ class TriedTerms:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class TermChoice(Result):
-    """Terms that predict what was not fitted, and the fit with them.
+    """Terms that predict the held-out data, and the fit with them.
 
     terms: chosen, in the order of choice; tried: the best of each step, the chosen ones first
     """

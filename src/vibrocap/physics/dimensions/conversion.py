@@ -128,7 +128,7 @@ def paths_in_si(parts: Mapping[str, Any]) -> tuple[str, ...]:
 class Quantity:
     """A parameter or initial state as it is asked for, with or without units.
 
-    path: by which it is asked for. plain: its path without units. scale: what one dimensionless unit is in its unit.
+    path: by which it is asked for. plain: its path without units. scale: one dimensionless unit in its unit.
     """
 
     path: str
