@@ -176,7 +176,7 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
     assert "N m, rad, s" in (folder / "turned/friction.toml").read_text()
     assert "velocity_rad_per_s" in (folder / "turned/residuals.csv").read_text()
     assert command("wide.csv", *STEADY) == OK
-    assert "taken as SI: time in s, velocity in m/s, force in N" in capsys.readouterr().out
+    assert "files nor settings give them: time in s, velocity in m/s, force in N" in capsys.readouterr().out
     pendulum = ("--pendulum", "mass=1,length=1", "--out", "x", "--load", "2")
     assert "one that turns" in refused(capsys, "turn.csv", *STEADY, *pendulum)
     assert "of one contact" in refused(capsys, "turn.csv", "wide.csv", *STEADY)

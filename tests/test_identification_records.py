@@ -188,7 +188,7 @@ def test_samples_in_newtons_or_of_a_short_chain_are_refused(drawn, tmp_path):
     path = tmp_path / "posterior.json"
     for change, words in (
         ({"units": ("N", "kg")}, "without unit in the case, and in N in the fit"),
-        ({"settled": False}, "short of fifty correlation times"),
+        ({"settled": False}, "shorter than fifty correlation times"),
     ):
         changed = dataclasses.replace(samples, **change)
         path.write_text(json_text(view(changed)), encoding="utf-8")

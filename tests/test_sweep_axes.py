@@ -196,7 +196,7 @@ def test_ranges_of_a_design():
     assert range_from("machine.mass_ratio", (np.float64(0.1), 8)) == (Range("machine.mass_ratio", 0.1, 8.0), [])
     for given in ((2, 1), (1, 1), (1, math.nan), (1, 2, 3), "1:2:3", "2:1", "log:-1:1", 3, None, (True, 2), ("a", "b")):
         assert len(range_from("machine.mass_ratio", given)[1]) == 1, given
-    assert "do a study for each" in range_from("friction.law", ("exponential", "lugre"))[1][0]
+    assert "run a study for each" in range_from("friction.law", ("exponential", "lugre"))[1][0]
     assert Design("sobol", 8).complaints() == []
     assert len(Design("sobool", 0, -1).complaints()) == 3
     assert plan_complaints(SYSTEM, Drawn(Design("sobol", 8), (Range("machine.mass_ratio", -1, 1),)))

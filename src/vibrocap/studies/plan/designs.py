@@ -106,7 +106,7 @@ def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
     """The range that text LOW:HIGH or log:LOW:HIGH, or a pair of numbers, describes, and what is wrong with it."""
     nothing = Range(path, 0.0, 1.0)
     if is_kind(path):
-        return nothing, [Complaint(path, "a design spreads numbers; do a study for each kind")]
+        return nothing, [Complaint(path, "a design spreads numbers; run a study for each kind")]
     if isinstance(given, str):
         ends, complaints = range_of(given, counted=False)
         ranged = nothing if ends is None else Range(path, *ends[:3])

@@ -147,7 +147,7 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
             place_in_si = next(place for parts in choices if (place := path_in_si(path, parts)) is not None)
             complaints.add(path, f"the case does not give its units; add {place_in_si[0]}, or a case in SI")
         elif units is not None and path == "machine.kind":
-            complaints.add(path, "machines count in units of their own; in SI do a study for each")
+            complaints.add(path, "machines count in units of their own; in SI run a study for each")
         elif path in in_si:
             if any(path_in_si(path, parts) is None for parts in choices):
                 complaints.add(path, f"not all kinds have it; {ALL}")
