@@ -309,6 +309,20 @@ def test_a_jump_of_the_input_asks_a_contact_at_rest_again():
     assert motion.time == 1.001
 
 
+@pytest.mark.parametrize("law", [vc.RateAndStateAgeing(), vc.LuGre()], ids=["rate-and-state", "lugre"])
+def test_what_rests_for_good_is_asked_again_until_the_input_moves_it(law):
+    """A contact with a force for every velocity rests with all its derivatives zero."""
+    system = vc.System(vc.Oscillator(), law, vc.Constant(0.0))
+    motion = vc.stepper(system, input="drive")
+    for _ in range(3):
+        motion.step(0.0, 0.1)
+    rest = dict(zip(system.state_names, motion.states, strict=True))
+    assert (rest["position"], rest["sliding_velocity"]) == (0.0, 0.0)
+    motion.step(2.0, 0.3)
+    moved = vc.simulate(vc.System(vc.Oscillator(), law, vc.Constant(2.0)), periods=0.3, initial=rest)
+    np.testing.assert_allclose(motion.states, [*moved.state.values()], rtol=1e-9)
+
+
 # --- keeping ----------------------------------------------------------------------------------------------------------
 
 

@@ -66,6 +66,16 @@ def test_against_an_independent_stiff_solver(name):
 
 
 @pytest.mark.slow
+def test_feet_that_creep_after_a_reversal_take_implicit_steps():
+    """Next to rest their summed rates of decay bound a step below what stability of one of them asks."""
+    law = vc.RateAndStateAgeing(0.3, 0.03, 0.06, 0.01, 0.1)
+    system = vc.System(vc.BristleRobot(), law, vc.Square(amplitude=1.2, frequency=1.3))
+    motion = vc.simulate(system, periods=1, tolerance=1e-9)
+    assert motion.certificate.ok
+    assert len(motion.piece_start) < 2000  # 51,000 where explicit steps go on
+
+
+@pytest.mark.slow
 def test_the_table_begins_as_another_solver_does():
     """The shortest of its motions again, for a while, by the solver that small steps carry through."""
     name = "worm coulomb ageing"

@@ -146,6 +146,18 @@ def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kin
     assert pressed == pytest.approx(expected, abs=1e-9)
 
 
+def test_a_mass_leaves_its_wall_though_a_stiff_law_makes_steps_short():
+    """The capsule creeps, at a rate of 2e6: within its first steps the mass leaves the wall by rounding only."""
+    law = vc.RateAndStateAgeing(0.3, 0.03, 0.06, 0.01, 0.1)
+    drive = vc.Square(amplitude=1.2, frequency=1.3)
+    motion = vc.simulate(
+        vc.System(vc.RigidStopCapsule(), law, drive), periods=1, initial={"displacement": 0.2, "touching": 1}
+    )
+    assert [event.kind for event in motion.events] == ["stop_opened", "reversal"]
+    assert motion.events[0].time == pytest.approx(0.5 * drive.period, rel=1e-14)
+    assert motion.certificate.ok
+
+
 def test_starts_of_basins_lie_between_the_stops():
     system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
     with pytest.raises(ValueError, match=r"plane: displacement should lie between the stops, -inf to 0.3, got"):

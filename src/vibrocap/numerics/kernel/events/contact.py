@@ -132,6 +132,8 @@ def leaves(floats, ints, lane, c):
         growth = abs(floats[row + 2 * LANES]) * taylor_step(floats, ints, lane)
         if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * lane.limit[c]):
             lane.transition[c] = 1
+    if lane.transition[c] == ORDER:
+        lane.transition[c] = 1  # it rested for good when it was last asked
     first = lane.transition[c]
     if SEVERAL and STICKS[c] == 0:
         lane.transition[c] = 1  # what else vanished may have done so while another contact rested

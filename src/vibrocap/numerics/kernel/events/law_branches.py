@@ -99,7 +99,10 @@ def first_switch(floats, lane, event, h):
         vanishing, degree = 0, ORDER - 1
         if LAW_BRANCHES <= i < BRANCHES:
             degree = ORDER
-            vanishing = min(vanishing_order(floats, row, h, SLIGHT), ORDER - 2)
+            vanishing = vanishing_order(floats, row, h, SLIGHT)
+            if vanishing == ORDER:
+                continue  # rounding moves it over this step, as one that a stiff law makes short
+            vanishing = min(vanishing, ORDER - 2)
             while vanishing > 0 and not (floats[row + vanishing * LANES] > 0.0):
                 vanishing -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
         root, _touch = first_root(floats, row, degree, 1.0, vanishing, h)

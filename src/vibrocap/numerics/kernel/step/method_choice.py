@@ -18,7 +18,7 @@ from vibrocap.numerics.kernel.step.implicit import (
     spectral_radius,
     velocity_series,
 )
-from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step, starts_from_rest
+from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, STABILITY, series_step, starts_from_rest
 from vibrocap.numerics.kernel.step.taylor import NO_SPEED, NON_STIFF, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
@@ -53,7 +53,9 @@ def step_length(floats, ints, lane, remaining):
             return explicit
         lane.patience = LOOK
         stretch = explicit * spectral_radius(floats, ints, lane)
-        if stretch < NON_STIFF and not beyond:
+        # Next to rest a step of several goes as far as their summed rates of decay let it, see `series_step`.
+        bounded = beyond or lane.decay_rate * explicit > 0.999 * PLAIN_REACH
+        if stretch < NON_STIFF and not bounded:
             if stretch < 0.5 * NON_STIFF:
                 lane.patience = rest_steps(ints, lane)
             return explicit
