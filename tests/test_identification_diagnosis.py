@@ -9,7 +9,7 @@ from benchmarks.faulty_records import FAULTS, bench, coloured, errors_of, faulty
 from benchmarks.imperfect_data import CONTACT, motion
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.steady_fit import steady_fit
-from vibrocap.identification.inference.diagnosis.causes import FALSE_ALARMS, diagnosis
+from vibrocap.identification.inference.diagnosis.causes import diagnosis
 from vibrocap.identification.inference.diagnosis.errors import RecordErrors
 from vibrocap.identification.inference.diagnosis.measurement_faults import resolution, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import (
@@ -20,6 +20,7 @@ from vibrocap.identification.inference.diagnosis.pattern_test import (
     probability,
     without,
 )
+from vibrocap.identification.inference.diagnosis.thresholds import PATTERNS
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.coulomb import Coulomb
@@ -334,5 +335,5 @@ def test_the_rate_of_false_alarms_is_that_of_all_tests_together():
     for _ in range(40):
         noise = made.noise * coloured(rng, len(made.time), rng.uniform(0.0, 0.9))
         alarms += bool(diagnosis([dataclasses.replace(errors, force=errors.predicted + noise)]).causes)
-    assert FALSE_ALARMS == 1e-3
+    assert PATTERNS.false_alarms == 1e-3
     assert alarms <= 1  # two of 40 would be 1 in 1,300

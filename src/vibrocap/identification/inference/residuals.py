@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.causes import SECOND, SHARE, Diagnosis, delay_cause, diagnosis
+from vibrocap.identification.inference.diagnosis.causes import Diagnosis, delay_cause, diagnosis
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
+from vibrocap.identification.inference.diagnosis.thresholds import PATTERNS
 from vibrocap.identification.inference.late_force import LateForce, late_force, moved_by_noise
 from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.uncertainty import Problem, correlation_time
@@ -168,12 +169,12 @@ def _causes(problem: Problem, held: bool) -> tuple[tuple[Cause, ...], Diagnosis,
         return causes, first, None
     hint = next((cause.amount for cause in causes if cause.kind == "delay"), 0.0)
     late = late_force(problem, hint)
-    if late is None or late.explained < max(LESS * sum(cause.share for cause in causes), SHARE):
+    if late is None or late.explained < max(LESS * sum(cause.share for cause in causes), PATTERNS.share):
         return causes, first, None
     second = diagnosis(
         record_errors(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False
     )
-    left, least = 1.0 - late.explained, max(SHARE, SECOND * late.explained)
+    left, least = 1.0 - late.explained, max(PATTERNS.share, PATTERNS.second * late.explained)
     others = [dataclasses.replace(cause, share=left * cause.share) for cause in second.causes]
     delay = delay_cause(late.delay, late.explained, data_scales(prediction.records).interval)
     return (delay, *(cause for cause in others if cause.share > least)), second, late

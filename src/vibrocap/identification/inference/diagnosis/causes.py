@@ -10,14 +10,7 @@ from vibrocap.identification.inference.diagnosis import patterns
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled, together
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
-
-FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
-SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
-MAIN = 0.1  # of the squares that are no white noise, which the first cause explains at least
-SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
-GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
-SAME_WAVE = 0.5  # waves along the path by which ripples differ that are told apart
-REMAINING = 0.2  # of the samples, that a saturated force must leave for others to be told
+from vibrocap.identification.inference.diagnosis.thresholds import PATTERNS, SATURATION
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -48,7 +41,7 @@ def diagnosis(
     if cut is not None:
         causes.append(cut)
         kept = [~samples for samples in touched]
-        if np.mean(np.concatenate(kept)) < REMAINING:
+        if np.mean(np.concatenate(kept)) < SATURATION.remaining:
             return Diagnosis((cut,), together(records, "error"), tuple(record.counts for record in records))
         if refit is not None:
             records, slopes = refit(kept)
@@ -61,7 +54,7 @@ def diagnosis(
     errors, counts = [record.error for record in records], tuple(record.counts for record in records)
     named, rest = _patterns(records, errors, slopes, largest, timed)
     single, cleaned = outliers(records, rest)
-    if single is not None and single.share * _squares(rest, counts) > SHARE * _squares(errors, counts):
+    if single is not None and single.share * _squares(rest, counts) > PATTERNS.share * _squares(errors, counts):
         smooth = [error + clean - left for error, clean, left in zip(errors, cleaned, rest, strict=True)]
         again, rest = _patterns(records, smooth, slopes, largest, timed)
         known = {cause.kind for cause in named}
@@ -95,7 +88,9 @@ def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
     left, pattern = without(error, odd), patterns.constant(some)
     _, rest = explained(left, odd, pattern)
     share = float(left @ left - rest @ rest) / max(total, 1e-300)
-    if share < SHARE or probability(left, odd, pattern, rest, cuts) >= FALSE_ALARMS / (len(MAKERS) + 3):
+    if share < PATTERNS.share or probability(left, odd, pattern, rest, cuts) >= PATTERNS.false_alarms / (
+        len(MAKERS) + 3
+    ):
         return []
     return _named("direction", 0.0, share, pattern, error, absorbed, some)
 
@@ -140,12 +135,12 @@ def _found(
 ) -> tuple[list[Cause], list[Columns]]:
     """The causes, the largest first, and how each makes its columns."""
     fixed = {name: make(records) for name, make in MAKERS.items()}
-    chance = FALSE_ALARMS / (len(fixed) + 3)
+    chance = PATTERNS.false_alarms / (len(fixed) + 3)
     turns = float(np.ptp(together(records, "place"))) / (2 * np.pi) if any(record.rotary for record in records) else 0.0
     loss = BROAD | {"restoring": 1.0} if turns else BROAD  # one wave in a turn is no general pattern
     total, causes, columns = float(error @ error), [], []
     noise = sum(noise_level(piece) ** 2 * len(piece) for piece in np.split(error, cuts))
-    least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
+    least = PATTERNS.main * max(1.0 - noise / max(total, 1e-300), 0.0)
     while total > 0:  # each that is named explains a share of its own
         tried: dict[str, tuple[Pattern, float, Columns]]
         tried = {name: (pattern, 0.0, functools.partial(_columns, name)) for name, pattern in fixed.items()}
@@ -159,13 +154,13 @@ def _found(
         for name in POSITIVE:
             if name in tried and min(_coefficients(tried[name][0], error, absorbed)[: 1 + (name == SWINGING)]) < 0:
                 shares[name] = (0.0, error)
-        if turns and length > 0.0 and not directed and abs(turns * (2 * np.pi / length - 1)) < SAME_WAVE:
+        if turns and length > 0.0 and not directed and abs(turns * (2 * np.pi / length - 1)) < PATTERNS.same_wave:
             shares["ripple"] = (0.0, error)  # it is gravity
         weights = {name: share * loss.get(name, 1.0) for name, (share, _) in shares.items()}
         for name in sorted(weights, key=lambda name: -weights[name]):
             pattern, amount, make = tried[name]
             share = shares[name][0] * now / total
-            if share < max(SHARE, SECOND * largest, least if not causes else 0.0):
+            if share < max(PATTERNS.share, PATTERNS.second * largest, least if not causes else 0.0):
                 return causes, columns
             if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
                 break
@@ -198,7 +193,9 @@ MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
 }
 POSITIVE = ("inertia", "restoring", SWINGING)  # no mass and no stiffness is negative
 WITH_CONSTANT = ("direction", "restoring", "drift")
-BROAD = dict.fromkeys(("speed", "position", "presliding", "drift", "restoring"), GENERAL) | {SWINGING: GENERAL**2}
+BROAD = dict.fromkeys(("speed", "position", "presliding", "drift", "restoring"), PATTERNS.general) | {
+    SWINGING: PATTERNS.general**2
+}
 
 
 def _coefficients(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> np.ndarray:

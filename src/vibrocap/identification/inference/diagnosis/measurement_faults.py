@@ -9,22 +9,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.identification.inference.diagnosis.errors import WINDOW, Cause, RecordErrors, noise_level, roughness
-
-PILED, PILES, FEWEST = 5.0, 0.05, 6  # times as many samples on the limit as below it; width over noise; least number
-BEYOND = 4.0  # noises below a limit up to which a predicted force counts as cut by it
-WHOLE, LEVELS = 0.01, 6  # of a step, by which a multiple of it may be off; least number of levels
-EFFECT = 0.02  # of the squared errors, from which on a resolution matters
-FAR_OUT, NEAR, LONELY, AROUND = 7.0, 3, 2, 20  # noises; samples on both sides; least number; samples about a reversal
+from vibrocap.identification.inference.diagnosis.thresholds import OUTLIERS, RESOLUTION, SATURATION
 
 
 def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.ndarray]]:
     """Whether forces lie on their extreme, and which samples [n] of each record that touches.
 
     A limit is looked for among all values: samples within a band of a twentieth of the noise, n_0, against those in
-    the next one below and all beyond, n_1, so that single glitches do not hide it. Where a density falls towards its
-    end, n_0 is binomial with a probability of at most one half of n_0 + n_1. A limit is named from n_0 >= 6 and 5 n_1
-    on (by chance below 2^-6 at each end, and in noise there are not 6 samples so near to the largest one), if the
-    prediction does not lie there too, as that of a constant sliding friction would.
+    the next one below and all beyond, n_1, so that single glitches do not hide it (`SaturationLimits`). None is named
+    where the prediction lies there too, as that of a constant sliding friction would.
     """
     touched = [np.zeros(len(record.time), bool) for record in records]
     cut, where = 0, []
@@ -35,10 +28,10 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
                 noise_level(record.force), 1e-3 * float(np.sqrt(np.mean((record.force - record.predicted) ** 2)))
             )
             ordered = np.sort(force)
-            width = max(PILES * noise, 1e-9 * float(np.abs(ordered[[0, -1]]).max()))
+            width = max(SATURATION.width * noise, 1e-9 * float(np.abs(ordered[[0, -1]]).max()))
             below, begin, end = (np.searchsorted(ordered, ordered + far * width) for far in (-1.5, -0.5, 0.5))
             numbers = end - begin - 1
-            piled = (numbers >= FEWEST) & (numbers >= PILED * (len(force) - below - numbers - 1))
+            piled = (numbers >= SATURATION.fewest) & (numbers >= SATURATION.ratio * (len(force) - below - numbers - 1))
             if not piled.any():
                 continue
             most = int(np.argmax(np.where(piled, numbers, 0)))
@@ -49,7 +42,7 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
                 continue
             cut += number + 1
             where.append(f"{side * limit:.4g}")
-            mine |= on | (side * record.predicted > limit - BEYOND * noise)
+            mine |= on | (side * record.predicted > limit - SATURATION.beyond * noise)
     if not cut:
         return None, touched
     share = cut / sum(len(record.time) for record in records)
@@ -59,12 +52,10 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
 def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
     """A resolution of the motion that is coarse for the force: its effect is 2 % of the squared errors or more.
 
-    Looked at is what drives the law: the velocity, or the place where the velocity was made from it. All of six or
-    more differences between neighbouring values are whole multiples of the least one, q, within 1 %, which others are
-    with a probability below 10^-8. The effect on the force is reckoned as the sum of q^2/12 times the mean square of
-    the local slope of the predicted force, of what the steps make of the prediction itself (its differences from cubics
-    over nine samples, away from reversals), and of a quarter of the force's squared jump where the sign of the velocity
-    is uncertain.
+    Looked at is what drives the law: the velocity, or the place where the velocity was made from it. The effect on the
+    force is reckoned as the sum of q^2/12 times the mean square of the local slope of the predicted force, of what the
+    steps make of the prediction itself (its differences from cubics over nine samples, away from reversals), and of a
+    quarter of the force's squared jump where the sign of the velocity is uncertain.
     """
     worst: Cause | None = None
     for record in records:
@@ -77,7 +68,7 @@ def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
         slope = step**2 / 12 * _squared_slope(column, record.predicted, step)
         uncertain = 0.5 * step / (1.0 if name == "velocity" else float(np.median(np.diff(record.time))))
         effect = (slope + _rough(record) + _turning(record, uncertain)) / errors
-        if effect > EFFECT and (worst is None or effect > worst.share):
+        if effect > RESOLUTION.effect and (worst is None or effect > worst.share):
             what = "position" if name == "place" else "velocity"
             unit = ("rad" if record.rotary else "m") + ("" if name == "place" else "/s")
             worst = Cause("quantisation", step, min(effect, 1.0), (what, f"{step:.3g} {unit}"))
@@ -92,7 +83,7 @@ def _turning(record: RecordErrors, uncertain: float) -> float:
     begins = np.flatnonzero(np.diff(np.concatenate(([0], slow.astype(int)))) > 0)
     ends = np.flatnonzero(np.diff(np.concatenate((slow.astype(int), [0]))) < 0)
     longest = int(np.max(ends - begins)) + 1 if len(begins) else 0
-    wide = 2 * min(longest, AROUND) + 3
+    wide = 2 * min(longest, OUTLIERS.around) + 3
     ranges = maximum_filter1d(record.predicted, wide) - minimum_filter1d(record.predicted, wide)
     return float(np.sum(ranges[slow] ** 2)) / 4 / len(slow)
 
@@ -102,12 +93,12 @@ def resolution(column: np.ndarray) -> float:
     values = np.unique(column)
     gaps = np.diff(values)
     gaps = gaps[gaps > 1e-10 * max(np.ptp(column), 1e-300)]
-    if len(gaps) < LEVELS:
+    if len(gaps) < RESOLUTION.levels:
         return 0.0
     step = float(gaps.min())
     for _ in range(2):  # the least gap is off by rounding: the mean over small multiples is less so
         times = np.round(gaps / step)
-        if np.any(np.abs(gaps / step - times) > np.maximum(WHOLE, 1e-9 * times)):
+        if np.any(np.abs(gaps / step - times) > np.maximum(RESOLUTION.whole, 1e-9 * times)):
             return 0.0
         small = times <= 100
         step = float(np.sum(gaps[small]) / np.sum(times[small]))
@@ -133,7 +124,7 @@ def _rough(record: RecordErrors) -> float:
     if len(record.predicted) < 2 * WINDOW:
         return 0.0
     rough = roughness(record.predicted)
-    away = maximum_filter1d(record.turned.astype(np.uint8), 2 * AROUND + 1) == 0
+    away = maximum_filter1d(record.turned.astype(np.uint8), 2 * OUTLIERS.around + 1) == 0
     return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
 
 
@@ -141,10 +132,9 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
     """Samples that stand alone, and the errors [n] of each record without them; errors: what patterns leave of them.
 
     How far an error is outside of what lies between the medians of the three before and the three after it is compared
-    with the robust deviation of second differences at like speeds. An outlier is seven of these away, and the largest
+    with the robust deviation of second differences at like speeds. An outlier is far (`OutlierLimits`) past the largest
     second difference of the predicted force among seven samples, of which none is at a reversal (so that no jump of the
-    law counts, a little early or late): of a million normal errors of one size none is. Two are enough, and one that is
-    fourteen away.
+    law counts, a little early or late).
     """
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
@@ -157,15 +147,15 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
         bend = (
             np.abs(np.diff(record.predicted, 2, prepend=record.predicted[0], append=record.predicted[-1])) / record.unit
         )
-        jump = maximum_filter1d(bend, 2 * NEAR + 1)
+        jump = maximum_filter1d(bend, 2 * OUTLIERS.beside + 1)
         looked_at = record.counts & ~record.turned
-        inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * NEAR + 1) > 0
+        inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * OUTLIERS.beside + 1) > 0
         times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(record.velocity), inside), 1e-300)
-        far = inside & (times > FAR_OUT)
-        number_before += LONELY if np.any(times[inside] > 2 * FAR_OUT) else int(np.sum(far))
+        far = inside & (times > OUTLIERS.far)
+        number_before += OUTLIERS.number if np.any(times[inside] > 2 * OUTLIERS.far) else int(np.sum(far))
         number, looked = number + int(np.sum(far)), looked + int(np.sum(inside))
         cleaned.append(np.where(far, error - alone, error))
-    if number_before < LONELY:
+    if number_before < OUTLIERS.number:
         return None, list(errors)
     before, after = (
         sum(float(np.sum(error[record.counts] ** 2)) for error, record in zip(all_of, records, strict=True))
