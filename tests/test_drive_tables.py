@@ -144,6 +144,18 @@ def test_a_table_from_a_file_is_the_numbers_of_the_file(tmp_path):
     assert read == vc.DriveTable(TIMES, VALUES, "linear")
 
 
+@pytest.mark.parametrize("kind", [list, tuple, np.array])
+def test_a_table_in_si_may_be_a_list_or_an_array(kind):
+    """Whatever holds the numbers, they are divided by the unit of time, sqrt(l/g), and by that of torque, m g l."""
+    sizes = {"pendulum_mass_kg": 0.1, "pendulum_length_m": 0.1, "capsule_mass_kg": 0.25, "normal_load": "weight"}
+    machine = vc.PendulumCapsule.in_si(**sizes, stiffness_N_m_per_rad=0.2, damping_N_m_s_per_rad=0.01)
+    times, values = [0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 1.0, 0.0, -1.0, 0.0]
+    numbers = {"times_s": kind(times), "values_N_m": kind(values), "amplitude": 1.0, "stretch": 1.0}
+    drive = vc.System(machine, vc.Coulomb(), vc.DriveTable.in_si(**numbers)).drive
+    np.testing.assert_allclose(drive.times, np.array(times) / math.sqrt(0.1 / 9.80665), rtol=1e-15)
+    np.testing.assert_allclose(drive.values, np.array(values) / (0.1 * 9.80665 * 0.1), rtol=1e-15)
+
+
 def test_a_file_of_a_case_in_si_is_in_si(tmp_path):
     si = """
     [machine]

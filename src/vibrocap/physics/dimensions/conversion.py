@@ -12,6 +12,7 @@ from vibrocap.physics.dimensions.units import (
     UNDECLARED,
     Key,
     Units,
+    divided,
     effort_of,
     force_keys,
     one_way,
@@ -256,15 +257,8 @@ def _without_units(
         else:
             without_units.keys[known.name] = key
             has_unit = known.has_unit or known.key != key
-            without_units.values[known.name] = _divided(value, units.per_key(known)) if has_unit else value
+            without_units.values[known.name] = divided(value, units.per_key(known)) if has_unit else value
     return without_units
-
-
-def _divided(value: Any, scale: float) -> Any:
-    """A number, or each number of a list, over a scale; what is neither as it is."""
-    if isinstance(value, (list, tuple)):
-        return [_divided(number, scale) for number in value]
-    return value / scale if is_number(value) else value
 
 
 def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], bare: bool) -> Key | str:

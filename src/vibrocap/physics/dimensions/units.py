@@ -234,13 +234,8 @@ class Units:
             key = keys.get(name)
             if key is not None and key.name in {*values, *states}:
                 raise ArgumentError(name, "is given in two ways; give one of them")
-            states[name if key is None else key.name] = value if key is None else self._over(value, key)
+            states[name if key is None else key.name] = value if key is None else divided(value, self.per_key(key))
         return states
-
-    def _over(self, value: Any, key: Key) -> Any:
-        if isinstance(value, (tuple, list)):
-            return type(value)(self._over(number, key) for number in value)
-        return value / self.per_key(key) if is_number(value) or isinstance(value, np.ndarray) else value
 
     def of_part(self, section: str) -> "Units":
         """The same for the parameters of a part, which count in an effort of their own."""
@@ -264,6 +259,14 @@ class NoUnits:
 
     def factor(self, name: str) -> float:
         return 1.0
+
+
+def divided(value: Any, scale: float) -> Any:
+    """A number, an array of numbers, or each number of a list, over a scale; what is none of them as it is."""
+    if isinstance(value, (tuple, list)):
+        return type(value)(divided(number, scale) for number in value)
+    numbers = isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
+    return value / scale if numbers or is_number(value) else value
 
 
 def over_seconds(unit: str) -> str:
