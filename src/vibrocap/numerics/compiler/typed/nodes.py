@@ -7,6 +7,7 @@ the tree, but for `Let`, `Counter`, `Held` and `Shared`: these are evaluated onc
 
 import ast
 import dataclasses
+import typing
 from typing import Any
 
 import numpy as np
@@ -14,72 +15,69 @@ import numpy as np
 from vibrocap.numerics.compiler.kinds import BOOL, FLOAT, INT, TABLE, Kind, tuple_of
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Typed:
+@typing.dataclass_transform(eq_default=False, field_specifiers=(dataclasses.field,))
+class Node:
+    """A part of the tree: its classes are dataclasses, each object equal to itself only."""
+
+    def __init_subclass__(cls):
+        dataclasses.dataclass(eq=False)(cls)
+
+
+class Typed(Node):
     """A value: its kind, and what it is where that is known (a number, or a tuple or table of numbers)."""
 
     kind: Kind
     constant: Any = dataclasses.field(default=None, kw_only=True)
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Number(Typed):
     """A number that is known."""
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Table(Typed):
     """A constant table, by its name in the kernel."""
 
     name: str
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Argument(Typed):
     """An argument that is given no other value; arrays are such."""
 
     name: str
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Variable(Typed):
     """What a variable holds now."""
 
     name: str
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Let(Typed):
     """A name that is given one value, where its `Bind` stands."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Counter(Typed):
     """The number of a round of a loop over a range."""
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Held(Typed):
     """The entry of an array that is being augmented, or an item of what is being unpacked."""
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Shared(Typed):
     """A value that stands twice in one expression."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Tuple(Typed):
     """A tuple that is written there, or known."""
 
     items: tuple[Typed, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Item(Typed):
     """An item of a tuple at a known place."""
 
@@ -87,7 +85,6 @@ class Item(Typed):
     place: int
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Entry(Typed):
     """An entry of an array."""
 
@@ -95,7 +92,6 @@ class Entry(Typed):
     place: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class TableEntry(Typed):
     """An entry of a table: places in each of its dimensions."""
 
@@ -103,7 +99,6 @@ class TableEntry(Typed):
     places: tuple[Typed, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Chosen(Typed):
     """An item of a known tuple at a place that is not known."""
 
@@ -111,35 +106,30 @@ class Chosen(Typed):
     place: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Converted(Typed):
     """A value as one of another kind that can hold it."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Truncated(Typed):
     """The int that a float is towards zero."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Viewed(Typed):
     """The bits of a float as an int, or those of an int as a float."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Truth(Typed):
     """Whether a number is not 0."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Binary(Typed):
     """left operator right: + - * / // % of ints or floats, & | ^ of bools and ints, << and >> of ints, and of lanes."""
 
@@ -149,7 +139,6 @@ class Binary(Typed):
     right: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Power(Typed):
     """base ** exponent, an int: known, or of a float base."""
 
@@ -157,7 +146,6 @@ class Power(Typed):
     exponent: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class FloatPower(Typed):
     """base ** exponent, a float, by the target's own function."""
 
@@ -165,7 +153,6 @@ class FloatPower(Typed):
     exponent: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Unary(Typed):
     """Minus (USub), not (Not) or all bits flipped (Invert)."""
 
@@ -173,7 +160,6 @@ class Unary(Typed):
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Compared(Typed):
     """Whether left operator right holds: of numbers, bools or lanes."""
 
@@ -183,14 +169,12 @@ class Compared(Typed):
     right: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Within(Typed):
     """Whether any of several comparisons holds; all are asked."""
 
     parts: tuple[Typed, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Junction(Typed):
     """Conditions of which the next is asked only while all (or none) so far hold; at least two."""
 
@@ -198,7 +182,6 @@ class Junction(Typed):
     parts: tuple[Typed, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Choice(Typed):
     """one if condition else other, of which only one is evaluated."""
 
@@ -207,7 +190,6 @@ class Choice(Typed):
     other: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Extreme(Typed):
     """The least (Lt) or greatest (Gt) of several, as Python has it: the first that no other is less or greater than.
 
@@ -218,14 +200,12 @@ class Extreme(Typed):
     parts: tuple[Typed, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Magnitude(Typed):
     """The value without its sign."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Library(Typed):
     """A function of one float that a target has: floor (of which an int may be made), sqrt; others but on the CPU."""
 
@@ -233,7 +213,6 @@ class Library(Typed):
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Call(Typed):
     """A call of a function of the kernel, for the kinds of these arguments."""
 
@@ -241,7 +220,6 @@ class Call(Typed):
     arguments: tuple[Typed, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
 class Primitive(Typed):
     """A call of one of the functions of lanes, which takes these kinds."""
 
@@ -257,22 +235,19 @@ WRITERS = {subclass: f"_of_{subclass.__name__}" for subclass in Typed.__subclass
 # --- statements ------------------------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Evaluate:
+class Evaluate(Node):
     """A call of which no result is kept."""
 
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Bind:
+class Bind(Node):
     """A name gets its one value."""
 
     let: Let
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Assign:
+class Assign(Node):
     """A variable gets a value."""
 
     name: str
@@ -280,8 +255,7 @@ class Assign:
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Unpack:
+class Unpack(Node):
     """The items of a value are held, then put where the statements say, which read them."""
 
     value: Typed
@@ -289,8 +263,7 @@ class Unpack:
     statements: tuple[Any, ...]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Store:
+class Store(Node):
     """An entry of an array gets a value, which is evaluated before the place is."""
 
     array: Argument
@@ -298,8 +271,7 @@ class Store:
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Augment:
+class Augment(Node):
     """An entry of an array gets a value that may be made of what it `held`; the place is evaluated first."""
 
     array: Argument
@@ -308,8 +280,7 @@ class Augment:
     value: Typed
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class If:
+class If(Node):
     """A condition that is not known, and two blocks."""
 
     condition: Typed
@@ -317,8 +288,7 @@ class If:
     orelse: list[Any]
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class While:
+class While(Node):
     """A loop; left: whether what follows it can be reached."""
 
     condition: Typed
@@ -326,8 +296,7 @@ class While:
     left: bool
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class For:
+class For(Node):
     """A loop over range(first, last, step); the body begins with what gives the loop's name its value."""
 
     counter: Counter
@@ -338,25 +307,21 @@ class For:
     left: bool = True
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Break:
+class Break(Node):
     """Out of the innermost loop."""
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Continue:
+class Continue(Node):
     """On to the next round of the innermost loop."""
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Return:
+class Return(Node):
     """The function ends, with a value unless it returns nothing."""
 
     value: Typed | None
 
 
-@dataclasses.dataclass(slots=True, eq=False)
-class Function:
+class Function(Node):
     """A function for one combination of kinds of arguments.
 
     name: unlike that of any other of the kernel; variables: their kinds
