@@ -40,7 +40,7 @@ class Lines:
         """How far the series in a row goes over a step of length h."""
         return f"excursion(floats, {row} + lane, h)"
 
-    def chosen(self, condition: str, one: str, other: str) -> str:
+    def conditional(self, condition: str, one: str, other: str) -> str:
         """One value where a condition holds, else the other."""
         return f"where({condition}, {one}, {other})"
 
@@ -141,8 +141,8 @@ class Enclosures:
         passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)")
         least, most = self.inverses.get(index, ("-1e+300", "1e+300"))
         # Both sides of a choice are computed.
-        low, high = (text.name(text.chosen(passes, "1.0", end)) for end in (low, high))
-        ends = [text.name(text.chosen(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
+        low, high = (text.name(text.conditional(passes, "1.0", end)) for end in (low, high))
+        ends = [text.name(text.conditional(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
         return ends[0], ends[1]
 
     def _wave(self, op: str, a: Interval) -> Interval:

@@ -195,8 +195,8 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
             low, high = around(row, row, contact.state, over)
             if over and contact.kind != "smooth":  # its side lasts the step
                 side = text.name(text.entry(f"SIDE + {contacts[index]} * LANES"))
-                low = text.name(text.chosen(f"{side} > 0.0", f"max({low}, 0.0)", low))
-                high = text.name(text.chosen(f"{side} < 0.0", f"min({high}, 0.0)", high))
+                low = text.name(text.conditional(f"{side} > 0.0", f"max({low}, 0.0)", low))
+                high = text.name(text.conditional(f"{side} < 0.0", f"min({high}, 0.0)", high))
             return low, high
         if op == "state":
             row = f"SERIES + {operands[0]} * (ORDER + 1) * LANES"
@@ -253,16 +253,16 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         speed = next((speed for speed in speeds(equations) if speed.sticks and speed.expression.index in under), None)
         allowed = near_rest(speed)
         negligible = text.name(f"{share} <= {allowed}")
-        text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
+        text.lines.append(f"worst = {text.conditional(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:
             speed, m = lost[node]
             first, second, third = (text.entry(f"{speed.row} + {k} * LANES") for k in range(3))
             line, square = (_missed(graph, node, text, step, start, (order - 1) // (k * m)) for k in (1, 2))
             linear = f"abs({second}) >= abs({third}) * h"
             rest = f"(abs({first}) <= FAINT * (abs({second}) + abs({third}) * h) * h)"
-            visible = f"{least} * {text.chosen(linear, line, square)} <= {near_rest(speed)}"
-            missed = text.chosen("widened == 0.0", text.chosen(visible, "worst", "worst + 1.0"), "worst")
-            text.lines.append(f"worst = {text.chosen(rest, missed, 'worst')}")
+            visible = f"{least} * {text.conditional(linear, line, square)} <= {near_rest(speed)}"
+            missed = text.conditional("widened == 0.0", text.conditional(visible, "worst", "worst + 1.0"), "worst")
+            text.lines.append(f"worst = {text.conditional(rest, missed, 'worst')}")
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 
@@ -275,7 +275,7 @@ def _inverses(equations: Equations, text: Lines, factor: float) -> dict[int, Int
         return {}
     start = text.name(f"1.0 / {text.entry('SWITCH + BRANCHES * (ORDER + 1) * LANES')}")
     ends = [(f"{start} * {1.0 / factor!r}", "-1e+300"), (f"{start} * {factor!r}", "1e+300")]
-    least, most = (text.name(text.chosen("widened == 0.0", near, far)) for near, far in ends)
+    least, most = (text.name(text.conditional("widened == 0.0", near, far)) for near, far in ends)
     return {equations.graph.nodes[equations.loads[0].index][2]: (least, most)}
 
 

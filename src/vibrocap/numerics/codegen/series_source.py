@@ -61,8 +61,8 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     order = layout.order
     # All lanes share few registers, so that what is read is read late.
     simd = loop == "simd"
-    chosen = "slow" if simd and slow and not equations.several else ""
-    code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
+    lanes = "slow" if simd and slow and not equations.several else ""
+    code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", lanes=lanes)
     writer = series_writer(equations, layout, code, slow)
     loads = equations.true_loads.values() if layout.watched else ()
     watched = [LoadSeries(equations.by_momenta(load), writer, order) for load in loads]

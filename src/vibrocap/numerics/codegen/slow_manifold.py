@@ -90,7 +90,7 @@ def bounding_decays(
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
         for place in places:
             rest = ZERO if layout.lanes > 1 or writer.alone else formulas[place] - own
-            bounding = writer.chosen(state, rest, formulas[place])
+            bounding = writer.conditional(state, rest, formulas[place])
             formulas[place] = writer.code.name(f"bounding_{number}_{place}", bounding)
     return formulas
 
@@ -133,7 +133,7 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
         push = writer.push(writer.rates[state], slow)
         if state not in writer.together(slow) and push.value != 0.0:
             own = writer.coefficient(writer.graph.node("state", slow).index, k)
-            change = writer.chosen(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
+            change = writer.conditional(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
             coefficient = coefficient + writer.coefficient(push.index, 0) * change
     return coefficient
 
@@ -182,7 +182,7 @@ class SlowWriter(JetWriter):
                 change = change - sensitivity(value, through.index) * sensitivity(through, rate)
         return change
 
-    def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
+    def conditional(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""
         if self.alone:
             return slow
@@ -205,7 +205,7 @@ class SlowWriter(JetWriter):
     def _formula(self, index: int, op: str, operands: list, k: int) -> Formula:
         ordinary = super()._formula(index, op, operands, k)
         state = self.slow_rates.get(index)
-        return ordinary if state is None else self.chosen(state, self.target(state, k), ordinary)
+        return ordinary if state is None else self.conditional(state, self.target(state, k), ordinary)
 
     def signed_terms(self, index: int, k: int, inner: bool = False) -> list[Term]:
         """As of any node; a slow rate is not taken apart within another sum."""
@@ -218,7 +218,7 @@ class SlowWriter(JetWriter):
         if state not in self.slow:
             return ordinary
         solved = self.solution(state, k)
-        return self.chosen(state, ordinary + solved if k == 0 else solved, ordinary)
+        return self.conditional(state, ordinary + solved if k == 0 else solved, ordinary)
 
     def solution(self, state: int, k: int) -> Formula:
         """Coefficient k of a slow state; of order 0 what Newton's method adds to it. A pair is solved for together."""
@@ -238,7 +238,7 @@ class SlowWriter(JetWriter):
                 other_rate = self.rates[other_state]
                 through = sensitivity(self.rates[state], other_rate.index) * derivative(other_rate, state)
                 if through.value != 0.0:
-                    own_slope = own_slope - self.chosen(other_state, at_start.coefficient(through.index, 0), ZERO)
+                    own_slope = own_slope - self.conditional(other_state, at_start.coefficient(through.index, 0), ZERO)
             return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / own_slope)
         (other,) = (member for member in together if member != state)
         determinant = slope(state, state) * slope(other, other) - slope(state, other) * slope(other, state)
@@ -284,12 +284,16 @@ class Trial(JetWriter):
 
     def _state(self, state: int, k: int) -> Formula:
         ordinary = JetWriter._state(self.whole, state, k)
-        return ordinary if k == 0 else self.whole.chosen(state, self.whole.guess(state, k), ordinary)
+        return ordinary if k == 0 else self.whole.conditional(state, self.whole.guess(state, k), ordinary)
 
     def _formula(self, index: int, op: str, operands: list, k: int) -> Formula:
         ordinary = super()._formula(index, op, operands, k)
         state = self.whole.slow_rates.get(index)
-        return ordinary if state not in self.others else self.whole.chosen(state, self.whole.target(state, k), ordinary)
+        return (
+            ordinary
+            if state not in self.others
+            else self.whole.conditional(state, self.whole.target(state, k), ordinary)
+        )
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""

@@ -123,11 +123,11 @@ class Code:
 
     reading: cycles until an entry of the memory is there
     polynomials: with the elementary functions of `elementary_polynomials.py`, not of the library
-    chosen: name of the choice of those lanes of which values are written, if not of all
+    lanes: name of the choice of those lanes of which values are written, if not of all
     """
 
-    def __init__(self, reading: int = 0, polynomials: bool = False, chosen: str = ""):
-        self.reading, self.polynomials, self.chosen = reading, polynomials, chosen
+    def __init__(self, reading: int = 0, polynomials: bool = False, lanes: str = ""):
+        self.reading, self.polynomials, self.lanes = reading, polynomials, lanes
         self.lines: list[str] = []
         self._kept: dict[str, Formula] = {}
 
@@ -157,7 +157,7 @@ class Code:
     def store(self, place: str, value: Formula) -> None:
         """Write a value to memory."""
         entry = f"floats[{place} + lane]"
-        written = f"where({self.chosen}, {value.text}, {entry})" if self.chosen else value.text
+        written = f"where({self.lanes}, {value.text}, {entry})" if self.lanes else value.text
         self.lines.append(f"{entry} = {written}")
 
     def function(self, op: str, x: Formula) -> Formula:
@@ -225,9 +225,9 @@ def function_source(head: str, lines: Sequence[str]) -> str:
     return "\n".join([f"def {head}:", *indented(lines or ['"""There is none."""']), ""])
 
 
-def branch_source(head: str, chosen: str, bodies: Sequence[Sequence[str]]) -> str:
+def branch_source(head: str, number: str, bodies: Sequence[Sequence[str]]) -> str:
     """A function whose body is one of several, by the value of one of its arguments."""
-    lines = [line for i, body in enumerate(bodies) for line in (f"if {chosen} == {i}:", *indented(body))]
+    lines = [line for i, body in enumerate(bodies) for line in (f"if {number} == {i}:", *indented(body))]
     return function_source(head, lines)
 
 

@@ -91,16 +91,16 @@ def _store(code: "Code", array: Value, place: Value, value: Value) -> Value:
     return Value(NOTHING, "")
 
 
-def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:
+def _where(code: "Code", choice: Value, yes: Value, no: Value) -> Value:
     kind = yes.kind.llvm
-    return code.emit(yes.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {yes.text}, {kind} {no.text}")
+    return code.emit(yes.kind, f"select {choice.kind.llvm} {choice.text}, {kind} {yes.text}, {kind} {no.text}")
 
 
-def _bits(code: "Code", chosen: Value) -> Value:
-    width = chosen.kind.lanes
+def _bits(code: "Code", choice: Value) -> Value:
+    width = choice.kind.lanes
     if not width:
-        return code.emit(INT, f"zext i1 {chosen.text} to i64")
-    packed = code.emit(INT, f"bitcast {chosen.kind.llvm} {chosen.text} to i{width}")
+        return code.emit(INT, f"zext i1 {choice.text} to i64")
+    packed = code.emit(INT, f"bitcast {choice.kind.llvm} {choice.text} to i{width}")
     return code.emit(INT, f"zext i{width} {packed.text} to i64")
 
 

@@ -300,9 +300,7 @@ def spectral_radius(floats, ints, lane):
             floats[MATRIX + i * STATES + j] = floats[JACOBIAN + i * WIDTH + j]
     scaling = 0.0  # logarithm of what was divided out
     for squaring in range(3):
-        largest = 0.0
-        for i in range(STATES * STATES):
-            largest = max(largest, abs(floats[MATRIX + i]))
+        largest = largest_entry(floats)
         if not (0.0 < largest <= HUGE):
             return 0.0
         scaling += math.log(largest) * 2.0 ** (-squaring)
@@ -314,7 +312,13 @@ def spectral_radius(floats, ints, lane):
                 floats[STAGE + i * STATES + j] = total / (largest * largest)
         for i in range(STATES * STATES):
             floats[MATRIX + i] = floats[STAGE + i]
+    largest = largest_entry(floats)
+    return math.exp(scaling + math.log(largest) / 8.0) if largest > 0.0 else 0.0
+
+
+def largest_entry(floats):
+    """Largest magnitude in the matrix."""
     largest = 0.0
     for i in range(STATES * STATES):
         largest = max(largest, abs(floats[MATRIX + i]))
-    return math.exp(scaling + math.log(largest) / 8.0) if largest > 0.0 else 0.0
+    return largest

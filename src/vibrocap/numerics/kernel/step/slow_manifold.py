@@ -17,15 +17,16 @@ from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.taylor import unlike
 
-# Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which it pays,
-# the longest and the first pause after failures, in steps, and the share of a pause that a step that pays leaves.
 # A motion alone costs some sweeps before its step. Lanes that are not on manifolds wait for the sweeps of those that
 # are, so that those of one contact, where explicit steps are longest, are slow to try again. Of several contacts
-# explicit steps are shorter, and one that creeps changes that often. The last is the step, as a share of the period of
-# the drive, that would have to pay: accuracy lets few steps be longer.
-ALONE = (4.0, 8.0, 16.0, 1.0, 0.0, 1.0) if SEVERAL else (10.0, 60.0, 64.0, 1.0, 0.0, 1.0)
-IN_LANES = (8.0, 20.0, 64.0, 1.0, 0.0, 1.0) if SEVERAL else (10.0, 60.0, 128.0, 16.0, 0.5, 0.01)
-ENTERING, PAYING, LONGEST_PAUSE, FIRST_PAUSE, KEPT_PAUSE, LIKELY_STEP = IN_LANES if LANES > 1 else ALONE
+# explicit steps are shorter, and one that creeps changes that often.
+KIND = (2 if LANES > 1 else 0) + (1 if SEVERAL else 0)  # alone with one contact, with several; in lanes likewise
+ENTERING = (10.0, 4.0, 10.0, 8.0)[KIND]  # rate times length of an explicit step from which on the manifold is tried
+PAYING = (60.0, 8.0, 60.0, 20.0)[KIND]  # that of a step on the manifold from which it pays
+LONGEST_PAUSE = (64.0, 16.0, 128.0, 64.0)[KIND]  # steps after failures
+FIRST_PAUSE = (1.0, 1.0, 16.0, 1.0)[KIND]
+KEPT_PAUSE = (0.0, 0.0, 0.5, 0.0)[KIND]  # share of a pause that a step that pays leaves
+LIKELY_STEP = (1.0, 1.0, 0.01, 1.0)[KIND]  # of a period: the step that would have to pay, few are longer
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
