@@ -31,7 +31,7 @@ def examples(request: ExamplesRequest) -> Answer:
     if complaints:
         raise Refusal(*complaints)
     if request.to is None and not request.names:
-        listed = table(None, "example", "what it shows", no_wrap=1)
+        listed = table(None, "example", "subject", no_wrap=1)
         for name, path in known.items():
             listed.add_row(name, shows(path))
 
