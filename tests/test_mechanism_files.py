@@ -147,6 +147,25 @@ def test_weight_is_that_of_the_gravity_of_the_description_though_nothing_rises(l
     assert stick.state["position"] == pytest.approx(0.5 / deceleration, rel=1e-12)
 
 
+def test_a_body_that_a_plate_lifts_weighs_though_its_load_is_given():
+    """N = m (g - b w^2 cos(w t)) stands beside the load that is given, and does not warn of a lift-off that is none."""
+    tables = tomllib.loads(SLED)
+    lift = {"role": "distance", "symbol": "b", "meaning": "lift"}
+    rate = {"role": "frequency", "symbol": "w", "meaning": "rate"}
+    load = {"role": "load", "symbol": "N", "meaning": "load"}
+    tables["mechanism"]["parameters"] |= {"lift": lift, "rate": rate, "load": load}
+    tables["mechanism"]["support"] = [{"name": "plate", "z": "lift * cos(rate * time)"}]
+    tables["mechanism"]["mass"][0]["on"] = "plate"
+    tables["mechanism"]["contact"][0] |= {"on": "plate", "load": "load"}
+    tables["machine"] |= {"lift_m": 0.01, "rate_Hz": 1.0, "load_N": 19.6}
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.2, "static_coefficient": 0.2}
+    tables["drive"] = {"waveform": "harmonic", "amplitude_N": 10.0, "frequency_Hz": 1.0}
+    certificate = vc.simulate(case_from_dict(tables), periods=2).certificate
+    assert certificate.ok
+    assert not certificate.warnings
+    assert certificate.least_reaction == pytest.approx(2.0 * (9.80665 - 0.01 * (2.0 * np.pi) ** 2), rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("text", "other"),
     [

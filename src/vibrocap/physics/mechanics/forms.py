@@ -150,5 +150,5 @@ class Kind:
         self.place = whole.place
         self.rates = dict(whole.rates)
         weighs = any(is_word(contact.load) for contact in whole.contacts)
-        rises = any(i in whole.names or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
+        rises = any(i in (*whole.names, TIME) or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
         self.gravity = (1.0, 0.0) if rises or weighs else None
