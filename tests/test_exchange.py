@@ -358,6 +358,19 @@ def test_a_case_in_si_is_set_stepped_and_seen_in_si(tmp_path):
     assert library.capsule_time(motion) == pytest.approx(20 * h, rel=1e-14)
 
 
+def test_a_scale_that_follows_from_others_is_no_constant_of_an_fmu(tmp_path):
+    """The unit of time of a machine with a gravity in its scales."""
+    assert main(["new", "vibro-impact-capsule", "--si", "--out", str(tmp_path / "case.toml")]) == 0
+    case = read_case(tmp_path / "case.toml")
+    assert case.system.units.time_unit_s is None
+    export_fmu(case, tmp_path / "capsule.fmu", platforms=("none",))
+    with zipfile.ZipFile(tmp_path / "capsule.fmu") as file:
+        root = ElementTree.fromstring(file.read("modelDescription.xml"))
+    constants = {each.get("name") for each in root.find("ModelVariables") if each.get("variability") == "constant"}
+    assert "machine.length_unit" in constants
+    assert "machine.time_unit" not in constants
+
+
 def test_every_quantity_in_si_has_the_factor_of_its_unit(tmp_path):
     """By the units that an FMU describes: kg^a m^b s^c, from the scales of the case alone. Needs no importer."""
     case = read_case(next(path for path in EXAMPLES if path.stem == "bench-in-si"))

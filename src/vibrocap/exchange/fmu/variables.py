@@ -75,7 +75,8 @@ def scales(stepped: SteppedCase, before: int) -> list[Variable]:
     if (units := stepped.system.units) is None:
         return []
     variables = []
-    for i, info in enumerate(parameter_table(type(units)), start=before):
+    stated = [info for info in parameter_table(type(units)) if getattr(units, info.name) is not None]
+    for i, info in enumerate(stated, start=before):  # a unit of time that is left out follows from the others
         name = f"machine.{info.name.removesuffix(suffix(info.unit))}"
         port = Port(name, info.unit, value=getattr(units, info.name))
         variables.append(Variable(port, info.meaning, str(i), causality="local", variability="constant", starts=True))
