@@ -221,8 +221,8 @@ def _method(law: Law, fastest: float, speed: float, stiffness: float, damping: f
     """What to integrate the law with, in words."""
     if law.kind == "set-valued":
         return (
-            "At rest the law holds whatever is applied: sticking is a mode of its own, and located events, not small "
-            "steps, are what it needs. While sliding any explicit method serves."
+            "At rest friction balances the applied force: sticking is a mode of its own, and needs located events, not "
+            "small steps. While sliding any explicit method serves."
         )
     at_rest = damping / mass if mass is not None else 0.0
     if mass is not None and stiffness > 0.0:

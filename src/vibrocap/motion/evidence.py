@@ -89,7 +89,7 @@ def certificate(
         "event_velocity",
         event_velocity,
         EVENT_BOUND * tolerance * natural_speed,
-        f"the contact still moves at {event_velocity:.2g} where it is said to rest or to turn: an event was "
+        f"the contact still moves at {event_velocity:.2g} at a located rest or reversal: an event was "
         f"not located to the tolerance",
     )
     if any(law.kind != "smooth" for law in motion.system.laws):

@@ -45,13 +45,13 @@ class OrbitStatus(Advised):
     )
     MORE_RETURNS = (
         "more returns needed",
-        "The motion does not come back after so many returns to the section as were asked for. Raise `returns` or "
+        "The motion does not repeat within the given number of returns to the section. Raise `returns` or "
         "`settle_periods`; the motion may be quasi-periodic or chaotic.",
     )
     COMES_TO_REST = (
         "comes to rest",
-        "There is no cycle: the motion ends at rest, or comes to rest in the limit, by stops of which each is smaller "
-        "and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+        "There is no cycle: the motion ends at rest, or comes to rest in the limit, by stops that become "
+        "smaller and longer. `equilibria` shows where; start elsewhere for a cycle.",
     )
     SLIDES_STEADILY = (
         "slides steadily",
@@ -64,7 +64,7 @@ class OrbitStatus(Advised):
     )
     CONTRADICTED = (
         "multipliers contradicted",
-        "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
+        "The orbit closes, but runs beside it contradict its multipliers, so its stability is unknown. "
         "Shoot it again at another `tolerance`; simulate from its state to see its certificate.",
     )
 

@@ -122,8 +122,8 @@ class CrossingKind(Advised):
     )
     NOT_CERTIFIED = (
         "not certified",
-        "The measure takes the value here, on a motion whose certificate is refused: it is none of the equations. Ask "
-        "for a tighter `tolerance`, and look at what `simulate(...).certificate` names.",
+        "The measure takes the value here, on a motion that contradicts the equations. Set a smaller "
+        "`tolerance`, and see `simulate(...).certificate`.",
     )
     LOST = "lost", "A motion within the bracket did not settle; raise `periods`, or scan more points."
 
