@@ -57,7 +57,7 @@ INT_ENTRIES = frozenset(motion.memory.INT_ENTRIES)
 def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel:
     """The kernel of a system, with the parameters of the system in every lane."""
     recorded = equations(system)
-    has = dataclasses.replace(traits(recorded), switches=len(recorded.switches), coefficients=0, slow=())
+    has = dataclasses.replace(traits(recorded), coefficients=0, slow=())
     layout = Layout(**vars(has), lanes=lanes, order=order)
     text = linked_source(generated_source(recorded, layout), motion_recipe(layout))
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
