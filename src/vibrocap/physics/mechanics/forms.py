@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vibrocap.physics.events import IMPACT
-from vibrocap.physics.mechanics.dead_points import pivots
+from vibrocap.physics.mechanics.dead_points import loose, pivots
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program, affine
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
@@ -68,6 +68,12 @@ class Form:
         """The same anew: what is no part of the equations is derived there, so that their order stays the same."""
         return Form(*self._made)
 
+    def dead_points(self) -> tuple:
+        """What is positive until the mass matrix is singular: nothing where the parts say that it never is."""
+        kind, pattern, *_ = self._made
+        still = Form(kind, pattern, ()).derived  # parts without a motion: soon made
+        return tuple(pivots(self.again().derived)) if loose(still) else ()
+
     def program(self, name: str) -> Program:
         if name not in self._programs:
             form = self.again() if name in JUDGED else self
@@ -122,7 +128,7 @@ RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `De
     "mirror": lambda form: conditions(form.derived),
     "free": lambda form: free_conditions(form.derived),
     "switches": lambda form: guards(form.derived),
-    "bounds": lambda form: (*ends(form.derived), *pivots(form.again().derived)),
+    "bounds": lambda form: (*ends(form.derived), *form.dead_points()),
     "room": lambda form: rooms(form.derived),
 }
 
