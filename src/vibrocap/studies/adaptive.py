@@ -203,9 +203,11 @@ def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str
     return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
 
 
-def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dead_band: float) -> dict[str, np.ndarray]:
+def _checked_results(
+    returned: Mapping[str, Any], runs: int, by: Sequence[str], dead_band: float
+) -> dict[str, np.ndarray]:
     """What the evaluator returned, as arrays, with the direction of travel where that is asked for."""
-    results = {name: np.asarray(values) for name, values in given.items()}
+    results = {name: np.asarray(values) for name, values in returned.items()}
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
     for name, values in results.items():
         if values.shape != (runs,):
@@ -246,12 +248,12 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
         raise ArgumentError("system", "should be a System unless there is an evaluator, got None")
     axes: list[Column] = []
     complaints: list[str] = []
-    for path, given in over.items():
-        is_range = isinstance(given, tuple) and len(given) == 3 and isinstance(given[2], (int, np.integer))
-        axis, complaint = axis_of(path, ":".join(map(str, given)) if is_range else given)
+    for path, values in over.items():
+        is_range = isinstance(values, tuple) and len(values) == 3 and isinstance(values[2], (int, np.integer))
+        axis, complaint = axis_of(path, ":".join(map(str, values)) if is_range else values)
         real = not complaint and not isinstance(axis.values[0], str) and len(axis.values) > 1
         if not complaint and not (real and np.all(np.diff(axis.array) > 0.0)):
-            complaint = [Complaint(path, f"a map needs two or more numbers, each above the one before, got {given!r}")]
+            complaint = [Complaint(path, f"a map needs two or more numbers, each above the one before, got {values!r}")]
         axes.append(axis)
         complaints += complaint
     if system is not None and not complaints:

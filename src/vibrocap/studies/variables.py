@@ -144,8 +144,8 @@ def study_attributes(study: Study) -> dict[str, Any]:
 
 def _measures(study: Study) -> tuple[Variable, ...]:
     measures = []
-    for given in study.measures:
-        measure = known_measure(given, study.case.system) if isinstance(given, str) else given
+    for entry in study.measures:
+        measure = known_measure(entry, study.case.system) if isinstance(entry, str) else entry
         assert measure is not None
         if measure.name in ALWAYS:
             continue

@@ -57,7 +57,7 @@ class SentStudy:
         return Study.from_record(self.record, self.measures)
 
 
-_given: list[Study | SentStudy] = []  # of a process of this machine: the study
+_studies: list[Study | SentStudy] = []  # of a process of this machine: the study
 
 
 def sent(study: Study) -> Study | SentStudy:
@@ -150,16 +150,16 @@ def computed_tile(
     tile: tuple[int, ...], index: Index, study: Study | SentStudy | None = None
 ) -> tuple[dict[str, str], dict[str, np.ndarray]]:
     """In a worker: with what it computes, and the results of one tile."""
-    study = study or _given[0]
+    study = study or _studies[0]
     study = study.study() if isinstance(study, SentStudy) else study
     return code_of(study.plan, study.device), run_tile(study, tile, index, threads=1)
 
 
 @contextlib.contextmanager
-def processes(count: int, *given: Study | SentStudy) -> Iterator[Executor]:
+def processes(count: int, *studies: Study | SentStudy) -> Iterator[Executor]:
     """So many processes, with the study of their tiles; they end at once behind the `with` block, busy or not."""
     others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin, given)
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin, studies)
     try:
         with _deaf():
             pool.submit(int)  # they begin with the first task
@@ -186,10 +186,10 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(*given: Study | SentStudy) -> None:
+def _begin(*studies: Study | SentStudy) -> None:
     """In a helping process: what it works on. It ends when the process that began it does, and leaves Ctrl-C to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _given[:] = given
+    _studies[:] = studies
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()

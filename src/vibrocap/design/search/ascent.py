@@ -40,11 +40,11 @@ def slopes_by_share(
     asked = [quantity(path, system) for path in rates]
     try:
         plain = dataclasses.replace(solution, system=system.dimensionless)
-        gradients_found = gradients(plain, [variable.plain for variable in asked], goal.measure)
+        orbit_gradients = gradients(plain, [variable.plain for variable in asked], goal.measure)
     except ArgumentError:  # one of a continuum, a fold, a segment of no length, or a system without gradients
         return None
-    by = {slope.parameter: slope for slope in gradients_found.slopes}
-    if any(abs(slope.value - value) > 1e-6 * abs(value) for slope in gradients_found.slopes):
+    by = {slope.parameter: slope for slope in orbit_gradients.slopes}
+    if any(abs(slope.value - value) > 1e-6 * abs(value) for slope in orbit_gradients.slopes):
         return None
     parts = [
         by[variable.plain].slope / variable.scale * rate for variable, rate in zip(asked, rates.values(), strict=True)

@@ -157,11 +157,11 @@ def attractors(
     """
     start = np.array(list(initial_state(system, initial).values()))
     check_whole("starts", starts, 1, 10_000_000)
-    given = None if ranges is None else checked_ranges(system, ranges)
+    asked = None if ranges is None else checked_ranges(system, ranges)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
-    ranges = visited_ranges(map_, start) if given is None else given
+    ranges = visited_ranges(map_, start) if asked is None else asked
     states = spread_starts(map_, start, ranges, starts)
     runs = settling_runs(map_, states, settle_periods, progress=told(progress))
     distinct, label, _ = attractors_of(map_, runs, settle_periods)

@@ -127,7 +127,7 @@ def basins(
     Raises ValueError naming the argument.
     """
     start = initial_state(system, initial)
-    axes, given = _checked_plane(system, plane)
+    axes, pairs = _checked_plane(system, plane)
     counts = _checked_resolution(resolution)
     if not is_driven(system) and (PHASE in axes or phase):
         why = "the system has no drive in time, hence no phase; plane should name two states"
@@ -137,9 +137,9 @@ def basins(
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
-    visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
+    visited = visited_ranges(map_, np.array(list(start.values()))) if None in pairs else {}
     visited |= {PHASE: (0.0, 1.0)}
-    ranges = [pair or visited[name] for name, pair in zip(axes, given, strict=True)]
+    ranges = [pair or visited[name] for name, pair in zip(axes, pairs, strict=True)]
     values = [cell_middles(low, high, n) for (low, high), n in zip(ranges, counts, strict=True)]
     across = [column.ravel() for column in np.meshgrid(*values, indexing="ij")]
     states = np.tile(list(start.values()), (counts[0] * counts[1], 1))

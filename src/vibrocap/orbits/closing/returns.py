@@ -72,9 +72,11 @@ def checked_section(system: System, asked: Any) -> Section | None:
     contacts = len(system.laws)
     if isinstance(asked, str) and "=" in asked:
         observable, _, place = asked.partition("=")
-        value, _, way = place.partition(":")
+        value, _, direction = place.partition(":")
         try:
-            asked = Section(observable=observable.strip(), value=float(value), direction=WAYS[way.strip() or "up"])
+            asked = Section(
+                observable=observable.strip(), value=float(value), direction=WAYS[direction.strip() or "up"]
+            )
         except (ValueError, KeyError):
             why = f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {asked!r}"
             raise ArgumentError("section", why) from None

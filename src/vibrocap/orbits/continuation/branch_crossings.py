@@ -1,7 +1,6 @@
 """Where a measure takes a value along a branch of steady motions, stable or not, past folds too."""
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -12,7 +11,7 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
+from vibrocap.orbits.crossings.crossing import checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
@@ -64,9 +63,7 @@ def branch_crossings(
     if known is None:
         known = np.array([steady_value(orbit_near(closure, *point), measure) for point in points])
     size = float(np.max(np.abs(known), initial=1.0))
-    differences = known - value
-    told = [i for i in range(len(known)) if abs(differences[i]) > NOTHING * size]
-    pairs = [(i, j) for i, j in itertools.pairwise(told) if j - i <= 2 and differences[i] * differences[j] < 0.0]
+    pairs = sign_changes(known - value, size)
     return tuple(_located(closure, points[i], points[j], i, measure, value, size) for i, j in pairs)
 
 

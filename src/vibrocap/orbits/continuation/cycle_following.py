@@ -96,9 +96,9 @@ AMID = 0.25  # share of its phase that the section keeps from both ends
 TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
 
 
-def cycles_followed(closure: CycleMap, *given: Any, **options: Any) -> Followed:
+def cycles_followed(closure: CycleMap, *arguments: Any, **options: Any) -> Followed:
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
-    walk = _followed_by_sections(closure, *given, **options)
+    walk = _followed_by_sections(closure, *arguments, **options)
     special = [(after, stick_loss(closure, record, walk.points, after)) for after, record in walk.special]
     return dataclasses.replace(walk, special=special)
 

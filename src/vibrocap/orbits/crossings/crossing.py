@@ -126,20 +126,28 @@ def crossing(
     values = np.array([nothing if motion is None else [one.value(measure) for one in motion] for motion in motions])
     differences = values[:, 0] - values[:, 1:].sum(axis=1) - value
     size = float(np.max(np.abs(values), initial=1.0, where=np.isfinite(values)))
-    same = np.abs(differences) <= NOTHING * size
-    apart = np.flatnonzero(np.isfinite(differences) & ~same)  # one that is not may lie between two
-    pairs = [pair for pair in itertools.pairwise(apart) if np.prod(np.sign(differences[[*pair]])) < 0.0]
-    ends = [[(float(parameters[k]), motions[k]) for k in pair] for pair in pairs if pair[1] - pair[0] <= 2]
+    pairs = sign_changes(differences, size)
+    ends = [[(float(parameters[k]), motions[k]) for k in pair] for pair in pairs]
     return Crossings(
         measure=measure,
         over=over,
         value=value,
         found=tuple(located(difference, *pair) for pair in ends),
-        equal=_ranges(parameters, same),
+        equal=_ranges(parameters, np.abs(differences) <= NOTHING * size),
         unsettled=tuple(parameters[~np.isfinite(differences)].tolist()),
         parameters=parameters,
         differences=differences,
     )
+
+
+def sign_changes(differences: np.ndarray, size: float) -> list[tuple[int, int]]:
+    """Pairs of points between which a difference changes its sign; one at which it is none may lie between them.
+
+    size: of the values of which NOTHING is a share; NaN: a difference that is not known
+    """
+    apart = np.flatnonzero(np.abs(differences) > NOTHING * size).tolist()
+    pairs = ((i, j) for i, j in itertools.pairwise(apart) if differences[i] * differences[j] < 0.0)
+    return [(i, j) for i, j in pairs if j - i <= 2]
 
 
 def _starts(systems: tuple[System, ...], initial: Mapping[str, float] | None) -> list[dict[str, float]]:

@@ -178,9 +178,9 @@ def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     velocities = problem.values(problem.velocities, y, sides, switched)
     good = np.all(np.isfinite(velocities), axis=0) & np.all(np.abs(y.T) <= FARTHEST * problem.scales, axis=1)
     places = {int(state): problem.sizes[state] for state in problem.unknowns}
-    for velocity, side, rest, each in zip(velocities, sides, rests, recording.contacts, strict=True):
-        if each.kind != "smooth":
-            good &= rest | (side * velocity > STANDS * places.get(each.state, 1.0))
+    for velocity, side, rest, contact in zip(velocities, sides, rests, recording.contacts, strict=True):
+        if contact.kind != "smooth":
+            good &= rest | (side * velocity > STANDS * places.get(contact.state, 1.0))
     for rest, contact in zip(rests, recording.contacts, strict=True):  # a contact at rest that ages is none
         internal = [recording.rates[i] for i in contact.internal]
         if internal and contact.kind == "kinked":

@@ -46,7 +46,7 @@ def parent_bifurcation(residual: Residual, first: BranchPoint, last: BranchPoint
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
         near_enough = np.linalg.norm(special.point.x - first.x) <= FAR_BIFURCATION * near
         if (smooth or special.passed is not None) and near_enough:
-            return _seen_from(residual, first, special)
+            return _on_finer_branch(residual, first, special)
     return None
 
 
@@ -79,7 +79,7 @@ def _coarser_segment(coarser: Residual, first: BranchPoint, last: BranchPoint, n
     return None
 
 
-def _seen_from(residual: Residual, last: BranchPoint, special: Found) -> Found:
+def _on_finer_branch(residual: Residual, last: BranchPoint, special: Found) -> Found:
     """The record of a bifurcation on the coarser branch, seen from the branch that ends there."""
     towards = special.point.x - last.x
     size = float(np.linalg.norm(towards))

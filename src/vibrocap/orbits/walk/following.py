@@ -13,7 +13,7 @@ from vibrocap.orbits.walk.segment import TOO_MANY, Lost, Segment
 from vibrocap.orbits.walk.special_points import (
     Found,
     SpecialPoint,
-    reversed_way,
+    reversed_record,
     special_point,
     special_points_between,
 )
@@ -133,15 +133,15 @@ class _Walk:
                 if last is here:
                     return None, [], end
                 return last, special_points_between(self.residual, here, last), end
-            way = float(np.linalg.norm(point.x - here.x))
-            least = min(way, self.ds)
+            length = float(np.linalg.norm(point.x - here.x))
+            least = min(length, self.ds)
             if here.tangent[-1] * point.tangent[-1] < 0.0 and not from_parent:
                 met = parent_bifurcation(self.residual, here, point)
                 if met is not None:
                     smooth = met.passed is None
                     before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
                     return met.point, [*before, met], end_at(met)
-            sure = way <= SHORT * longest
+            sure = length <= SHORT * longest
             if from_parent and not sure and (point.x[-1] - here.x[-1]) * point.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
                 continue
@@ -152,16 +152,16 @@ class _Walk:
                 continue
             closely = self.watched > 0.0
             between = special_points_between(self.residual, here, point, from_parent=from_parent, closely=closely)
-            crowded = way <= CROWDED * longest
+            crowded = length <= CROWDED * longest
             too_many = any(special.text == TOO_MANY for special in between)
             untrusted = [special for special in between if special.kind in UNTRUSTED]
             if not all(crowded if special.text == TOO_MANY else sure for special in untrusted):
                 if too_many:
-                    self.watched = max(self.watched, way)
+                    self.watched = max(self.watched, length)
                 self.ds = 0.2 * least
                 continue
             following = min(following, self.residual.longest(point.x, self.step))
-            self.watched = max(self.watched - way, 0.0)
+            self.watched = max(self.watched - length, 0.0)
             self.ds = min(self.ds, following) if self.watched > 0.0 else following
             return point, between, None
 
@@ -188,11 +188,11 @@ def _closes(points: list[BranchPoint]) -> bool:
     if len(points) < 10:
         return False
     first, before, last = points[0], points[-2], points[-1]
-    way = last.x - before.x
+    step = last.x - before.x
     back = before.closing.away(first.x)
-    share = float(np.clip(back @ way / max(float(way @ way), 1e-300), 0.0, 1.0))
-    off = np.linalg.norm(share * way - back)
-    return bool(off <= 0.05 * np.linalg.norm(way) and first.tangent @ last.tangent > STRAIGHT)
+    share = float(np.clip(back @ step / max(float(step @ step), 1e-300), 0.0, 1.0))
+    off = np.linalg.norm(share * step - back)
+    return bool(off <= 0.05 * np.linalg.norm(step) and first.tangent @ last.tangent > STRAIGHT)
 
 
 def _within(residual: Residual, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, BranchEnd]:
@@ -299,7 +299,7 @@ def walked(residual: Residual, back: Followed | None, onward: Followed | None) -
     start = (onward or back).points[0]  # type: ignore[union-attr]
     points = [*before, start, *([] if onward is None else onward.points[1:])]
     ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([point.x for point in points]), axis=0), axis=1)))
-    placed = [(len(before) - 1 - i, reversed_way(record)) for i, record in (back.special[::-1] if back else ())]
+    placed = [(len(before) - 1 - i, reversed_record(record)) for i, record in (back.special[::-1] if back else ())]
     placed += [(len(before) + i, record) for i, record in (onward.special if onward else ())]
     special = tuple(special_point(residual, record, after, points, ways) for after, record in placed)
     ends = tuple(BranchEnd.NOT_FOLLOWED if part is None else part.end for part in (back, onward))

@@ -165,20 +165,20 @@ def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[fl
     return sorted(changes), complaint
 
 
-def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, float]]) -> str:
+def _cut(segment: Segment, left: float, right: float, changes: list[tuple[float, float]]) -> str:
     """Bracket the changes between two shares whose words differ; returns why it was given up."""
     here, there = (segment.point(share).closing.itinerary for share in (left, right))
     if here == there:
         return ""
-    if len(found) >= MOST_CHANGES:
+    if len(changes) >= MOST_CHANGES:
         return TOO_MANY
     before, after = segment.change(lambda point: point.closing.itinerary == here, left, right)
     if segment.discontinuous(before, after):
         return JUMPS
-    found.append((before, after))
+    changes.append((before, after))
     for first, last in ((left, before), (after, right)):
         middle = 0.5 * (first + last) if last - first > SHORTEST else first
         for begin, end in ((first, middle), (middle, last)):
-            if begin < end and (complaint := _cut(segment, begin, end, found)):
+            if begin < end and (complaint := _cut(segment, begin, end, changes)):
                 return complaint
     return ""

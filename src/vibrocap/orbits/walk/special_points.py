@@ -119,7 +119,7 @@ def special_points_between(
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
     special_points = [_change(segment, left, right) for left, right in cuts]
     if complaint:
-        special_points.append(_found(segment, SpecialKind.UNLOCATED, 0.0, 1.0, text=complaint))
+        special_points.append(_record(segment, SpecialKind.UNLOCATED, 0.0, 1.0, text=complaint))
     for i in range(0, len(edges), 2):
         left, right = edges[i : i + 2]
         if segment.same_modes(left, right):
@@ -143,7 +143,7 @@ def special_points_of_maps(segment: Segment, left: float, right: float, at_paren
             bracket = None
         if bracket is None or segment.discontinuous(bracket.left, bracket.right):
             text = f"{kind.value} test changes sign" + ("" if bracket is None else " where the orbits jump")
-            special_points.append(_found(segment, SpecialKind.UNLOCATED, left, right, text=text))
+            special_points.append(_record(segment, SpecialKind.UNLOCATED, left, right, text=text))
             continue
         special = _located(segment, kind, bracket, (before, after))
         folds = kind is SpecialKind.BRANCH_POINT  # a fold is no branch point too
@@ -152,7 +152,7 @@ def special_points_of_maps(segment: Segment, left: float, right: float, at_paren
     return special_points
 
 
-def _found(segment: Segment, kind: SpecialKind, left: float, right: float, **others: Any) -> Found:
+def _record(segment: Segment, kind: SpecialKind, left: float, right: float, **others: Any) -> Found:
     """The record of something between two shares that were visited."""
     points = segment.point(left), segment.point(right)
     return Found.between(segment.residual, kind, *points, **({"share": left} | others))
@@ -164,7 +164,7 @@ def _located(
     """The record of a root of a test between two points; None for a neutral saddle, which is nothing special."""
     share = bracket.left if abs(bracket.value_left) <= abs(bracket.value_right) else bracket.right
     point, counts = segment.point(share), _counts(segment, bracket.left, bracket.right)
-    record = _found(segment, kind, bracket.left, bracket.right, share=share, point=point, unstable=counts)
+    record = _record(segment, kind, bracket.left, bracket.right, share=share, point=point, unstable=counts)
     if bracket.jumps:
         return dataclasses.replace(record, kind=SpecialKind.JUMP, text=f"over that of a {kind.value}")
     values, vectors = np.linalg.eig(point.closing.jacobian)
@@ -217,7 +217,7 @@ def _change(segment: Segment, left: float, right: float) -> Found:
         if smooth is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
             passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.residual.half else smooth
             break
-    record = _found(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
+    record = _record(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
     if change not in (ModeChange.GRAZING, ModeChange.SPLITTING) and "impacts" not in text:
         return record
     low, high = (segment.residual.parameter(np.array([share])) for share in (0.0, 1.0))
@@ -312,7 +312,7 @@ class SpecialPoint(Result):
         return "; ".join(remark for remark in remarks if remark)
 
 
-def reversed_way(record: Found) -> Found:
+def reversed_record(record: Found) -> Found:
     """What is special, seen by one who comes along the branch the other way."""
     words, text = record.words[::-1], record.text
     if record.beyond is not None and not text.startswith("this branch"):

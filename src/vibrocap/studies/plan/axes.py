@@ -41,30 +41,30 @@ class Grid(ListedRuns):
         return {path: values.ravel() for path, values in zip(self.dims, crossed, strict=True)}
 
 
-def axis_of(path: str, given: Any) -> tuple[Column, list[str]]:
+def axis_of(path: str, asked: Any) -> tuple[Column, list[str]]:
     """The axis that text, a number or a sequence describes, and what is wrong with it."""
-    if isinstance(given, str) and ":" in given and is_kind(path):
+    if isinstance(asked, str) and ":" in asked and is_kind(path):
         return Column(path, ()), [Complaint(path, f"should be a list of {listed(kinds_of(path.partition('.')[0]))}")]
-    values, complaints = _text_values(given) if isinstance(given, str) else _listed_values(given)
+    values, complaints = _text_values(asked) if isinstance(asked, str) else _listed_values(asked)
     if not complaints:
         complaints = _row_complaints(path, values)
     return Column(path, tuple(values)), [Complaint(path, complaint) for complaint in complaints]
 
 
-def _listed_values(given: Any) -> tuple[list[Any], list[str]]:
-    if isinstance(given, np.ndarray):
-        if given.ndim > 1:
-            return [], [f"should be a list of values, got an array of shape {given.shape}"]
-        if len(np.atleast_1d(given)) > MOST_VALUES:
-            return [], [_too_many(given.size)]
-        given = given.tolist()
-    if isinstance(given, (int, float, np.generic)):
-        given = [given]
-    if isinstance(given, Mapping) or not isinstance(given, Iterable):
-        return [], [f"should be a list of values, got {shown(given)}"]
+def _listed_values(listed_values: Any) -> tuple[list[Any], list[str]]:
+    if isinstance(listed_values, np.ndarray):
+        if listed_values.ndim > 1:
+            return [], [f"should be a list of values, got an array of shape {listed_values.shape}"]
+        if len(np.atleast_1d(listed_values)) > MOST_VALUES:
+            return [], [_too_many(listed_values.size)]
+        listed_values = listed_values.tolist()
+    if isinstance(listed_values, (int, float, np.generic)):
+        listed_values = [listed_values]
+    if isinstance(listed_values, Mapping) or not isinstance(listed_values, Iterable):
+        return [], [f"should be a list of values, got {shown(listed_values)}"]
     values: list[Any] = []
     complaints = []
-    for value in given:
+    for value in listed_values:
         value = value.item() if isinstance(value, np.generic) else value
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             complaints.append(f"should hold numbers or words, got {shown(value)}")
@@ -129,16 +129,16 @@ def range_of(text: str, *, counted: bool) -> tuple[tuple[float, float, bool, int
     return (None, complaints) if complaints else ((low, high, logarithmic, count), [])
 
 
-def end_complaints(low: float, high: float, logarithmic: bool, given: Any) -> list[str]:
+def end_complaints(low: float, high: float, logarithmic: bool, asked: Any) -> list[str]:
     """What is wrong with the ends of a range."""
     if not (math.isfinite(low) and math.isfinite(high)):
-        return [f"the ends of a range should be finite numbers, got {shown(given)}"]
+        return [f"the ends of a range should be finite numbers, got {shown(asked)}"]
     if low == high:
-        return [f"the range {shown(given)} is empty: its ends are equal"]
+        return [f"the range {shown(asked)} is empty: its ends are equal"]
     if low > high:
-        return [f"the range {shown(given)} is reversed: its lower end should come first"]
+        return [f"the range {shown(asked)} is reversed: its lower end should come first"]
     if logarithmic and low <= 0:
-        return [f"a logarithmic range should begin above 0, got {shown(given)}"]
+        return [f"a logarithmic range should begin above 0, got {shown(asked)}"]
     return []
 
 
@@ -164,9 +164,9 @@ def _row_complaints(path: str, values: list[Any]) -> list[str]:
             return [f"there is no {shown(unknown[0])}; {suggestion(unknown[0], known)}"]
     if path.startswith("initial.") and any(isinstance(value, str) for value in values):
         return [f"should hold numbers, got {shown(next(value for value in values if isinstance(value, str)))}"]
-    seen: set[Any] = set()
+    earlier: set[Any] = set()
     for value in values:
-        if value in seen:
+        if value in earlier:
             return [f"holds {shown(value)} twice"]
-        seen.add(value)
+        earlier.add(value)
     return []

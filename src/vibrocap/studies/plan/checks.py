@@ -46,8 +46,8 @@ def check_runs(system: System, values: Mapping[str, np.ndarray]) -> None:
 def kind_choices(plan: Runs) -> Iterator[dict[str, Any]]:
     """Every combination of kinds in a grid; of a design there is one, that of the case."""
     axes = [axis for axis in plan.axes if is_kind(axis.path)] if isinstance(plan, Grid) else []
-    for chosen in itertools.product(*(axis.values for axis in axes)):
-        yield {axis.path: kind for axis, kind in zip(axes, chosen, strict=True)}
+    for kinds in itertools.product(*(axis.values for axis in axes)):
+        yield {axis.path: kind for axis, kind in zip(axes, kinds, strict=True)}
 
 
 def _case_complaints(system: System, plan: CaseList) -> list[str]:
@@ -69,13 +69,13 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[C
     Where a part has such rules, values that are good one by one may be refused together.
     """
     for kinds in kind_choices(plan):
-        chosen = kinds_chosen(system, kinds)
+        choice = kinds_chosen(system, kinds)
         numbered = [axis for axis in plan.axes if not is_kind(axis.path) and not axis.path.startswith(INITIAL)]
         parts: dict[str, list[Column]] = {}
         for axis in numbered:
             parts.setdefault(split_path(axis.path)[0], []).append(axis)
         for part, axes in parts.items():
-            kind = chosen[part] if isinstance(chosen[part], type) else type(chosen[part])
+            kind = choice[part] if isinstance(choice[part], type) else type(choice[part])
             yield kinds, axes, bool(kind.__pydantic_decorators__.model_validators) or hasattr(kind, "__post_init__")
 
 

@@ -102,18 +102,18 @@ class Drawn(Runs):
         return cls(Design(**record["design"]), tuple(Range(**drawn_range) for drawn_range in record["ranges"]))
 
 
-def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
+def range_from(path: str, asked: Any) -> tuple[Range, list[str]]:
     """The range that text LOW:HIGH or log:LOW:HIGH, or a pair of numbers, describes, and what is wrong with it."""
     nothing = Range(path, 0.0, 1.0)
     if is_kind(path):
         return nothing, [Complaint(path, "a design spreads numbers; run a study for each kind")]
-    if isinstance(given, str):
-        ends, complaints = range_of(given, counted=False)
+    if isinstance(asked, str):
+        ends, complaints = range_of(asked, counted=False)
         ranged = nothing if ends is None else Range(path, *ends[:3])
         return ranged, [Complaint(path, complaint) for complaint in complaints]
-    pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
+    pair = list(asked) if isinstance(asked, (tuple, list, np.ndarray)) else []
     if len(pair) != 2 or not all(map(is_number, pair)):
-        return nothing, [Complaint(path, f"a design needs a range, (low, high) or LOW:HIGH, got {shown(given)}")]
+        return nothing, [Complaint(path, f"a design needs a range, (low, high) or LOW:HIGH, got {shown(asked)}")]
     low, high = float(pair[0]), float(pair[1])
     complaints = end_complaints(low, high, False, (low, high))
     return Range(path, low, high), [Complaint(path, complaint) for complaint in complaints]

@@ -105,9 +105,9 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
     return complaints
 
 
-def _measures(given: Any, system: System) -> tuple[tuple[str | Measure, ...], list[str]]:
+def _measures(asked: Any, system: System) -> tuple[tuple[str | Measure, ...], list[str]]:
     """The measures, those of the table by name, without repetition; and what is wrong with them."""
-    listed = [given] if isinstance(given, (str, Measure)) else list(given)
+    listed = [asked] if isinstance(asked, (str, Measure)) else list(asked)
     complaints = Complaints()
     if not listed:
         complaints.add("measures", "there are none; ask for at least one, such as 'mean_velocity'")
@@ -156,7 +156,7 @@ def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
         return Grid(good), [complaint for _, entry in axes for complaint in entry]
     if not isinstance(design, Design):
         return nothing, [Complaint("design", f"should be a Design, got {shown(design)}")]
-    ranges = [range_from(path, given) for path, given in over.items()]
+    ranges = [range_from(path, ends) for path, ends in over.items()]
     complaints = [*design.complaints(), *(complaint for _, entry in ranges for complaint in entry)]
     return Drawn(design, tuple(ranged for ranged, _ in ranges)), complaints
 

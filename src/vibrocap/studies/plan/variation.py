@@ -131,7 +131,7 @@ def paths(parts: Mapping[str, Any]) -> tuple[str, ...]:
     return (*parameters, *(INITIAL + state for state in state_names(parts)))
 
 
-def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], units: Scales | None) -> list[str]:
+def path_complaints(asked: Iterable[str], choices: Iterable[Mapping[str, Any]], units: Scales | None) -> list[str]:
     """Complaints about paths that are none, or that are unknown for one of the choices of kinds (parts by name).
 
     units: of the system; paths that carry a unit need to know them
@@ -142,7 +142,7 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(parts))
     known = [*plain, *(in_si if units is not None else ())]
     complaints = Complaints()
-    for path in given:
+    for path in asked:
         if units is None and path in in_si:
             place_in_si = next(place for parts in choices if (place := path_in_si(path, parts)) is not None)
             complaints.add(path, f"the case does not give its units; add {place_in_si[0]}, or a case in SI")

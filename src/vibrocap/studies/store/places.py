@@ -172,8 +172,8 @@ def write(root: Path, files: Mapping[str, bytes]) -> None:
                 with contextlib.suppress(OSError):
                     os.unlink(temporary, dir_fd=unfinished)
                 raise
-    ways = [place.split("/") for place in files]
-    for folder in sorted({"/".join(way[:deep]) for way in ways for deep in range(len(way))}):
+    paths = [place.split("/") for place in files]
+    for folder in sorted({"/".join(steps[:deep]) for steps in paths for deep in range(len(steps))}):
         force_names(root, folder)
 
 

@@ -227,17 +227,17 @@ class ArrayUnits:
         except CaseError as error:
             self._unknown = "; ".join(error.complaints)
 
-    def complaints(self, name: str, given: Mapping[str, Any]) -> list[str]:
-        """In what the attributes of an array differ; given: its attributes, None for one that is not there."""
+    def complaints(self, name: str, attributes: Mapping[str, Any]) -> list[str]:
+        """In what the attributes of an array differ; attributes: None for one that is not there."""
         if self._system is None:
-            told = [key for key in FACTORS if given.get(key) is not None]
-            return [f"{key} cannot be compared with the case of the study: {self._unknown}" for key in told]
+            factors = [key for key in FACTORS if attributes.get(key) is not None]
+            return [f"{key} cannot be compared with the case of the study: {self._unknown}" for key in factors]
         expected = self._expected(name, self._system)
         complaints = []
         for key, value in expected.items():
-            if given.get(key) != value and not (key == "units" and given.get(key) is None):
+            if attributes.get(key) != value and not (key == "units" and attributes.get(key) is None):
                 wanted = "not be there" if value is None else f"be {value!r}, by the case of the study"
-                complaints.append(f"{key} should {wanted}, got {given.get(key)!r}")
+                complaints.append(f"{key} should {wanted}, got {attributes.get(key)!r}")
         return complaints
 
     def _expected(self, name: str, system: System) -> dict[str, Any]:
