@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic, transcritical
 from renumbered import renumbered
 from thinned import exhaustive_but
+from vibrocap.orbits.continuation import cycle_following
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.walk import segment
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
-from vibrocap.orbits.walk.following import followed, started
+from vibrocap.orbits.walk.following import Followed, followed, started
 from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.newton import Levels, newton
@@ -373,3 +375,15 @@ def test_a_branch_ends_by_name_where_any_contact_stops_sticking(turned):
     branch = vc.branch(system, "drive.frequency", (0.865, 0.866), initial=start)
     assert branch.ends[1] is BranchEnd.ORBIT_CEASES
     assert branch.parameter[-1] == pytest.approx(0.865219107, abs=1e-8)
+
+
+def test_a_walk_along_cycles_ends_where_they_cross_their_section_at_less_than_thirty_degrees(monkeypatch):
+    """Cosines of the flow with the normal from 0.9 down; what is special in the last step is left to the next one."""
+    cosines = {0: 0.3, 1: 0.9, 2: 0.55, 3: 0.45, 4: 0.9}
+    monkeypatch.setattr(cycle_following, "flow_across", lambda closure, point: (1.0, cosines[point]))
+    points: list[Any] = list(cosines)
+    special: list[Any] = [(0, "fold"), (1, "flip"), (3, "fold")]
+    walk = cycle_following._crossing(None, Followed(points, special, BranchEnd.PARAMETER_BOUND))  # type: ignore[arg-type]
+    assert walk.points == [0, 1, 2]
+    assert walk.special == [(0, "fold"), (1, "flip")]
+    assert walk.end is BranchEnd.TOO_MANY_POINTS

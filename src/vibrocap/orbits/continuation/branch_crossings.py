@@ -11,7 +11,7 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.crossings.crossing import checked_measure
+from vibrocap.orbits.crossings.crossing import checked_measure, sign_changes
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
