@@ -22,7 +22,7 @@ AGREE = 1e-3  # relative difference of the costs of rounds that end in the same 
 FEWEST = 64  # samples of the shortest record within a horizon
 SENSITIVE = 1e3  # growth of a change of the start from which on neighbouring parameters have minima of their own
 SHORTEST, MOST_SEGMENTS, PER_SEGMENT = 12, 64, 3.0  # samples of a segment, segments of a record, growth in one
-LOOKED = 4  # points at which the growth along the records is looked at
+LOOKED, PARTS = 2, 16  # points at which the growth along the records is looked at, and parts of a record there
 
 
 def sensitive_segments(model: RecordModel, seed: int) -> int:
@@ -34,7 +34,7 @@ def sensitive_segments(model: RecordModel, seed: int) -> int:
     most = min(shortest // SHORTEST, MOST_SEGMENTS)
     if model.system.switched or most < 2:
         return 1
-    fine = in_segments(model, most)
+    fine = in_segments(model, min(most, PARTS))
     counts, growths = fine.counts(1.0), []
     for shares in sample_points(model.many, LOOKED, seed):
         point = fine.carried(np.concatenate((shares, np.zeros(fine.coordinates - model.many))))
