@@ -30,7 +30,7 @@ FACES = {
 }
 # what a parameter that may be left out is where it is given; others are 0.5
 VALUES = {"limit": 40.0, "command_limit": 60.0, "stop_stiffness": 25.0, "back_stop_stiffness": 30.0}
-VALUES |= {"delay": 0.005, "quantum": 1e-3, **BENCH}
+VALUES |= {"delay": 0.005, "quantum": 1e-3, "gravity": 1.0, **BENCH}  # less lifts the part off its feeder
 
 
 def part(kind: Any, optional: str) -> Any:
