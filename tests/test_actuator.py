@@ -13,6 +13,8 @@ from cases import DEFAULTS
 from thinned import exhaustive_but
 from vibrocap.cli.main import main
 from vibrocap.physics.closed_loop.actuator import ActuatedMachine
+from vibrocap.physics.mechanics.parts import Stop
+from vibrocap.physics.mechanics.stops import switch_events
 
 ROUNDING = 1e-12
 LAG = 0.7
@@ -204,3 +206,31 @@ def test_what_an_actuator_cannot_be_is_refused_by_name(change, complaint, tmp_pa
     with pytest.raises(vc.CaseError) as caught:
         vc.read_case(path)
     assert complaint in str(caught.value)
+
+
+def test_events_of_a_stop_and_of_a_limit_are_told_apart():
+    """A stop that is in front only has two guards, and the limit's come behind them: each event is at its own border."""
+    actuator = vc.Actuator(time_constant=0.4, limit=1.0)
+    drive = vc.Harmonic(amplitude=1.6, frequency=0.95)
+    system = vc.System(vc.VibroImpactCapsule(), vc.Coulomb(0.3, 0.4), drive, actuator=actuator)
+    motion = vc.simulate(system, periods=5)
+    sides = {"impact": ("touching", 1.0), "stop_opened": ("touching", 0.0)}
+    sides |= {"saturated": ("saturated", 1.0), "unsaturated": ("saturated", 0.0)}
+    told = [event for event in motion.events if event.kind in sides]
+    assert {str(event.kind) for event in told} == set(sides)
+    for event in told:
+        state, side = sides[event.kind]
+        assert abs(event.state[state]) == side
+        border = (
+            event.state["displacement"] / system.machine.gap if state == "touching" else event.state["actuator_output"]
+        )
+        assert abs(border) == pytest.approx(1.0, rel=1e-9)
+    both = vc.simulate(system, periods=3, start=motion)
+    assert vc.measured(both, ["impacts"], window=3)["impacts"] * 3 == both.event_kinds.tolist().count("impact")
+
+
+def test_events_of_several_stops_are_those_of_their_guards():
+    front, both = Stop(0.0, gap=0.1, stiffness=2.0), Stop(0.0, gap=0.1, back_gap=0.2, restitution=0.5)
+    assert switch_events([front, both]) == ("impact", "stop_opened", "impact", "stop_opened", "impact")
+    assert vc.VibroImpactCapsule().switch_events == ("impact", "stop_opened")
+    assert vc.VibroImpactCapsule(back_gap=0.1).switch_events == ("impact", "stop_opened", "impact")

@@ -13,7 +13,7 @@ from vibrocap.physics.dimensions.scales import FreeScales, Scales
 from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, whole_pattern
 from vibrocap.physics.mechanics.formulas import numbers_in
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
-from vibrocap.physics.mechanics.stops import stopped
+from vibrocap.physics.mechanics.stops import stopped, switch_events
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameter_table, parameters  # noqa: F401
 
@@ -61,6 +61,13 @@ class Derived:
             assert self.value is not None
             known[self] = self.value(kind, owner)
         return known[self]
+
+
+class SwitchEvents(Derived):
+    """What happens at each guard: of a class at those of every stop that there may be, of a machine at its own."""
+
+    def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
+        return super().__get__(None, owner) if instance is None else switch_events(instance.derived.stops)
 
 
 def result(name: str, doc: str) -> Any:
@@ -131,7 +138,8 @@ class Machine(Part):
     waves: ClassVar[tuple | None] = None  # of its signals; None: as the class has them
 
     states, contact_states, contact_names, stops, place = (Derived() for _ in range(5))
-    switched, switch_events, strikes_ground, channels = (Derived() for _ in range(4))
+    switched, strikes_ground, channels = (Derived() for _ in range(3))
+    switch_events: ClassVar[Any] = SwitchEvents()
     cyclic: ClassVar[Any] = Derived(_cyclic)
     turns: ClassVar[Any] = Derived(
         lambda kind, owner: {name: own.repeats for name, own in owner.all_coordinates.items() if own.repeats}

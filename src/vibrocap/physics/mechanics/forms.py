@@ -12,7 +12,7 @@ from vibrocap.physics.mechanics.mirror import conditions, free_conditions
 from vibrocap.physics.mechanics.parts import is_word
 from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, places_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
-from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms
+from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, switch_events
 from vibrocap.physics.mechanics.sums import Sum
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.physics.parameters import bounds, parameter_table
@@ -148,7 +148,7 @@ class Kind:
         pairs = ((name, whole.rates[name]) for name in whole.names)
         self.states = (*(name for pair in pairs for name in pair), *self.switched)
         self.symmetry = tuple(1 if name in own_states(kind) else -1 for name in self.states)
-        self.switch_events = tuple(IMPACT if side else "stop_opened" for _ in stops for side in (1, 0, -1))
+        self.switch_events = switch_events(whole.stops)
         bounces = [stop for _, stop in stops if stop.restitution is not None]
         self.strikes_ground = (IMPACT,) if any(stop.on_ground for stop in bounces) else ()
         moved = any(each.slope(TIME) for _, each in whole.everything()) and not whole.imposes

@@ -6,10 +6,11 @@ that is pushed against a stop stays there, s' = 0, until the stop would have to 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.events import IMPACT, STOP_OPENED
 from vibrocap.physics.mechanics.formulas import add, div, mul, sub
 from vibrocap.physics.mechanics.parts import MechanicsError, Stop, as_sum
 from vibrocap.physics.mechanics.sums import Sum, named, solved, total, written
@@ -49,6 +50,16 @@ def springs(stop: Stop, touching: Any) -> list[tuple]:
     k_back = k if stop.back_stiffness is None else as_sum(stop.back_stiffness)
     c_back = c if stop.back_damping is None else as_sum(stop.back_damping)
     return [(front, pressed, k, c), (back, pressed_back, k_back, c_back)]
+
+
+def sides(stop: Stop) -> tuple[float, ...]:
+    """What `touching` becomes at each of its guards: it is reached in front, left, reached behind where it is there."""
+    return (1.0, 0.0) if stop.back_gap is None else (1.0, 0.0, -1.0)
+
+
+def switch_events(stops: Iterable[Stop]) -> tuple[str, ...]:
+    """What happens at each guard."""
+    return tuple(IMPACT if side else STOP_OPENED for stop in stops if stop.switches for side in sides(stop))
 
 
 def elastic_force(stop: Stop, touching: Any) -> Sum:
@@ -157,8 +168,7 @@ def outcomes(motion: Any) -> tuple[dict[str, Any], ...]:
     """Of each guard the states that change, by name, a stop's own by its number."""
     after_all: list[dict[Any, Any]] = []
     for number, stop, touching in motion.switching:
-        sides = (1.0, 0.0, -1.0) if stop.back_gap is not None else (1.0, 0.0)
-        for side in sides:
+        for side in sides(stop):
             if stop.elastic:
                 after_all.append({number: side})
             elif side == 0.0:
