@@ -209,7 +209,7 @@ def test_what_an_actuator_cannot_be_is_refused_by_name(change, complaint, tmp_pa
 
 
 def test_events_of_a_stop_and_of_a_limit_are_told_apart():
-    """A stop that is in front only has two guards, and the limit's come behind them: each event is at its own border."""
+    """A stop in front only has two guards; those of the limit follow: each event is at its own border."""
     actuator = vc.Actuator(time_constant=0.4, limit=1.0)
     drive = vc.Harmonic(amplitude=1.6, frequency=0.95)
     system = vc.System(vc.VibroImpactCapsule(), vc.Coulomb(0.3, 0.4), drive, actuator=actuator)
