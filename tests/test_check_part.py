@@ -248,6 +248,7 @@ def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):
         unregister(part)
     assert "The law lugre keeps its contract." in printed(capsys, "list", "lugre", "--check", "--quick")
     assert "--check: name a part" in refused(capsys, "list", "--check")
+    assert "'drives' is no part; `vibrocap list drives`" in refused(capsys, "list", "drives", "--check")
     assert main(["list", "lugree", "--check"]) == WRONG_INPUT
     assert "no machine, law, drive or controller is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
 

@@ -52,6 +52,11 @@ def test_a_table_or_a_study_is_no_case(case, capsys):
     assert "is no case file (.toml)" in refused(capsys, "simulate", case.with_name("run.xlsx"))
 
 
+def test_a_list_is_of_one_case_and_equations_are_of_a_machine(case, capsys):
+    assert "NAMES: should hold one case" in refused(capsys, "list", case, case)
+    assert "--latex: shows the equations of a machine, got lugre" in refused(capsys, "list", "lugre", "--latex")
+
+
 @pytest.mark.parametrize("option", ["--width page", "--no-header", "--style x.mplstyle"])
 def test_an_option_of_a_picture_is_refused_where_none_is_drawn(option, case, capsys):
     flag = option.split()[0]

@@ -171,12 +171,12 @@ def _installed_by(missing: list[str]) -> str:
     for line in requires("vibrocap") or ():
         if brought := re.match(r"""([\w.-]+).*extra == ['"](.+)['"]""", line):
             extras.setdefault(brought[2], set()).add(brought[1])
-    by_size, chosen, rest = sorted(extras, key=lambda extra: len(extras[extra])), [], set(missing)
+    by_size, installed, rest = sorted(extras, key=lambda extra: len(extras[extra])), [], set(missing)
     smallest = {next((extra for extra in by_size if package in extras[extra]), "") for package in missing} - {""}
     for extra in sorted(smallest, key=by_size.index, reverse=True):  # a large one may bring what a small one would
         if extras[extra] & rest:
-            chosen, rest = [*chosen, extra], rest - extras[extra]
-    return " ".join([*([f'"vibrocap[{",".join(sorted(chosen))}]"'] if chosen else []), *sorted(rest)])
+            installed, rest = [*installed, extra], rest - extras[extra]
+    return " ".join([*([f'"vibrocap[{",".join(sorted(installed))}]"'] if installed else []), *sorted(rest)])
 
 
 def require(what: str, *packages: str) -> None:

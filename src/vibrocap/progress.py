@@ -55,18 +55,18 @@ def bar(what: str) -> Iterator[Callable[..., None]]:
     if not (console.is_terminal or console.is_jupyter):
         yield lambda share, now=None: None
         return
-    made = _Bar(what, console)
-    begin = threading.Timer(SHOWN_AFTER, made.shown.start)
+    new = _Bar(what, console)
+    begin = threading.Timer(SHOWN_AFTER, new.shown.start)
     begin.daemon = True
     begin.start()
-    _bars.append(made)
+    _bars.append(new)
     try:
-        yield made.report
+        yield new.report
     finally:
-        _bars.remove(made)
+        _bars.remove(new)
         begin.cancel()
         begin.join()
-        made.shown.stop()
+        new.shown.stop()
 
 
 @contextlib.contextmanager
@@ -89,13 +89,13 @@ def reporting(progress: Progress, what: str) -> Iterator[Callable[..., Any] | No
 @contextlib.contextmanager
 def stage(words: str) -> Iterator[None]:
     """All bars that are there say so as long as this lasts, such as "compiling"."""
-    told = tuple(_bars)
-    for each in told:
-        each.enter(words)
+    bars = tuple(_bars)
+    for bar in bars:
+        bar.enter(words)
     try:
         yield
     finally:
-        for line in told:
+        for line in bars:
             line.enter("")
 
 

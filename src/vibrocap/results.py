@@ -160,19 +160,19 @@ class Rows(tuple[Record, ...]):
 
 def _flat(record: Any) -> dict[str, Any]:
     columns: dict[str, Any] = {}
-    for name, seen in view(record).items():
-        for key, value in seen.items() if isinstance(seen, Mapping) else [(name, seen)]:
+    for name, member in view(record).items():
+        for key, value in member.items() if isinstance(member, Mapping) else [(name, member)]:
             columns[key if key not in columns else f"{name}_{key}"] = without_unit(value)
     return columns | ({"unit": unit} if isinstance(unit := getattr(record, "unit", None), str) else {})
 
 
-def _in_words(name: str, seen: Any) -> str:
+def _in_words(name: str, value: Any) -> str:
     """A number, a quantity or a word with its name, of a list how many; empty for what is more than that."""
     words = name.replace("_", " ")
-    if isinstance(seen, list):
-        return f"{len(seen)} {words}"
-    plain = without_unit(seen)
-    return f"{words} {seen:.8g}" if isinstance(plain, float) else f"{words} {seen}" if isinstance(plain, str) else ""
+    if isinstance(value, list):
+        return f"{len(value)} {words}"
+    plain = without_unit(value)
+    return f"{words} {value:.8g}" if isinstance(plain, float) else f"{words} {value}" if isinstance(plain, str) else ""
 
 
 def _cell(value: Any) -> str:

@@ -18,8 +18,8 @@ NAMED = ("MATPLOTLIBRC", "MPLCONFIGDIR")  # files of theirs that a user names, f
 
 def leave_out_its_modules() -> None:
     """No modules from there for `python -m vibrocap`; unless the package itself stands there."""
-    said = {word.removeprefix("-m").partition(".")[0] for word in sys.orig_argv[1:]}
-    if sys.argv[:1] != ["-m"] or "vibrocap" not in said or sys.flags.safe_path or not sys.path:
+    modules = {word.removeprefix("-m").partition(".")[0] for word in sys.orig_argv[1:]}
+    if sys.argv[:1] != ["-m"] or "vibrocap" not in modules or sys.flags.safe_path or not sys.path:
         return
     if os.path.realpath(sys.path[0]) != os.path.dirname(os.path.dirname(os.path.realpath(__file__))):
         del sys.path[0]

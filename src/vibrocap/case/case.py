@@ -181,10 +181,10 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
     sections: dict[str, Mapping[str, Any]] = {}
     further = tuple(name for name in data if name not in SECTIONS and is_part(name))
     for name in (*SECTIONS, *further):
-        given = data.get(name, {})
-        if not isinstance(given, Mapping):
-            complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(given)}")
-        sections[name] = given if isinstance(given, Mapping) else {}
+        section_data = data.get(name, {})
+        if not isinstance(section_data, Mapping):
+            complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(section_data)}")
+        sections[name] = section_data if isinstance(section_data, Mapping) else {}
 
     wanted = (*CHOICES, *(name for name in CHOICES_LEFT_OUT if name in data), *further)
     there = [name for name in wanted if isinstance(data.get(name, {}), Mapping)]
@@ -193,7 +193,7 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
     classes = own | {name: _chosen(name, sections[name], complaints) for name in there if name not in own}
     complete = len(classes) == len(wanted) and all(classes.values())
     classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
-    scales, given, said = None, {}, 0
+    scales, section_data, count = None, {}, 0
     if complete:
         form = form_of(sections, classes, data.get("units"))
         if form.check(sections, complaints):
@@ -207,9 +207,9 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
         if form.si:
             if scales is None:  # nothing can be converted
                 raise CaseError(complaints, source)
-            plain, given = without_units(sections, form, scales, complaints)
+            plain, section_data = without_units(sections, form, scales, complaints)
             sections |= plain
-            said = len(complaints)  # about what was given; the others are about fields without units
+            count = len(complaints)  # about what was given; the others are about fields without units
         elif described:
             lacking = [name for name in classes["machine"].required if name not in sections["machine"]]
             complaints += [Complaint(f"machine.{name}", "is missing; it has no default") for name in lacking]
@@ -218,7 +218,7 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
         about = _fields(complaints)
         fields = [f"{name}.{own}" for name, cls in classes.items() for own in undeclared(cls)]
         complaints += [Complaint(field, UNDECLARED) for field in fields if field not in about]
-        said = len(complaints)
+        count = len(complaints)
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
     moving = {"machine", "friction", *classes} - {"drive", "environment"}  # the parts that have states
     states = state_names(classes) if all(classes.get(name) for name in moving) else None
@@ -229,8 +229,8 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
         with complaints.collected(), _computable() if described else contextlib.nullcontext():
             system = System.of_parts(parts, None if kept else scales)
     if complaints or system is None:
-        later = [as_given(complaint, given, sections) for complaint in complaints[said:]]
-        raise CaseError([*complaints[:said], *later], source)
+        later = [as_given(complaint, section_data, sections) for complaint in complaints[count:]]
+        raise CaseError([*complaints[:count], *later], source)
     initial = {name: float(value) for name, value in sections["initial"].items()}
     try:
         case = Case(system, initial, **sections["run"], scales=scales if kept else None)
@@ -239,7 +239,7 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
     except ValueError as error:  # a stop stands where the motion would start, a mechanism divides by zero there
         if not (reported := getattr(error, "complaints", ())):
             raise
-        raise CaseError([as_given(each, given, sections) for each in reported], source) from None
+        raise CaseError([as_given(text, section_data, sections) for text in reported], source) from None
     return case
 
 
@@ -262,13 +262,13 @@ def save_case(
     return Case(system, initial or {}, **run).save(path, units)
 
 
-def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:
+def _chosen(section: str, section_data: Mapping[str, Any], complaints: Complaints) -> Any:
     """The class that a section asks for, or None with a complaint."""
     key, known = kind_key(section), kinds_of(section)
-    choice = given.get(key)
+    choice = section_data.get(key)
     if isinstance(choice, str) and choice in known:
         return known[choice]
-    if key not in given:
+    if key not in section_data:
         complaints.add(f"{section}.{key}", f"is missing; should be {_one_of(known)}")
     elif isinstance(choice, str):
         complaints.add(f"{section}.{key}", f"no {key} is called {shown(choice)}; {suggestion(choice, known)}")
@@ -284,12 +284,12 @@ def _computable() -> contextlib.AbstractContextManager:
     return placed(KIND)
 
 
-def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
+def _part(section: str, cls: Any, section_data: Mapping[str, Any], complaints: Complaints) -> Any:
     """The part with its good values, so that checks between fields continue; complaints about the others."""
     key = kind_key(section)
     names = _parameter_names(cls)
-    values = {name: value for name, value in given.items() if name in names}
-    for name in [name for name in given if name not in (key, *names)]:
+    values = {name: value for name, value in section_data.items() if name in names}
+    for name in [name for name in section_data if name not in (key, *names)]:
         owner = next((other for other, kin in kinds_of(section).items() if name in _parameter_names(kin)), None)
         hint = f"it belongs to {key} = {owner!r}; here " if owner else ""
         kind = f" for {key} = {cls.name!r}" if key else ""
@@ -300,16 +300,16 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complain
             return cls(**values)
         except ParameterError as error:
             rest = [complaint for complaint in error.complaints if not any(name in complaint for name in bad)]
-            complaints += [each.about(f"{section}.{each.field}") for each in rest]
-            bad |= {each.field for each in rest}
+            complaints += [text.about(f"{section}.{text.field}") for text in rest]
+            bad |= {text.field for text in rest}
             values = {name: value for name, value in values.items() if name not in bad}
     return cls()
 
 
-def _scales(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Scales | None:
+def _scales(section: str, cls: Any, values: Mapping[str, Any], complaints: Complaints) -> Scales | None:
     """What the units of a machine are, or None with complaints."""
     try:
-        return cls(**given)
+        return cls(**values)
     except ParameterError as error:
         complaints += [complaint.about(f"{section}.{complaint.field}") for complaint in error.complaints]
         return None
@@ -319,18 +319,18 @@ def _parameter_names(cls: Any) -> list[str]:
     return [info.name for info in parameter_table(cls)]
 
 
-def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:
-    for name, value in given.items():
+def _check_initial(values: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:
+    for name, value in values.items():
         if states is not None and name not in states:
             complaints.add(f"initial.{name}", f"no such state; {suggestion(name, states)}")
         elif not (is_number(value) and abs(value) <= sys.float_info.max):
             complaints.add(f"initial.{name}", f"should be a finite number, got {shown(value)}")
 
 
-def _check_run(given: Mapping[str, Any], complaints: Complaints) -> None:
+def _check_run(values: Mapping[str, Any], complaints: Complaints) -> None:
     from vibrocap.motion.simulate import check_run
 
-    for name, value in given.items():
+    for name, value in values.items():
         if name not in RUN_DEFAULTS:
             complaints.add(f"run.{name}", f"no such key; {suggestion(name, RUN_DEFAULTS)}")
             continue

@@ -58,17 +58,17 @@ def drive_columns(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def with_columns(
-    given: Mapping[str, Any], keys: Mapping[str, str], folder: Path, complaints: Complaints
+    drive: Mapping[str, Any], keys: Mapping[str, str], folder: Path, complaints: Complaints
 ) -> Mapping[str, Any]:
     """The section [drive] of a case with the columns of its `file` in place of that key.
 
     keys: under which `times` and `values` stand, in SI with their units; folder: of the case
     """
-    if "file" not in given:
-        return given
-    rest = {key: value for key, value in given.items() if key != "file"}
+    if "file" not in drive:
+        return drive
+    rest = {key: value for key, value in drive.items() if key != "file"}
     twice = [key for key in (*keys, *keys.values()) if key in rest]
-    name = given["file"]
+    name = drive["file"]
     if twice:
         complaints.add("drive.file", f"gives the table once more; give it or {twice[0]}")
     elif not isinstance(name, str):

@@ -45,20 +45,20 @@ class Expression:
     Raises ExpressionError for anything else, with the column.
     """
 
-    def __init__(self, given: Any, names: Collection[str], bodies: Collection[str] = ()):
-        self.text, self.names, self.bodies = str(given), names, bodies
+    def __init__(self, text: Any, names: Collection[str], bodies: Collection[str] = ()):
+        self.text, self.names, self.bodies = str(text), names, bodies
         self.bodies_named: list[str] = []
-        if isinstance(given, str):
-            if len(given) > LONGEST:
-                raise ExpressionError(f"should be an expression of at most {LONGEST} characters, got {len(given)}")
-            self.tree = self._parsed(given)
+        if isinstance(text, str):
+            if len(text) > LONGEST:
+                raise ExpressionError(f"should be an expression of at most {LONGEST} characters, got {len(text)}")
+            self.tree = self._parsed(text)
             self._check(self.tree, DEEPEST)
             if (terms := _terms(self.tree)) > MOST_TERMS:
-                raise ExpressionError(f"{shown(given)}: multiplied out has {terms:.3g} terms, more than {MOST_TERMS}")
-        elif isinstance(given, (int, float)) and not isinstance(given, bool) and abs(given) < 1e300:
-            self.tree = ast.Constant(float(given))
+                raise ExpressionError(f"{shown(text)}: multiplied out has {terms:.3g} terms, more than {MOST_TERMS}")
+        elif isinstance(text, (int, float)) and not isinstance(text, bool) and abs(text) < 1e300:
+            self.tree = ast.Constant(float(text))
         else:
-            raise ExpressionError(f"should be a finite number or an expression, got {shown(given)}")
+            raise ExpressionError(f"should be a finite number or an expression, got {shown(text)}")
 
     def _parsed(self, text: str) -> ast.expr:
         if (end := LETTERS.match(text).end()) < len(text):  # type: ignore[union-attr]

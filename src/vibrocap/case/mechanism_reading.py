@@ -215,14 +215,14 @@ class Reading:
         self.space["__annotations__"][name] = number
         self.space[name] = parameter(default if isinstance(default, str) else float(default), *texts, **own)
 
-    def _limits(self, where: str, given: Any) -> dict[str, float]:
+    def _limits(self, where: str, value: Any) -> dict[str, float]:
         """Between which values a parameter is, as pydantic says it."""
-        if isinstance(given, str) and given in RANGES:
-            return dict(RANGES[given])
-        pair = isinstance(given, list) and len(given) == 2 and all(map(is_number, given))
-        if pair and -1e300 < float(given[0]) < float(given[1]) < 1e300:
-            return {"ge": float(given[0]), "le": float(given[1])}
-        self.complaints.add(where, f"should be one of {listed(RANGES)}, or [least, most], got {shown(given)}")
+        if isinstance(value, str) and value in RANGES:
+            return dict(RANGES[value])
+        pair = isinstance(value, list) and len(value) == 2 and all(map(is_number, value))
+        if pair and -1e300 < float(value[0]) < float(value[1]) < 1e300:
+            return {"ge": float(value[0]), "le": float(value[1])}
+        self.complaints.add(where, f"should be one of {listed(RANGES)}, or [least, most], got {shown(value)}")
         return {}
 
     def _coordinate(self, name: str, row: Mapping[str, Any]) -> None:
@@ -285,8 +285,8 @@ class Reading:
             self.complaints.add(KIND, f"should have at most {MOST} bodies and {4 * MOST} parts")
         plans: list[Planned] = []
         for part, where, row in [] if self.complaints else planned:
-            told = (str(complaint).partition(", i = ")[0] for complaint in self.complaints)
-            if where.partition(", i = ")[0] not in told:  # of a part that is repeated the first fault
+            fields = (str(complaint).partition(", i = ")[0] for complaint in self.complaints)
+            if where.partition(", i = ")[0] not in fields:  # of a part that is repeated the first fault
                 plans.append(self._planned(part, where, row))
         return plans
 
@@ -312,25 +312,25 @@ class Reading:
             self._check_size(f"{where}.{key}", row[key], own, self._wanted(keys[key], along))
         return Planned(where, make, fields)
 
-    def _value(self, where: str, key: str, wanted: str, given: Any) -> Any:
+    def _value(self, where: str, key: str, wanted: str, value: Any) -> Any:
         if wanted == NAME:
-            if not isinstance(given, str) or (key == "speed" and not WORD.fullmatch(given)):
-                raise ExpressionError(f"should be a name, got {shown(given)}")
-            return given
+            if not isinstance(value, str) or (key == "speed" and not WORD.fullmatch(value)):
+                raise ExpressionError(f"should be a name, got {shown(value)}")
+            return value
         bodies = {"ground": "support", **self.bodies}
         if wanted in (BODY, BODIES):
-            names = [given] if wanted == BODY else given
+            names = [value] if wanted == BODY else value
             if not isinstance(names, list) or len(names) != (1 if wanted == BODY else 2):
-                raise ExpressionError(f"should be a list of two bodies, got {shown(given)}")
+                raise ExpressionError(f"should be a list of two bodies, got {shown(value)}")
             for name in names:
                 if not isinstance(name, str) or name not in bodies:
                     raise ExpressionError(f"there is no body {shown(name)}; {suggestion(name, bodies)}")
-            return given if wanted == BODY else tuple(given)
-        if key == "load" and given in LOADS:
-            return given
-        expression = Expression(given, self.sizes, self.bodies)
+            return value if wanted == BODY else tuple(value)
+        if key == "load" and value in LOADS:
+            return value
+        expression = Expression(value, self.sizes, self.bodies)
         if (inside := self.words & expression.names_in) and not (key == "load" and expression.is_name):
-            raise ExpressionError(f"{shown(given)}: {min(inside)!r} may be a word, so it stands alone, as a load")
+            raise ExpressionError(f"{shown(value)}: {min(inside)!r} may be a word, so it stands alone, as a load")
         return expression
 
     def _wanted(self, unit: str, along: Dimension | None) -> tuple[Dimension, ...]:

@@ -26,13 +26,13 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
     for key in description:
         if key not in (known := (*HEAD, *TABLES, *PARTS)):
             complaints.add(f"{KIND}.{key[:60]}", f"no such key; {suggestion(key, known)}")
-    given: dict[str, Any] = {"version": VERSION, **description}
-    description_tables: dict[str, Any] = {key: given[key] for key in HEAD if key in given}
+    table: dict[str, Any] = {"version": VERSION, **description}
+    description_tables: dict[str, Any] = {key: table[key] for key in HEAD if key in table}
     for key, what in description_tables.items():
         if (wanted := _head_wanted(key, what)) is not None:
             complaints.add(f"{KIND}.{key}", f"should be {wanted}, got {shown(what)}")
-    for key in (key for key in (*TABLES, *PARTS) if key in given):
-        rows, named = given[key], key in TABLES
+    for key in (key for key in (*TABLES, *PARTS) if key in table):
+        rows, named = table[key], key in TABLES
         kind: Any = Mapping if named else list
         of_kind = isinstance(rows, kind)
         several = list((rows.values() if named else rows) if of_kind else ())
@@ -106,18 +106,18 @@ def limits_text(limits: Mapping[str, float]) -> str:
     return " and ".join(f"{signs[key]} {limit:g}" for key, limit in limits.items()) or "of any size"
 
 
-def number_or_word(limits: Mapping[str, float], words: tuple[str, ...], given: Any) -> Any:
+def number_or_word(limits: Mapping[str, float], words: tuple[str, ...], value: Any) -> Any:
     """A value of a parameter that may be a word; ValueError where it is none."""
-    if given in words if isinstance(given, str) else is_number(given) and within(given, limits):
-        return given
+    if value in words if isinstance(value, str) else is_number(value) and within(value, limits):
+        return value
     raise ValueError(f"should be a number {limits_text(limits)}, or {listed(map(repr, words), ' or ')}")
 
 
 # --- texts of repeated parts ------------------------------------------------------------------------------------------
 
 
-def numbered_text(given: Any, i: int) -> Any:
+def numbered_text(text: Any, i: int) -> Any:
     """A text with i in place of {i}, i + 1 in place of {i+1}."""
-    if isinstance(given, list):
-        return [numbered_text(item, i) for item in given]
-    return REPEATED.sub(lambda match: str(i + int(match[1] or 0)), given) if isinstance(given, str) else given
+    if isinstance(text, list):
+        return [numbered_text(item, i) for item in text]
+    return REPEATED.sub(lambda match: str(i + int(match[1] or 0)), text) if isinstance(text, str) else text

@@ -91,8 +91,8 @@ def is_kind(path: object) -> bool:
 def chosen_classes(data: Mapping[str, Any]) -> dict[str, Any]:
     """The class of part of each section that is there and says one; those that may be left out always have theirs."""
     classes: dict[str, Any] = dict(OPTIONAL)
-    for section, given in data.items():
-        kind = given.get(kind_key(section)) if isinstance(given, Mapping) else None
+    for section, values in data.items():
+        kind = values.get(kind_key(section)) if isinstance(values, Mapping) else None
         part = kinds_of(section).get(kind) if isinstance(kind, str) else None
         if section == "machine" and part is None and "mechanism" in data:
             part = described_machine(data)
@@ -106,13 +106,13 @@ def described_machine(data: Mapping[str, Any], complaints: Complaints | None = N
     from vibrocap.case.mechanism import KIND
     from vibrocap.case.mechanism_reading import mechanism
 
-    told = Complaints() if complaints is None else complaints
-    with told.collected():
+    problems = Complaints() if complaints is None else complaints
+    with problems.collected():
         part, machine = mechanism(data["mechanism"]), data.get("machine", {})
         kind = machine.get("kind") if isinstance(machine, Mapping) else part.name
         if kind in (KIND, part.name):
             return part
-        told.add("machine.kind", f"should be {KIND!r}, described in [{KIND}], got {shown(kind)}")
+        problems.add("machine.kind", f"should be {KIND!r}, described in [{KIND}], got {shown(kind)}")
     return None
 
 
@@ -167,9 +167,9 @@ class Form:
         return "machine", {name: x for name, x in sections["machine"].items() if name in fields}
 
 
-def form_of(sections: Sections, classes: Mapping[str, Any], said: Any) -> Form:
+def form_of(sections: Sections, classes: Mapping[str, Any], word: Any) -> Form:
     """In which units a case is given; classes: of the parts, all of them."""
-    form = Form(classes, said if said in WORDS else "", [])
+    form = Form(classes, word if word in WORDS else "", [])
     keys: dict[str, Any] = {name: parameter_keys(cls, effort_of(name, classes)) for name, cls in classes.items()}
     keys["initial"] = state_keys(state_units(classes))
     for name, known in keys.items():
@@ -183,7 +183,7 @@ def without_units(
 ) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[str, Any]]]:
     """(the sections without units, under which key and with which value each field was given)."""
     units = units_of(form.classes, scales)
-    plain, given = {}, {}
+    plain, originals = {}, {}
     for name in sorted((*form.classes, "initial"), key=lambda section: section not in ("machine", "environment")):
         aside = {kind_key(name), *(scale_fields(form.classes) if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
@@ -203,8 +203,8 @@ def without_units(
         plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | states.values
         for own, key in states.keys.items():
             key = asked.get(key, key)
-            given[f"{name}.{own}"] = (f"{name}.{key}", sections[name].get(key, values.get(key)))
-    return plain, given
+            originals[f"{name}.{own}"] = (f"{name}.{key}", sections[name].get(key, values.get(key)))
+    return plain, originals
 
 
 def _constant_load(classes: Mapping[str, Any], plain: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
@@ -217,20 +217,20 @@ def _constant_load(classes: Mapping[str, Any], plain: Mapping[str, Any], contact
         return None
 
 
-def as_given(complaint: str, given: Mapping[str, tuple[str, Any]], plain: Mapping[str, Mapping[str, Any]]) -> str:
+def as_given(complaint: str, originals: Mapping[str, tuple[str, Any]], plain: Mapping[str, Mapping[str, Any]]) -> str:
     """A complaint about a value without units, about what was given."""
-    if not isinstance(complaint, Complaint) or complaint.field not in given:
+    if not isinstance(complaint, Complaint) or complaint.field not in originals:
         return complaint
-    key, value = given[complaint.field]
+    key, value = originals[complaint.field]
     section, name = split_path(complaint.field)
     text, got, _ = complaint.text.rpartition(f", got {shown(plain[section][name])}")
     return Complaint(key, f"{text}, got {shown(value)}" if got else complaint.text)
 
 
-def check_word(said: Any, complaints: Complaints) -> None:
+def check_word(word: Any, complaints: Complaints) -> None:
     """A complaint about units = ... that are none."""
-    if said is not None and said not in WORDS:
-        complaints.add("units", f'should be "SI" or "dimensionless", got {shown(said)}')
+    if word is not None and word not in WORDS:
+        complaints.add("units", f'should be "SI" or "dimensionless", got {shown(word)}')
 
 
 def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
@@ -271,52 +271,52 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
 
 
 def _differs(data: Mapping[str, Any], section: str, kind: Any) -> bool:
-    given = data.get(section, {})
-    return isinstance(given, dict) and given.get(kind_key(section)) != kind
+    keys = data.get(section, {})
+    return isinstance(keys, dict) and keys.get(kind_key(section)) != kind
 
 
 def _in_si(data: Mapping[str, Any]) -> bool:
     """Whether a case is in SI, as far as it can be told."""
     classes = chosen_classes(data)
-    sections = {name: given if isinstance(given := data.get(name), dict) else {} for name in (*classes, "initial")}
+    sections = {name: section if isinstance(section := data.get(name), dict) else {} for name in (*classes, "initial")}
     return set(CHOICES) <= set(classes) and form_of(sections, classes, data.get("units")).si
 
 
-def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classes, si: bool) -> dict[str, Any]:
+def _kept(section_data: Mapping[str, Any], section: str, before: Classes, after: Classes, si: bool) -> dict[str, Any]:
     """What a section keeps as its part becomes another, by the keys of that one."""
     if not {section, "machine"} <= set(before) or not {section, "machine"} <= set(after):
         return {}
     keys = parameter_keys(after[section], effort_of(section, after))
-    said = _said(given, section, before)
+    places = _said(section_data, section, before)
     defaults = {info.name: info.default for info in parameter_table(before[section])}
     values = {}
     for name, old in carried_names(before[section], after[section]).items():
         first = one_way(keys, name)
-        if old in said:
-            key, way = said[old]
-            same = [key.key for key in keys.values() if key.name == name and way and key.unit == way.unit]
-            if way is None:
+        if old in places:
+            key, entry = places[old]
+            same = [key.key for key in keys.values() if key.name == name and entry and key.unit == entry.unit]
+            if entry is None:
                 same = [name if first is None or not si else first.stem]
-            values |= dict.fromkeys(same[:1], given[key])
+            values |= dict.fromkeys(same[:1], section_data[key])
         elif not si or first is None or same_without_units(keys, name):
             values |= {} if defaults[old] is None else {name: defaults[old]}
         elif defaults[old] == 0.0:
             values[first.key] = 0.0
     if section == "machine":  # what its units are
-        values |= {name: given[name] for name in scale_fields(after) if name in given}
+        values |= {name: section_data[name] for name in scale_fields(after) if name in section_data}
     return values
 
 
-def _said(given: Mapping[str, Any], section: str, classes: Classes) -> dict[str, tuple[str, Key | None]]:
+def _said(values: Mapping[str, Any], section: str, classes: Classes) -> dict[str, tuple[str, Key | None]]:
     """The parameters of a part that its section gives: the key, and the way in SI where it says its unit."""
     keys = parameter_keys(classes[section], effort_of(section, classes))
     names = {info.name for info in parameter_table(classes[section])}
     stems = {key.stem: key.name for key in keys.values()}
     stated: dict[str, tuple[str, Key | None]] = {}
-    for key in given:
-        way = keys.get(key)
-        if way is not None and way.has_unit:
-            stated[way.name] = key, way
+    for key in values:
+        entry = keys.get(key)
+        if entry is not None and entry.has_unit:
+            stated[entry.name] = key, entry
         elif key in names or key in stems:
             stated[key if key in names else stems[key]] = key, None
     return stated
@@ -341,10 +341,10 @@ def _keep_states(data: dict[str, Any], before: Classes, after: Classes) -> None:
 def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes: Mapping[str, Any]) -> None:
     """A value in its section, in place of the same quantity under another key, such as frequency_Hz."""
     section, key = split_path(path)
-    given = data.setdefault(section, {})
-    if not isinstance(given, dict):  # is complained of
+    values = data.setdefault(section, {})
+    if not isinstance(values, dict):  # is complained of
         return
-    given[key] = value
+    values[key] = value
     if not set(CHOICES) <= set(classes) or not (section in classes or section == "initial"):
         return
     if section == "initial":
@@ -353,4 +353,4 @@ def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes:
         keys = parameter_keys(classes[section], effort_of(section, classes))
     for other, stated in keys.items():
         if key in keys and stated.name == keys[key].name and other != key and f"{section}.{other}" not in changes:
-            given.pop(other, None)
+            values.pop(other, None)

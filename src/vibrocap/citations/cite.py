@@ -175,9 +175,9 @@ def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
         if not isinstance(system, System):
             text = "should be a system, a part, a case or a result that has a system or a law"
             raise ArgumentError("of", f"{text}, got {type(of).__name__}")
-        for part, given in system.parts.items():
-            if given.source or part in PARTS or number_in(part, "friction"):  # an environment has none
-                citations.append(_citation(given))
+        for part, part_kind in system.parts.items():
+            if part_kind.source or part in PARTS or number_in(part, "friction"):  # an environment has none
+                citations.append(_citation(part_kind))
         methods = methods_of(system, wanted)
     citations += [Citation(method.name, references(method.source)) for method in methods]
     return Citations(tuple({entry.what: entry for entry in citations}.values()))

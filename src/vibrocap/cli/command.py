@@ -244,8 +244,8 @@ def command(group: str, *examples: str, doing: str = "") -> Callable[[Callable[.
 
     def entered(run: Callable[..., Answer]) -> Callable[..., Answer]:
         request = next(iter(typing.get_type_hints(run).values()))
-        made = Command(run, group, examples, doing, request)
-        COMMANDS[made.name] = made
+        entry = Command(run, group, examples, doing, request)
+        COMMANDS[entry.name] = entry
         return run
 
     return entered

@@ -23,10 +23,10 @@ def script(app: App, shell: Any) -> str:
 
     That of zsh works under the name _vibrocap in the fpath too, and where a shell reads it by `source`.
     """
-    made = app.generate_completion(shell=shell)
+    text = app.generate_completion(shell=shell)
     if shell == "zsh":
-        return made.replace("compadd -d", "compadd -S '' -d") + CALLED_IN_ZSH
-    return made + NO_SPACE_IN_BASH if shell == "bash" else made
+        return text.replace("compadd -d", "compadd -S '' -d") + CALLED_IN_ZSH
+    return text + NO_SPACE_IN_BASH if shell == "bash" else text
 
 
 NO_SPACE_IN_BASH = """
@@ -119,7 +119,7 @@ def paths_of_case(asked: Any) -> Offered:
 def states_of_case(asked: Any) -> Offered:
     """The states of the case on the line, in SI with their units."""
     start = "initial."
-    return [(path.removeprefix(start), said) for path, said in paths_of_case(asked) if path.startswith(start)]
+    return [(path.removeprefix(start), meaning) for path, meaning in paths_of_case(asked) if path.startswith(start)]
 
 
 def _system(asked: Any) -> System | None:
@@ -156,4 +156,4 @@ def _pieces(asked: Any, names: Mapping[str, str]) -> list[tuple[str, str]]:
     """Names behind those that stand before a comma already, which are not offered again."""
     before, comma, _ = asked.incomplete.rpartition(",")
     words = before.split(",")
-    return [(before + comma + name, said) for name, said in names.items() if name not in words]
+    return [(before + comma + name, meaning) for name, meaning in names.items() if name not in words]

@@ -76,8 +76,8 @@ def writable_table(option: str, path: Path | None, *packages: str, rows: int = 0
 def writable_folder(option: str, folder: Path, *names: str) -> None:
     """Refusal for a folder that cannot be written into, or made; names: of files in it that are written anew."""
     for path in (folder / name for name in names):
-        if said := other_place(path):
-            raise Refusal(f"{option}: {str(path)!r} cannot be written: {said}")
+        if refusal := other_place(path):
+            raise Refusal(f"{option}: {str(path)!r} cannot be written: {refusal}")
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         raise Refusal(f"{option}: {str(there)!r} is a file; give a folder")

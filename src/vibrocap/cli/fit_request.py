@@ -235,6 +235,8 @@ def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], li
 
     options = FitRequest.flags()
     named = column_names(request.columns, complaints)
+    for path in dict.fromkeys(path for path in request.data if list(request.data).count(path) > 1):
+        complaints.append(f"DATA: {path} is given twice")
     units = pairs("units", split(request.units), complaints, "written as force=kN")
     records: list[Record] = []
     with warnings.catch_warnings(record=True) as caught:
@@ -273,8 +275,8 @@ def held_parameters(laws: list[str], fixed: Any, free: Any, bounds: Any, complai
             held[name] = float(text)
         except ValueError:
             complaints.append(f"--fixed {name}={text}: should be a number")
-    for flagged, given in (("fixed", held), ("free", split(free)), ("over", bounds)):
-        for name in given:
+    for flagged, parameters in (("fixed", held), ("free", split(free)), ("over", bounds)):
+        for name in parameters:
             if known and name not in known:
                 near = suggestion(name, known, there_is="there are")
                 complaints.append(f"--{flagged}: {', '.join(laws)} has no parameter {name!r}; {near}")

@@ -59,9 +59,9 @@ def app_of(*wanted: str) -> App:
     )
     for name in wanted or names():
         importlib.import_module(f"{commands.__name__}.{name.replace('-', '_')}")
-        chosen = COMMANDS[name]
-        examples = "Examples:\n\n" + "".join(f"  {line}\n" for line in chosen.examples)
-        app.command(chosen.entry(), name=name, help=chosen.words, help_epilogue=examples)
+        command = COMMANDS[name]
+        examples = "Examples:\n\n" + "".join(f"  {line}\n" for line in command.examples)
+        app.command(command.entry(), name=name, help=command.words, help_epilogue=examples)
     app.command(completion, name="--completion", show=False)
     return app
 
@@ -117,12 +117,12 @@ def _nothing_read_is_replaced() -> Iterator[None]:
 
 def unknown_option(error: UnknownOptionError) -> str:
     """An unknown option, and one of a similar name: the dashes, which all have, make none similar."""
-    given = (error.token.keyword or error.token.value).partition("=")[0]
+    word = (error.token.keyword or error.token.value).partition("=")[0]
     names = {
         name.strip("-"): name for argument in error.argument_collection if argument.parse for name in argument.names
     }
-    near = difflib.get_close_matches(given.strip("-"), names, n=1, cutoff=0.65)
-    return f"Unknown option: {given}.{f' Did you mean {names[near[0]]}?' if near else ''}"
+    near = difflib.get_close_matches(word.strip("-"), names, n=1, cutoff=0.65)
+    return f"Unknown option: {word}.{f' Did you mean {names[near[0]]}?' if near else ''}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -149,8 +149,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CaseError, Refusal, SettingError) as error:
         complain(str(error))
     except CycloptsError as error:
-        said = unknown_option(error) if isinstance(error, UnknownOptionError) else str(error)
-        complain(f"{said}\nvibrocap --help shows the commands with an example each.")
+        message = unknown_option(error) if isinstance(error, UnknownOptionError) else str(error)
+        complain(f"{message}\nvibrocap --help shows the commands with an example each.")
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
         _silence()
         return BROKEN_PIPE

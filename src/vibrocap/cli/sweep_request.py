@@ -163,17 +163,17 @@ class SweepRequest(WithParts):
     def _option_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
         defaults = {field.name: field.default for field in dataclasses.fields(self)}
-        given = {name for name, value in vars(self).items() if value not in (defaults[name], (), [])}
+        options = {name for name, value in vars(self).items() if value not in (defaults[name], (), [])}
         complaints, apart = Complaints(), ()
         if self.adaptive:
-            apart = tuple(name for name in NOT_ADAPTIVE if name in given)
+            apart = tuple(name for name in NOT_ADAPTIVE if name in options)
             for name in apart:
                 complaints.add(flag(name), "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
-            if self.cases is not None and name in given:
+            if self.cases is not None and name in options:
                 complaints.add(flag(name), "does not go with --cases; leave one out")
         for name in ("runs", "seed"):
-            if self.design is None and name in given:
+            if self.design is None and name in options:
                 complaints.add(flag(name), "belongs to --design, such as --design sobol")
         if self.design is not None and self.runs is None:
             complaints.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
@@ -199,16 +199,16 @@ class SweepRequest(WithParts):
             of_case = field in FROM_CASE and getattr(self, field, None) is None
             options[field] = f"run.{field} of {self.case}" if of_case else f"--{field}"
         options |= {f"cases[{i}]": f"--cases {self.cases}, line {line}" for i, line in enumerate(cases or ())}
-        found = by_option(complaints, options)
-        for i, (new, old) in enumerate(zip(found, complaints, strict=True)):
+        named = by_option(complaints, options)
+        for i, (new, old) in enumerate(zip(named, complaints, strict=True)):
             field = old.field if isinstance(old, Complaint) else ""
             if field not in options:
-                found[i] = f"--over {old}" if self.cases is None else f"--cases {old}"
+                named[i] = f"--over {old}" if self.cases is None else f"--cases {old}"
             elif field in ("periods", "tolerance") and options[field].startswith("run."):
-                found[i] += f"; give --{field}"
+                named[i] += f"; give --{field}"
             elif field == "settle":
-                found[i] = new.replace("None or a positive", "0, for never, or a positive")
-        return found
+                named[i] = new.replace("None or a positive", "0, for never, or a positive")
+        return named
 
 
 def _map_complaints(study: "Study") -> list[str]:

@@ -168,14 +168,14 @@ def _bodies(
     """Bodies with their joints; levels: of the friction at each contact, None where contacts are MuJoCo's own."""
     drawn = {shape.name: shape for shape in system.placed.scene(0.0, (0.0,) * len(system.placed.states))}
     length = unit("m")
-    made: dict[str, tuple[ET.Element, Any, Any]] = {"": (world, 0.0, 0.0)}
+    elements: dict[str, tuple[ET.Element, Any, Any]] = {"": (world, 0.0, 0.0)}
     for body in mechanism.bodies:
         shape = drawn[body.name]
         (x, z), turns = shape.points[0], body.joint == "hinge"
         z = z - 1.0 if turns else z  # of the hinge
-        carrier, before_x, before_z = made[body.carrier]
+        carrier, before_x, before_z = elements[body.carrier]
         position = f"{_number(length * (x - before_x))} 0 {_number(length * (z - before_z))}"
-        made[body.name] = element, x, z = ET.SubElement(carrier, "body", name=body.name, pos=position), x, z
+        elements[body.name] = element, x, z = ET.SubElement(carrier, "body", name=body.name, pos=position), x, z
         if body.contact is not None and levels is None:
             ET.SubElement(element, "joint", name=f"{body.name} rise", type="slide", axis="0 0 1")
         _joint(element, body, unit, soft, None if levels is None or body.contact is None else levels[body.contact])

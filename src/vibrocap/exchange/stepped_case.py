@@ -138,10 +138,10 @@ class SteppedCase:
         """Of the SI units, where the case is in SI."""
         if self.system.units is None:
             return NO_UNITS
-        seen = (*self.states, *self.observables)
-        units = {port.name: port.unit for port in (self.time, *self.inputs, *seen)}
+        names = (*self.states, *self.observables)
+        units = {port.name: port.unit for port in (self.time, *self.inputs, *names)}
         inputs = tuple(port.scale for port in self.inputs) or NO_UNITS.inputs
-        return PortScales(self.time.scale, inputs, np.array([port.scale for port in seen]), units)
+        return PortScales(self.time.scale, inputs, np.array([port.scale for port in names]), units)
 
     @functools.cached_property
     def parameters(self) -> tuple[Port, ...]:
@@ -254,7 +254,7 @@ class Stepped:
 
 def stepped_again(kind: type[Stepped], stepped: SteppedCase, memory: Any, scales: PortScales) -> Any:
     """What is stepped with a memory."""
-    made = object.__new__(kind)
-    made.stepped = stepped
-    made._bind(memory, scales)
-    return made
+    again = object.__new__(kind)
+    again.stepped = stepped
+    again._bind(memory, scales)
+    return again

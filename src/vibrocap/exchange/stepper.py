@@ -115,19 +115,19 @@ def stepper(
         (initial, parameters), columns = _columns_apart(initial, parameters)
     given: dict[str, Any] = {"initial": initial, "tolerance": tolerance}
     given = {name: value for name, value in given.items() if value is not None}
-    made = Case(case, **given) if isinstance(case, System) else dataclasses.replace(case, **given)
+    own = Case(case, **given) if isinstance(case, System) else dataclasses.replace(case, **given)
     if parameters is not None:
-        made = dataclasses.replace(made, system=made.system.with_parameters(parameters))
-    stepped = SteppedCase(made, input)
+        own = dataclasses.replace(own, system=own.system.with_parameters(parameters))
+    stepped = SteppedCase(own, input)
     if count is not None:
         return StepperArray(stepped, int(count), columns)
     return Stepper(stepped) if input is None else InputStepper(stepped)
 
 
-def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[Any], dict[str, Any]]:
+def _columns_apart(*mappings: Mapping[str, Any] | None) -> tuple[list[Any], dict[str, Any]]:
     """What is given by name without its arrays, and the arrays."""
-    arrays = {name: value for column in given for name, value in (column or {}).items() if np.ndim(value)}
-    rest = [column and {name: column[name] for name in column if name not in arrays} for column in given]
+    arrays = {name: value for column in mappings for name, value in (column or {}).items() if np.ndim(value)}
+    rest = [column and {name: column[name] for name in column if name not in arrays} for column in mappings]
     return rest, arrays
 
 
@@ -281,8 +281,8 @@ class InputStepper(SteppedMotion):
         except (TypeError, ValueError):  # a text, an array
             finite = False
         if not finite:
-            given = zip(INPUT_NAMES, (value, slope, curvature), strict=True)
-            name, wrong = next(pair for pair in given if not is_number(pair[1]) or not math.isfinite(pair[1]))
+            inputs = zip(INPUT_NAMES, (value, slope, curvature), strict=True)
+            name, wrong = next(pair for pair in inputs if not is_number(pair[1]) or not math.isfinite(pair[1]))
             raise ArgumentError(name, f"should be a finite number, got {shown(wrong)}")
         floats, place, (v, w, c) = self._floats, self._input, self._input_scales
         floats[place], floats[place + 1], floats[place + 2] = value / v, slope / w, curvature / c

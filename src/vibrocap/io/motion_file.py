@@ -34,16 +34,16 @@ def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
     """What is exported, by name, on the motion's time grid; in SI where the motion is."""
     context, motion = motion.si_context(), computed(motion)
     if not len(motion.piece_start):  # nothing but the start was computed
-        found = {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
+        table = {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
     else:
         names = (*motion.state_names, *motion.integral_names)
-        found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
+        table = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
         index = motion.piece_at(motion.time)
         observed = tuple(name for name in motion.observable_names if name_and_number(name)[0] in OBSERVED)
         values = motion.piece_observables(observed, index, motion.time - motion.piece_start[index])
         sides = zip(motion.side_names, motion.sides(index), strict=True)
-        found |= {**dict(zip(observed, values, strict=True)), **dict(sides)}
-    return found if context is None else walked(found, ByName, context)
+        table |= {**dict(zip(observed, values, strict=True)), **dict(sides)}
+    return table if context is None else walked(table, ByName, context)
 
 
 def _unit(motion: "Trajectory", name: str) -> str:

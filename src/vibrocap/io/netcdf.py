@@ -99,8 +99,8 @@ class _Disk(io.RawIOBase):
 
     def write(self, data: Any) -> int:
         """All of the data, on the disk or, after an error, in memory."""
-        given = memoryview(data).cast("B")
-        rest, place = given, self._at
+        view = memoryview(data).cast("B")
+        rest, place = view, self._at
         try:
             self._file.seek(place)
             while rest and self._error is None:
@@ -108,10 +108,10 @@ class _Disk(io.RawIOBase):
         except OSError as error:
             self._error = error
         if rest:
-            self._later.append((place + len(given) - len(rest), bytes(rest)))
-        self._at = place + len(given)
+            self._later.append((place + len(view) - len(rest), bytes(rest)))
+        self._at = place + len(view)
         self._end = max(self._end, self._at)
-        return len(given)
+        return len(view)
 
     def readinto(self, buffer: Any) -> int:
         """What was written, zeros where nothing was."""

@@ -136,8 +136,8 @@ def _headed(units: Mapping[str, str], path: Path, with_units: bool) -> list[str]
     if with_units and path.suffix.lower() not in HEADED:
         there = f"in a {path.suffix} file the units are there anyway"
         raise ArgumentError("unit_headings", f"is for tables with headings ({' and '.join(HEADED)}); {there}")
-    told = {name for name, unit in units.items() if unit in WITHOUT or name.endswith(suffix(unit))}
-    return [f"{name} [{unit}]" if with_units and name not in told else name for name, unit in units.items()]
+    plain = {name for name, unit in units.items() if unit in WITHOUT or name.endswith(suffix(unit))}
+    return [f"{name} [{unit}]" if with_units and name not in plain else name for name, unit in units.items()]
 
 
 def beside(path: Path) -> Path:

@@ -118,20 +118,20 @@ def _key(system: System) -> tuple:
     return form(system)
 
 
-def bundle(chosen: Contents, tell: Callable[[float], None] = lambda share: None) -> dict[str, Any]:
+def bundle(contents: Contents, tell: Callable[[float], None] = lambda share: None) -> dict[str, Any]:
     """The data of a page, for JSON. tell: is called with the share done."""
     forms: list[Form] = []
-    work = 2 * (len(chosen.forms) + len(chosen.presets))  # the code of all forms takes as long as all else
-    for i, system in enumerate(chosen.forms, 1):
-        forms.append(form_of(system, chosen.tolerance))
+    work = 2 * (len(contents.forms) + len(contents.presets))  # the code of all forms takes as long as all else
+    for i, system in enumerate(contents.forms, 1):
+        forms.append(form_of(system, contents.tolerance))
         tell(i / work)
-    keys, presets = [_key(system) for system in chosen.forms], []
-    for i, preset in enumerate(chosen.presets, 1):
+    keys, presets = [_key(system) for system in contents.forms], []
+    for i, preset in enumerate(contents.presets, 1):
         presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
-        tell((len(chosen.forms) + i) / work)
+        tell((len(contents.forms) + i) / work)
     parts: dict[str, dict[str, Any]] = {}
     kinds: dict[str, dict[str, type]] = {}
-    for system in chosen.forms:
+    for system in contents.forms:
         for name, record in system.parts.items():
             part = type(record)
             parts.setdefault(name, {}).setdefault(part.name, part_record(part, effort_of(name, system.parts)))

@@ -69,7 +69,7 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
         return values(ordered, gathered)[name][0]
 
     ends = ways.through(asked)
-    return chosen([(way, text_of(value if isinstance(value, float) else math.nan)) for way, value in ends])
+    return chosen([(condition, text_of(value if isinstance(value, float) else math.nan)) for condition, value in ends])
 
 
 def result_record(system: System, kernel: BrowserKernel) -> dict[str, Any]:

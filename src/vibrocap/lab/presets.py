@@ -40,9 +40,9 @@ class Preset:
 def paper_presets() -> list[Preset]:
     """The systems of the paper's figures of motion, on both laws."""
     presets = []
-    for key, figures, made in (("5-8", "Figs 5-8", figures_5_to_8), ("9-11", "Figs 9-11", figures_9_to_11)):
+    for key, figures, figures_of in (("5-8", "Figs 5-8", figures_5_to_8), ("9-11", "Figs 9-11", figures_9_to_11)):
         for law, words in (("exponential", "exponential law (EM)"), ("lugre", "LuGre law (LM)")):
-            system = made(law)
+            system = figures_of(law)
             note = f"The machine of the paper's {figures} on the {words}, from the paper's start."
             case = Case(system, start(system), periods=40)
             presets.append(Preset(f"paper-{key}-{law}", f"Paper, {figures}, {law}", note, case))
@@ -69,8 +69,8 @@ def file_preset(path: Path) -> Preset:
     head = re.match(r"(?:#[^\n]*\n)*", text.replace("\r\n", "\n"))
     lines = [line[1:].strip().replace("`", "") for line in (head[0] if head else "").splitlines()]
     paragraphs = [" ".join(paragraph.split()) for paragraph in "\n".join(lines).split("\n\n")]
-    told = (re.sub(r"[^.]*$", "", paragraph) for paragraph in paragraphs if not paragraph.startswith("vibrocap "))
-    note = " ".join(filter(None, told))  # without how it is run
+    sentences = (re.sub(r"[^.]*$", "", paragraph) for paragraph in paragraphs if not paragraph.startswith("vibrocap "))
+    note = " ".join(filter(None, sentences))  # without how it is run
     return Preset(path.stem, path.stem.replace("-", " ").capitalize(), note, case)
 
 

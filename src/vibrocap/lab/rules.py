@@ -45,7 +45,7 @@ def rules(system: System, paths: tuple[str, ...]) -> str:
         for asked, value in ways.through(check):
             if isinstance(value, ValueError) and asked:
                 texts.setdefault(_said(value, field), []).append(condition(asked))
-    return "||".join(f"({'||'.join(dict.fromkeys(text))})&&{said}" for said, text in texts.items()) or "null"
+    return "||".join(f"({'||'.join(dict.fromkeys(text))})&&{place}" for place, text in texts.items()) or "null"
 
 
 def mirrored(system: System, paths: tuple[str, ...]) -> str:
@@ -98,9 +98,9 @@ def _checks(system: System) -> Iterator[tuple[str, Callable[[], Any]]]:
     yield "", system.__post_init__
 
 
-def _place_stays_free(system: System, made: System) -> None:
+def _place_stays_free(system: System, changed: System) -> None:
     """Refuse a spring, say, where the kernels of the form look at a place on which nothing depends."""
-    if system.cyclic is not None and made.cyclic is None:
+    if system.cyclic is not None and changed.cyclic is None:
         raise ArgumentError(system.cyclic, "should stay free in this page: open another page of a case where it is not")
 
 

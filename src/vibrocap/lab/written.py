@@ -140,7 +140,7 @@ def chosen(ways: list[tuple[Asked, str]], depth: int = 0) -> str:
     if len({text for _, text in ways}) == 1:
         return ways[0][1]
     question = ways[0][0][depth][0]
-    yes, no = (chosen([way for way in ways if way[0][depth][1] is answer], depth + 1) for answer in (True, False))
+    yes, no = (chosen([case for case in ways if case[0][depth][1] is answer], depth + 1) for answer in (True, False))
     return yes if yes == no else f"({question}?{yes}:{no})"
 
 

@@ -55,10 +55,10 @@ def steady_points(runs: Runs, stiffness: float) -> SteadyPoints:
     )
 
 
-def _first(crossings: Crossings, way: float = 0.0, after: float = -math.inf) -> Crossing | None:
+def _first(crossings: Crossings, direction: float = 0.0, after: float = -math.inf) -> Crossing | None:
     """The first crossing beyond a place, upwards (way > 0), downwards (< 0) or either way; None where there is none."""
     for place in crossings.found:
-        if place.kind is CrossingKind.CROSSING and place.at > after and place.slope * way >= 0.0:
+        if place.kind is CrossingKind.CROSSING and place.at > after and place.slope * direction >= 0.0:
             return place
     return None
 

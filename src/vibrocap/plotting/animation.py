@@ -199,7 +199,10 @@ class Scene:
         modes = [CONTACT[int(side[number])] for side in self.sides]
         colour, words = modes[0]
         if len(modes) > 1:
-            colour, words = OUTLINE, ", ".join(f"{i} {said}" for i, (_, said) in enumerate(modes[:MOST_NAMED], start=1))
+            colour, words = (
+                OUTLINE,
+                ", ".join(f"{i} {loads}" for i, (_, loads) in enumerate(modes[:MOST_NAMED], start=1)),
+            )
         contact = 0
         for shape, move in zip(self.shapes, self.movers, strict=True):
             x, y = shape.points[:, 0, number] - camera, shape.points[:, 1, number]
@@ -226,9 +229,9 @@ class Scene:
         if earlier >= 0.0 and self.motion.system.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
-        said = [self._shown_load(i, float(load[number]), feet[i] - camera) for i, load in self.loads.items()]
-        if said:
-            self.load_words.set_text("\n".join(said[:MOST_NAMED]))
+        loads = [self._shown_load(i, float(load[number]), feet[i] - camera) for i, load in self.loads.items()]
+        if loads:
+            self.load_words.set_text("\n".join(loads[:MOST_NAMED]))
         self.clock.set_text("\n".join(lines))
         stopped = not self.motion.run_status.ok and time == self.motion.end
         self.state.set_text(f"ends: {self.motion.run_status.value}" if stopped else words)

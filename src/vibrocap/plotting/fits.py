@@ -92,8 +92,8 @@ def residual_figure(fit: Fit) -> Figure:
             right.set(xlabel=error_label, ylabel="samples")
         fig.align_ylabels()
         plots.heading(fig, f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}")
-        told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
-        text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
+        sentences = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
+        text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {sentences}".replace("  ", " ")
         plots.footnote(fig, textwrap.fill(text, 190))
     return fig
 

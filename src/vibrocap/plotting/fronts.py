@@ -44,8 +44,8 @@ def _draw(ax: Axes, front: ParetoFront) -> list[Line2D]:
         keep(name.replace("_", " ") + bracketed(unit))
     ax.set_title("Pareto front")
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    seen = others[(others[:, 0] > left) & (others[:, 0] < right) & (others[:, 1] > low) & (others[:, 1] < high)]
-    alike = np.all(np.isclose(seen[:, None], front.values[None], rtol=SAME, atol=0.0), axis=2)
+    inside = others[(others[:, 0] > left) & (others[:, 0] < right) & (others[:, 1] > low) & (others[:, 1] < high)]
+    alike = np.all(np.isclose(inside[:, None], front.values[None], rtol=SAME, atol=0.0), axis=2)
     motions = f"{len(front)} stable motion{'s' * (len(front) != 1)}"
     handles = [Line2D([], [], color=BLUE, marker=".", linewidth=0.8, label=f"front ({motions})")]
     if not np.all(np.any(alike, axis=1)):

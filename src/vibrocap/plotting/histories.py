@@ -258,8 +258,8 @@ def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
     if machine.follows_load:
         ax.plot(trace.time / unit, load, **LAST)
     else:
-        given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
-        ax.plot(trace.time[[0, -1]] / unit, [given, given], **GIVEN, label="constant load")
+        constant = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
+        ax.plot(trace.time[[0, -1]] / unit, [constant, constant], **GIVEN, label="constant load")
         ax.plot(trace.time / unit, load, **TRUE, label="true load")
         if np.min(load) < 0.0:
             below = np.minimum(load, 0.0)
@@ -336,7 +336,7 @@ def command_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
 
 def places_of(motion: Trajectory) -> list[str]:
     """The places of all bodies that rub, as far as they are known."""
-    names = [place_of(motion), *(numbered("position", each) for each in contacts_of(motion)[1:])]
+    names = [place_of(motion), *(numbered("position", contact) for contact in contacts_of(motion)[1:])]
     return [name for name in names if name in motion.names]
 
 

@@ -148,11 +148,11 @@ def _draw_break_away(ax: Axes, sheet: TestSheet) -> None:
     ax.plot(break_away.rate, break_away.applied, **look, label="applied then")
     ax.plot(break_away.rate, break_away.force, color=BLUE, linewidth=1.4, label="largest friction")
     for peaked, face in ((True, BLUE), (False, "white")):
-        chosen = break_away.peaked == peaked
-        if chosen.any():
+        part = break_away.peaked == peaked
+        if part.any():
             text = "" if peaked else "no maximum: friction never falls"
             ax.plot(
-                break_away.rate[chosen], break_away.force[chosen], "o", color=BLUE, markersize=4.5,
+                break_away.rate[part], break_away.force[part], "o", color=BLUE, markersize=4.5,
                 markerfacecolor=face, label=text or None,
             )  # fmt: skip
     ax.set_xscale("log")
@@ -191,15 +191,15 @@ def _creep_label(sheet: TestSheet) -> str:
 
 def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) -> Figure:
     """Error of the measure and steps of the integrator against the width, for one system and one or two shapes."""
-    given = [in_si(report) for report in ([reports] if isinstance(reports, Regularisation) else reports)]
-    if not given:
+    shown = [in_si(report) for report in ([reports] if isinstance(reports, Regularisation) else reports)]
+    if not shown:
         raise ValueError("reports should hold at least one regularisation, got none")
     rows = 2 if page().narrow else 1
     fig, axes = plots.figure(rows, 2 // rows, size=(page().width_or(9.2), _height(3.6, rows)))
     with plots.style():
         errors, steps = axes.ravel()
-        draw_errors(errors, given)
-        draw_steps(steps, given)
+        draw_errors(errors, shown)
+        draw_steps(steps, shown)
         for ax in (errors, steps):
             for name in "xy":
                 plots.logarithmic(ax, name)
@@ -218,10 +218,10 @@ def draw_errors(ax: Axes, reports: Sequence[Regularisation], needed: Sequence[Wi
         colour = SHAPES[report.shape]
         ax.loglog(report.widths[known], share[known], color=colour, linewidth=1.4)
         for sign, face, words in ((-1.0, colour, "too small"), (1.0, "white", "too large")):
-            chosen = known & (np.sign(report.errors) == sign)
-            if chosen.any():
+            part = known & (np.sign(report.errors) == sign)
+            if part.any():
                 ax.loglog(
-                    report.widths[chosen], share[chosen], "o", color=colour, markersize=4, markerfacecolor=face,
+                    report.widths[part], share[part], "o", color=colour, markersize=4, markerfacecolor=face,
                     label=f"{FORMULAS[report.shape]}: {words}",
                 )  # fmt: skip
     for needed_width in needed:

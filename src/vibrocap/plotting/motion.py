@@ -186,13 +186,13 @@ def _friction_loop(motion: Trajectory, recent: panel.Stretch, ax: Axes, contact:
     ends = np.flatnonzero(np.append(trace.index[1:] != trace.index[:-1], True))
     faster[ends] = faster[np.maximum(ends - 1, 0)]  # the last point of a piece goes on as the piece does
     ax.update_datalim([(0.0, 0.0)])  # a constant force is no line without a place
-    for chosen, look, label in (
+    for part, look, label in (
         (stuck, HELD, "stuck"),
         (faster & ~stuck, FASTER, "accelerating"),
         (~faster & ~stuck, SLOWER, "decelerating"),
     ):
-        if chosen.any():
-            ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
+        if part.any():
+            ax.plot(*_runs(velocity, friction, part, trace.index), **look, label=label)
     if stuck.any() and np.ptp(friction[stuck]) < JUMP * np.ptp(friction):  # one force: no line, but a dot
         ax.plot([0.0], [np.mean(friction[stuck])], "s", color=HELD["color"], markersize=4.0)
     ax.set(xlabel=panel.label_of(motion, names[0]), ylabel=panel.label_of(motion, names[1]))
@@ -202,16 +202,16 @@ def _friction_loop(motion: Trajectory, recent: panel.Stretch, ax: Axes, contact:
     return ax
 
 
-def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _runs(x: np.ndarray, y: np.ndarray, part: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The chosen points of a line, cut by NaN where it goes on elsewhere; each run ends on the next point of its piece.
 
     Where the force jumps from one piece to the next, as a set-valued contact's does, or the velocity in an impact,
     nothing is drawn across.
     """
-    joined = np.append(False, chosen[:-1] & (pieces[1:] == pieces[:-1]))
-    kept = np.flatnonzero(chosen | joined)
+    joined = np.append(False, part[:-1] & (pieces[1:] == pieces[:-1]))
+    kept = np.flatnonzero(part | joined)
     jumps = (np.abs(np.diff(x)) > JUMP * np.ptp(x)) & (pieces[1:] != pieces[:-1])
-    breaks = np.flatnonzero((np.diff(kept) > 1) | ~(chosen[kept[:-1]]) | jumps[kept[:-1]]) + 1
+    breaks = np.flatnonzero((np.diff(kept) > 1) | ~(part[kept[:-1]]) | jumps[kept[:-1]]) + 1
     at = kept.astype(float)
     at = np.insert(at, breaks, np.nan)
     empty = np.isnan(at)
@@ -228,7 +228,7 @@ def _histories(motion: Trajectory) -> list[tuple[str, Draw]]:
     inner, moving = _inner(motion), panel.body_of(motion).capitalize()
     panels: list[tuple[str, Draw]] = [(_inner_title(motion), _over_time(inner))]
     if several:
-        frictions = [numbered("friction", each) for each in panel.contacts_of(motion)]
+        frictions = [numbered("friction", contact) for contact in panel.contacts_of(motion)]
         panels += [("Bodies", _over_time(_velocities(motion), "velocity $v_i$"))]
         panels += [("Contacts", _over_time(frictions, "friction force $R_i$")), ("Modes", panel.draw_modes)]
     else:
@@ -312,5 +312,5 @@ def _velocities(motion: Trajectory) -> list[str]:
     """The velocities of the bodies that rub; with an imposed motion the state is that of the common centre."""
     machine = motion.system.machine
     if machine.imposes_motion:
-        return [numbered("contact_velocity", each) for each in panel.contacts_of(motion)]
+        return [numbered("contact_velocity", contact) for contact in panel.contacts_of(motion)]
     return list(machine.contact_states)

@@ -61,7 +61,7 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
         ax = fig.subplots()
         ax.set(xscale="log", yscale="log", xlabel="stiffness k [N/m]", ylabel="pulling speed V [m/s]")
         for regime, (mark, colour) in MARKS.items():
-            at = np.array([each == regime for each in diagram.regimes])
+            at = np.array([kind == regime for kind in diagram.regimes])
             if at.any():
                 ax.plot(
                     diagram.stiffness[at], diagram.pulling_speed[at], mark, color=colour, markersize=9,

@@ -92,12 +92,12 @@ def _legends(fig: Any, axes: Any, figure: Figure) -> None:
         look = {"ncols": columns, "fontsize": 8.5, "frameon": False}
         fig.legend(handles.values(), handles.keys(), loc="outside upper right", **look)
         return
-    seen: set[tuple[str, ...]] = set()
+    shown: set[tuple[str, ...]] = set()
     for panel, ax in zip(figure.panels, axes.flat, strict=True):
         labels = tuple(curve.label for curve in panel.curves)
-        if labels not in seen:
+        if labels not in shown:
             plots.legend(ax, **({"fontsize": 6.5, "ncols": 2} if len(labels) > CROWDED else {"fontsize": 8}))
-        seen.add(labels)
+        shown.add(labels)
 
 
 def _style(curve: Curve) -> dict[str, Any]:

@@ -91,11 +91,13 @@ def main(finding: MainFinding, symmetry: Drawn | None) -> str:
     rows = ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items())
     points = table(("average over", *NAMES), rows)
     springs = [("printed (ρ = 4)", *map(number, finding.points["printed"].values()))]
-    for each in (finding.stiff, *finding.soft):
-        springs.append((f"ρ = {each.stiffness:g}", *(_place(each.at[name], each.error[name]) for name in NAMES)))
+    for friction in (finding.stiff, *finding.soft):
+        springs.append(
+            (f"ρ = {friction.stiffness:g}", *(_place(friction.at[name], friction.error[name]) for name in NAMES))
+        )
     soft = table(("steady state at", *NAMES), springs)
     shown = "" if symmetry is None else figure("symmetry", symmetry[0].title, symmetry[1], symmetry[0].caption)
-    ranges = [found for equal in finding.stiff.equal.values() for found in equal]
+    ranges = [limits for equal in finding.stiff.equal.values() for limits in equal]
     nothing = f"from λ = {number(max(low for low, _ in ranges))} to {number(min(high for _, high in ranges))}"
     steady = " and ".join(f"{number(value)} ({law(short)})" for short, value in finding.steady.items())
     return f"""
@@ -131,12 +133,12 @@ def _place(at: float, error: float) -> str:
     return f'<data class="n" value="{at!r}" title="{at:.12g} ± {error:.0e}">{at:.5g}</data>'
 
 
-def load(figures: Mapping[str, Drawn], found: Mapping[str, LoadedFigure], motions: tuple[LoadedMotion, ...]) -> str:
+def load(figures: Mapping[str, Drawn], numbers: Mapping[str, LoadedFigure], motions: tuple[LoadedMotion, ...]) -> str:
     """Figs 5-11 under the dynamic load."""
     parts = ""
-    for key, (made, path) in figures.items():
-        result = f'<p class="result">{escape(found[key].sentence)}</p>' if key in found else ""
-        parts += figure(key, f"Fig. {int(key[4:])} under the dynamic load", path, made.caption, result)
+    for key, (drawn, path) in figures.items():
+        result = f'<p class="result">{escape(numbers[key].sentence)}</p>' if key in numbers else ""
+        parts += figure(key, f"Fig. {int(key[4:])} under the dynamic load", path, drawn.caption, result)
     return f"""
 <p>The paper keeps the normal load constant, N&nbsp;=&nbsp;1, which is the weight of the pendulum alone
 (<a href="#erratum-1">erratum 1</a>). On a real floor the load is what the ground has to give: it carries both bodies,

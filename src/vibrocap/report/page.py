@@ -75,8 +75,8 @@ def write_report(result: Result, path: Path) -> Path:
 
 
 def _sections(result: Result) -> Iterable[Section]:
-    printed = {key: made for key, made in result.figures.items() if key.startswith("fig")}
-    loaded = {key: made for key, made in result.figures.items() if key.startswith("load")}
+    printed = {key: drawn for key, drawn in result.figures.items() if key.startswith("fig")}
+    loaded = {key: drawn for key, drawn in result.figures.items() if key.startswith("load")}
     main = "" if result.finding is None else findings.main(result.finding, result.figures.get("symmetry"))
     yield Section("finding", "Main finding: why the capsule of Fig. 9 does not travel", main)
     yield Section("presets", "Parameters", _presets())
@@ -98,7 +98,8 @@ def _figures(printed: dict[str, tuple[Figure, Path]]) -> str:
     if not printed:
         return ""
     shown = "".join(
-        figure(key, f"Fig. {int(key[3:])}: {made.title}", path, made.caption) for key, (made, path) in printed.items()
+        figure(key, f"Fig. {int(key[3:])}: {drawn.title}", path, drawn.caption)
+        for key, (drawn, path) in printed.items()
     )
     words = f"{law('LM')} (LuGre) red and solid, {law('EM')} (exponential) blue and dashed"
     return f'<p class="before">{words}, in the arrangement of the paper.</p>{shown}'

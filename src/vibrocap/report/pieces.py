@@ -49,14 +49,14 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]], names: int = 1) ->
     )
 
 
-def numbers(found: Mapping[str, float]) -> str:
+def numbers(values: Mapping[str, float]) -> str:
     """Named numbers, folded away where they are many."""
-    if not found:
+    if not values:
         return ""
-    cells = ((escape(name), number(float(value))) for name, value in found.items())
+    cells = ((escape(name), number(float(value))) for name, value in values.items())
     rows = "".join(f"<tr><th scope='row'>{name}</th><td>{value}</td></tr>" for name, value in cells)
     inner = f"<table class='numbers'>{rows}</table>"
-    return inner if len(found) <= FEW else f"<details><summary>{len(found)} numbers</summary>{inner}</details>"
+    return inner if len(values) <= FEW else f"<details><summary>{len(values)} numbers</summary>{inner}</details>"
 
 
 def picture(path: Path, alternative: str) -> str:
@@ -100,9 +100,9 @@ def figure(key: str, title: str, path: Path, caption: str, before: str = "") -> 
     )
 
 
-def facts(found: Mapping[str, str]) -> str:
+def facts(values: Mapping[str, str]) -> str:
     """Words by name."""
-    return table(["", ""], [[escape(name), escape(text)] for name, text in found.items()])
+    return table(["", ""], [[escape(name), escape(text)] for name, text in values.items()])
 
 
 def listed(heading: str, lines: Sequence[str]) -> str:

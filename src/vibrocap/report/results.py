@@ -96,8 +96,8 @@ def _design(optimum: Optimum) -> str:
 
 def _limits(optimum: Optimum) -> str:
     assert optimum.orbit is not None
-    given = in_si(optimum, optimum.orbit.system).starts
-    starts = [", ".join(f"{k} {v:g}" for k, v in given[i].items()) or "rest" for i in optimum.reached_from]
+    optimal = in_si(optimum, optimum.orbit.system).starts
+    starts = [", ".join(f"{k} {v:g}" for k, v in optimal[i].items()) or "rest" for i in optimum.reached_from]
     reached = f"reached from {'; '.join(starts)}" if starts else "reached from none of the starts within the periods"
     multipliers = [[number(float(part(m))) for part in (np.real, np.imag, np.abs)] for m in optimum.orbit.multipliers]
     return (

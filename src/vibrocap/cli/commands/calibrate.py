@@ -71,11 +71,11 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
     return Answer(record, text, written=tuple(written))
 
 
-def _residuals(found: Any) -> dict[str, list[float]]:
+def _residuals(calibration: Any) -> dict[str, list[float]]:
     """Columns by name with the conditions, and of each measure what was read, what is predicted and the residual."""
-    columns = dict(found.measured.conditions)
-    for name in found.measured.measures:
-        columns[name] = found.measured.targets[name]
-        columns[f"{name}_predicted"] = found.predicted[name]
-        columns[f"{name}_residual"] = found.residuals[name]
+    columns = dict(calibration.measured.conditions)
+    for name in calibration.measured.measures:
+        columns[name] = calibration.measured.targets[name]
+        columns[f"{name}_predicted"] = calibration.predicted[name]
+        columns[f"{name}_residual"] = calibration.residuals[name]
     return {name: np.asarray(column, dtype=float).tolist() for name, column in columns.items()}

@@ -41,8 +41,8 @@ def examples(request: ExamplesRequest) -> Answer:
 
         return Answer(text=text)
     folder, lines = made_folder(request.to or Path("examples")), []
-    chosen = [known[name.removesuffix(".toml")] for name in request.names or known]
-    for source in (path for case in chosen for path in (case, *tables_of(case))):
+    paths = [known[name.removesuffix(".toml")] for name in request.names or known]
+    for source in (path for case in paths for path in (case, *tables_of(case))):
         target = folder / source.name
         if os.path.lexists(target):
             same = target.is_file() and target.read_bytes() == source.read_bytes()

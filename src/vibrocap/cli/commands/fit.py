@@ -118,8 +118,8 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     good, out = [law.fit for law in result.laws if law.fit.ok], request.out
     written = []
     if out is not None:
-        for each in good:
-            written += _write(each, made_folder(out / each.law_name, own=True), scales, request)
+        for fitted in good:
+            written += _write(fitted, made_folder(out / fitted.law_name, own=True), scales, request)
         text = json_text(result) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
         if good and request.report:

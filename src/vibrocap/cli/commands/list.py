@@ -66,6 +66,8 @@ def list_(request: ListRequest) -> Answer:
     if request.fetch is not None:
         return _fetched(request.fetch, request.to)
     cases = [name for name in request.names if name.endswith((".toml", ".nc", ".csv"))]
+    if len(cases) > 1:
+        raise Refusal(f"NAMES: should hold one case, got {', '.join(cases)}")
     system = read_source(Path(cases[0])).system if cases else None
     what, *more = [name for name in request.names if name not in cases] or [""]
     if not what and system is None:
@@ -110,7 +112,9 @@ def _named(names: Sequence[str]) -> list[Any]:
     catalogues = [known() for known in PARTS.values()]
     near = [*completers.LISTED, *(name for known in catalogues for name in known)]
     complaints = [
-        f"no machine, law, drive or controller is called {name!r}; {suggestion(name, near, cutoff=0.0)}"
+        f"{name!r} is no part; `vibrocap list {name}` lists what there is"
+        if name in completers.LISTED
+        else f"no machine, law, drive or controller is called {name!r}; {suggestion(name, near, cutoff=0.0)}"
         for name in names
         if not any(name in known for known in catalogues)
     ]
@@ -126,6 +130,8 @@ def _sheets(parts: list[Any], latex: bool) -> Answer:
 
     form = "latex" if latex else "text"
     equations = {part.name: equations_of(part, form).lines for part in parts if isinstance(part, Machine)}
+    if latex and not equations:
+        raise Refusal(f"--latex: shows the equations of a machine, got {', '.join(part.name for part in parts)}")
     if latex:
         lines = [line for equation in equations.values() for line in equation]
         return Answer({"equations": lines}, "\n".join(lines))

@@ -48,18 +48,18 @@ RUN = {
 }
 
 
-def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
+def new_case(kinds: Mapping[str, str], file: str, si: bool = False) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI."""
     from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.names import state_names
 
     own = files("vibrocap.case").joinpath("new_mechanism.toml").read_text("utf-8")
-    own = own if chosen["machine"] == "mechanism" else ""
+    own = own if kinds["machine"] == "mechanism" else ""
     classes: dict[str, Any] = (
         {"machine": described_machine({"machine": {"kind": "mechanism"}, **tomllib.loads(own)})} if own else {}
     )
-    classes |= {name: known()[chosen[name]] for name, (_, known) in CHOICES.items() if name not in classes}
+    classes |= {name: known()[kinds[name]] for name, (_, known) in CHOICES.items() if name not in classes}
     form = _InSI(classes) if si else _Plain()
     lines = [HEAD.format(file=file) + form.head]
     for section, (key, catalogue) in CHOICES.items():
@@ -124,8 +124,8 @@ class _InSI(_Plain):
         lines = []
         for info in parameter_table(self.given):
             value = getattr(self.given, info.name)
-            given = info.name in self.needed
-            lines.append(_line(info.name, value, info.meaning) if given else f"# {info.name}: {info.meaning}")
+            required = info.name in self.needed
+            lines.append(_line(info.name, value, info.meaning) if required else f"# {info.name}: {info.meaning}")
         return lines
 
     def lines(self, part: Any, info: ParameterInfo) -> list[str]:
@@ -245,11 +245,11 @@ def _converted(request: NewRequest) -> str:
     return case_text(dataclasses.replace(setup, system=plain, scales=known), wanted)
 
 
-def _scales(record: type, given: dict[str, str]) -> Scales:
+def _scales(record: type, numbers: dict[str, str]) -> Scales:
     """The scales that an option gives; Refusal with every complaint."""
     known = {info.name: info for info in parameter_table(record)}
     complaints, values = Complaints(), {}
-    for name, text in given.items():
+    for name, text in numbers.items():
         if name not in known:
             complaints.add(f"--scales {name}", f"no such key; {suggestion(name, known)}")
             continue
@@ -258,11 +258,11 @@ def _scales(record: type, given: dict[str, str]) -> Scales:
         except ValueError:
             complaints.add(f"--scales {name}", f"should be a number, got {text!r}")
     for name, info in known.items():
-        if name not in given and not isinstance(info.default, (float, type(None))):
+        if name not in numbers and not isinstance(info.default, (float, type(None))):
             complaints.add("--scales", f"{name} is missing, the {info.meaning}")
     if not complaints:
         try:
             return record(**values)
         except ParameterError as error:
-            complaints += by_option(error.complaints, {name: f"--scales {name}" for name in given})
+            complaints += by_option(error.complaints, {name: f"--scales {name}" for name in numbers})
     raise Refusal(*complaints)

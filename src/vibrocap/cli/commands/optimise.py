@@ -151,16 +151,16 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
     return Answer(record, text, result if len(result) else None, written=tuple(written), incomplete=incomplete)
 
 
-def _motions_in_words(found: Any) -> list[str]:
+def _motions_in_words(optimum: Any) -> list[str]:
     """The motions besides that of the design to which spread starts lead, a line each."""
-    if found.attractors is None:
+    if optimum.attractors is None:
         return []
-    shown, lines = in_si(found.attractors), []
+    shown, lines = in_si(optimum.attractors), []
     for k, (attractor, row) in enumerate(zip(shown.attractors, shown.table(), strict=True)):
-        if k == found.attractor:
+        if k == optimum.attractor:
             continue
         words = [f"{100.0 * row['share']:.3g} % of the starts lead to", row["kind"]]
-        if found.attractor is not None and row["twin"] == found.attractor:
+        if optimum.attractor is not None and row["twin"] == optimum.attractor:
             words[-1] += " (the mirror-image solution)"
         words = [" ".join(words)]
         if row["drift"] is not None:

@@ -255,8 +255,8 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
         return Answer({"cite": str(works)}, str(works) if request.cite == "text" else works.bibtex.rstrip())
     motion = setup.simulate(report)
     record: dict[str, Any] = {}
-    for name, each in view(in_si(motion_summary(computed(motion)), motion.system)).items():
-        record |= each if name == "sticking" else {name: each}
+    for name, value in view(in_si(motion_summary(computed(motion)), motion.system)).items():
+        record |= value if name == "sticking" else {name: value}
     if request.out is not None:
         write_motion(motion, request.out, setup, unit_headings=request.unit_headings)
     moved = len(motion.piece_start) > 0

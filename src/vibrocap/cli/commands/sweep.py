@@ -117,8 +117,8 @@ def _adaptive(study: "Study", request: "SweepRequest") -> "Outcome":
     status = dataset["status"].values
     settled = int((dataset["settled"].values.astype(bool) & (status == 0)).sum()) if "settle" in dataset.attrs else None
     sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-    made = int(dataset.attrs["runs_computed"])
-    return Outcome(sizes, Counter(status.ravel().tolist()), settled, lambda: dataset, made)
+    computed_runs = int(dataset.attrs["runs_computed"])
+    return Outcome(sizes, Counter(status.ravel().tolist()), settled, lambda: dataset, computed_runs)
 
 
 def _disk_failure(error: OSError, request: "SweepRequest") -> str:
@@ -179,23 +179,23 @@ def _outcome(outcome: "Completed") -> Outcome:
     return Outcome(sizes, statuses, None if study.settle is None else settled, outcome.dataset, became=became)
 
 
-def print_study(page: Page, found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
+def print_study(page: Page, outcome: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
     from vibrocap.plotting.studies.view import status_label
 
-    statuses, sizes = Counter(found.statuses), ", ".join(f"{dim} {size:,}" for dim, size in found.sizes.items())
+    statuses, sizes = Counter(outcome.statuses), ", ".join(f"{dim} {size:,}" for dim, size in outcome.sizes.items())
     runs, finished = sum(statuses.values()), statuses.pop(0, 0)
     page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
-    if found.made is not None:
-        page.say(f"  made       {found.made:,} ({found.made / runs:.1%}); the others are filled in between")
+    if outcome.made is not None:
+        page.say(f"  made       {outcome.made:,} ({outcome.made / runs:.1%}); the others are filled in between")
     page.print(f"  finished   {finished:,}")
     for code, count in statuses.most_common():
         page.say(f"  failed     {count:,}: {status_label(code)}")
-    if found.settled is not None:
-        unsettled = finished - found.settled
+    if outcome.settled is not None:
+        unsettled = finished - outcome.settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
-        page.say(f"  settled    {found.settled / max(1, finished):.1%} of these{more}")
-    for name, count in sorted(found.became.items(), key=lambda pair: -pair[1]):
+        page.say(f"  settled    {outcome.settled / max(1, finished):.1%} of these{more}")
+    for name, count in sorted(outcome.became.items(), key=lambda pair: -pair[1]):
         page.say(f"             {count:,}: {name}")
     for place in (out, export):
         if place is not None:

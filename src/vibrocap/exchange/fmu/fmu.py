@@ -41,9 +41,9 @@ def export_fmu(
     checked_name(name)
     check_one_of("fmi", fmi, VERSIONS)
     asked = checked_platforms(platforms, fmi)
-    made = zipped(co_simulation(SteppedCase(case, input), name), fmi, asked)
+    archive = zipped(co_simulation(SteppedCase(case, input), name), fmi, asked)
     with replacing(path) as temporary:
-        temporary.write_bytes(made)
+        temporary.write_bytes(archive)
     return asked
 
 

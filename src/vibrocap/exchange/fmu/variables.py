@@ -59,11 +59,11 @@ def time(stepped: SteppedCase) -> Variable:
 
 def parameters(stepped: SteppedCase) -> list[Variable]:
     """The parameters of the case, by their paths, in SI without the unit in them."""
-    given = {"causality": "parameter", "variability": "fixed", "starts": True}
+    attributes = {"causality": "parameter", "variability": "fixed", "starts": True}
     variables = []
     for i, parameter in enumerate(stepped.parameters):
         name, meaning = _in_words(stepped, parameter.name)
-        variables.append(Variable(dataclasses.replace(parameter, name=name), meaning, f"PARAMETER + {i}", **given))
+        variables.append(Variable(dataclasses.replace(parameter, name=name), meaning, f"PARAMETER + {i}", **attributes))
     return variables
 
 
@@ -109,21 +109,21 @@ def inputs(stepped: SteppedCase) -> list[Variable]:
     meanings = ["what drives the machine, from when it is set on"]
     if stepped.system.machine.imposes_motion:
         meanings += ["slope of the drive from then on", "its curvature"]
-    given = {"causality": "input", "variability": "discrete", "starts": True}
+    attributes = {"causality": "input", "variability": "discrete", "starts": True}
     ports = zip(stepped.inputs, meanings, strict=False)
-    return [Variable(port, meaning, f"HELD + {i}", **given) for i, (port, meaning) in enumerate(ports)]
+    return [Variable(port, meaning, f"HELD + {i}", **attributes) for i, (port, meaning) in enumerate(ports)]
 
 
 def observables(stepped: SteppedCase) -> list[Variable]:
     """What else is seen of a motion: friction, reaction, energy and so on; an input is not seen twice."""
-    seen = []
+    names = []
     for i, observable in enumerate(stepped.observables):
         if observable.name == INPUT and stepped.inputs:
             if stepped.system.actuator is None:
                 continue
             observable = dataclasses.replace(observable, name="actuator_output")
-        seen.append(Variable(observable, _words(observable.name), f"OBSERVED + {i}"))
-    return seen
+        names.append(Variable(observable, _words(observable.name), f"OBSERVED + {i}"))
+    return names
 
 
 def sides(contacts: int) -> list[Variable]:

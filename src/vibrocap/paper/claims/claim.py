@@ -116,11 +116,11 @@ def claim(
         own = key or judge.__name__.replace("_", "-")
         words = " ".join((test or inspect.getdoc(judge) or "").split())
         judging = functools.partial(judge, **settings)
-        made = Claim(own, where, says, words, tolerance, figures or _named(where), judge.__module__, judging)
+        claim = Claim(own, where, says, words, tolerance, figures or _named(where), judge.__module__, judging)
         if own in CLAIMS:
             raise ValueError(f"two claims are called {own}")
-        CLAIMS[own] = made
-        return made
+        CLAIMS[own] = claim
+        return claim
 
     return register
 

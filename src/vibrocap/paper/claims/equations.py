@@ -60,13 +60,13 @@ def lagrangian(runs: Runs, tolerance: float) -> Finding:
 
         momentum_rate = np.imag(momenta(q + 1j * STEP * rates, rates + 1j * STEP * accelerations)) / STEP
         slope = [np.imag(kinetic(q + 1j * STEP * e, rates) - potential(q + 1j * STEP * e)) / STEP for e in np.eye(2)]
-        given = momentum_rate - slope + [c * rates[0] - torque, friction]
+        expected = momentum_rate - slope + [c * rates[0] - torque, friction]
         s, co = math.sin(q[0]), math.cos(q[0])
         pendulum = m * length**2 * accelerations[0] - m * length * co * accelerations[1]
         pendulum += -m * g * length * s + k * q[0] + c * rates[0] - torque
         capsule = -m * length * co * accelerations[0] + (big + m) * accelerations[1]
         capsule += m * length * s * rates[0] ** 2 + friction
-        worst = max(worst, float(np.max(np.abs(given - np.array([pendulum, capsule])))))
+        worst = max(worst, float(np.max(np.abs(expected - np.array([pendulum, capsule])))))
     why = "The Lagrangian gives (2) and (3) term by term; the tests prove it symbolically as well."
     return Finding(decided(worst <= tolerance), {"largest residual": worst}, why)
 

@@ -131,9 +131,9 @@ def friction_rises_while_sticking(runs: Runs, tolerance: float) -> Finding:
     direction = np.sign(force[-1] - force[0])
     fall = float(max(0.0, np.max(-direction * np.diff(force))))
     numbers = {"EM: force at the onset": float(force[0]), "EM: force at the end": float(force[-1])}
-    numbers["EM: largest fall"], made = fall, loop(runs)
-    for way, side in (("forward", made.forward), ("back", made.back)):
-        numbers[f"LM: force at M1, {way}"] = side.escape.friction if side and side.escape else math.nan
+    numbers["EM: largest fall"], hysteresis = fall, loop(runs)
+    for side_name, side in (("forward", hysteresis.forward), ("back", hysteresis.back)):
+        numbers[f"LM: force at M1, {side_name}"] = side.escape.friction if side and side.escape else math.nan
     static = fall <= tolerance and abs(abs(force[-1]) - LIMIT) <= tolerance
     lm = [abs(value) for what, value in numbers.items() if what.startswith("LM")]
     return Finding(

@@ -13,18 +13,18 @@ from vibrocap.paper.runs import Runs
 ALMOST = Tolerance(0.05, "5 % of N eta_s: the paper says almost, and two drawn lines part at about 1 %")
 
 
-def _difference(runs: Runs, way: str, regime: str, damping: float) -> float:
-    side = getattr(loop(runs, bristle_damping=damping), way)
+def _difference(runs: Runs, direction: str, regime: str, damping: float) -> float:
+    side = getattr(loop(runs, bristle_damping=damping), direction)
     branches = getattr(side, regime) if side is not None else None
     return float("nan") if branches is None else branches.mean_difference
 
 
 def _direction(
-    runs: Runs, tolerance: float, way: str, regime: str, sign: float, why: str, nearest: str = ""
+    runs: Runs, tolerance: float, direction: str, regime: str, sign: float, why: str, nearest: str = ""
 ) -> Finding:
     """The direction of one branch pair at the printed delta1 and at 1, against what the paper says."""
     numbers = {
-        f"mean |R|(AS) - |R|(DS), {way}, delta1 = {damping:g}": _difference(runs, way, regime, damping)
+        f"mean |R|(AS) - |R|(DS), {direction}, delta1 = {damping:g}": _difference(runs, direction, regime, damping)
         for damping in (10.0, LOW)
     }
     numbers["v*"] = boundary_velocity(law("lugre")) or float("nan")
@@ -41,7 +41,7 @@ for _way, _side in WAYS.items():
         f"{_way.capitalize()}, in pure sliding, friction is smaller in the DS than in the AS.",
         key=f"{_way}-loop-in-sliding",
         test=GAP.format("beyond", _way),
-        way=_side,
+        direction=_side,
         regime="pure_sliding",
         sign=1.0,
         nearest="The opposite, at delta1 = 10.",
@@ -54,7 +54,7 @@ for _way, _side in WAYS.items():
         f"Near zero velocity, {_way}, friction is smaller in the AS than in the DS.",
         key=f"{_way}-loop-in-presliding",
         test=GAP.format("below", _way),
-        way=_side,
+        direction=_side,
         regime="presliding",
         sign=-1.0,
         why="After a reversal the bristles still push the old way, so the rising branch lies below.",
@@ -89,14 +89,14 @@ def order_reverses_at_m1(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.1, Fig. 8", "Around M1 the friction of EM and of LM almost coincide.", ALMOST)
 def laws_coincide_at_m1(runs: Runs, tolerance: float) -> Finding:
     """|R(LM) - R(EM)| over N eta_s at M1, forward and back, against the mean of that difference over all speeds."""
-    made, numbers = loop(runs), {}
-    for way, side in (("forward", made.forward), ("back", made.back)):
+    hysteresis, numbers = loop(runs), {}
+    for direction, side in (("forward", hysteresis.forward), ("back", hysteresis.back)):
         if side is not None and side.escape is not None:
             point = side.escape
             static = law("exponential").steady_force(abs(point.velocity), 1.0)
-            numbers[f"{way}: X' at M1"] = point.velocity
-            numbers[f"{way}: |R| of LM at M1"] = abs(point.friction)
-            numbers[f"{way}: difference / N eta_s"] = abs(abs(point.friction) - static) / LIMIT
+            numbers[f"{direction}: X' at M1"] = point.velocity
+            numbers[f"{direction}: |R| of LM at M1"] = abs(point.friction)
+            numbers[f"{direction}: difference / N eta_s"] = abs(abs(point.friction) - static) / LIMIT
     numbers["forward: X' where LM's rising branch meets EM's curve"] = _meeting(runs)
     gaps = [value for what, value in numbers.items() if "difference" in what]
     return Finding(
@@ -158,9 +158,9 @@ def branches_meet_at_the_end(runs: Runs, tolerance: float) -> Finding:
     period = runs.steady("lugre")
     v, force = period["velocity"], period["friction"]
     numbers = {}
-    for way, i in (("forward", int(np.argmax(v))), ("back", int(np.argmin(v)))):
+    for direction, i in (("forward", int(np.argmax(v))), ("back", int(np.argmin(v)))):
         off = abs(force[i]) - law("lugre").steady_force(abs(float(v[i])), 1.0)
-        numbers[f"{way}: |R - R_steady| / N eta_s"] = float(abs(off) / LIMIT)
+        numbers[f"{direction}: |R - R_steady| / N eta_s"] = float(abs(off) / LIMIT)
     return Finding(
         decided(max(numbers.values()) <= tolerance),
         numbers,

@@ -111,9 +111,9 @@ def em_falls_more_steeply(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-def _places(found: dict[str, float]) -> str:
+def _places(places: dict[str, float]) -> str:
     """Where the mass ratios found lie, in words."""
-    values = [value for value in found.values() if np.isfinite(value)]
+    values = [value for value in places.values() if np.isfinite(value)]
     return f"at lambda from {min(values):.2f} to {max(values):.2f}" if values else "nowhere"
 
 

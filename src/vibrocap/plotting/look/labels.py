@@ -225,18 +225,18 @@ def _by_symbol(name: str, part: Any, varied: set[str], fixed: Mapping[str, str])
         path = f"{name}.{info.name}"
         value = fixed.get(path, getattr(part, info.name))
         if value is not None and path not in varied and not (name == "environment" and value == info.default):
-            chosen = isinstance(getattr(part, info.name), str)  # a word says nothing beside a symbol
-            name_in_print = info.name.replace("_", " ") if chosen else symbol_text(info.symbol or info.name)
+            is_word = isinstance(getattr(part, info.name), str)  # a word says nothing beside a symbol
+            name_in_print = info.name.replace("_", " ") if is_word else symbol_text(info.symbol or info.name)
             lines.append(f"{name_in_print}{EQUALS}{value_text(value)}")
     return lines
 
 
-def _worded(name: str, given: Iterable[Stated], varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+def _worded(name: str, statements: Iterable[Stated], varied: set[str], fixed: Mapping[str, str]) -> list[str]:
     """Values of a part that are not zero, in words, with their units; no line is broken within one."""
     lines = []
-    for each in given:
-        if each.value and not {f"{name}.{each.key}", f"{name}.{each.name}"} & varied:
-            number = fixed.get(f"{name}.{each.key}", value_text(each.value))
-            words = f"{each.stem.replace('_', ' ')}{EQUALS}{number} {each.unit.removeprefix('1')}"
+    for statement in statements:
+        if statement.value and not {f"{name}.{statement.key}", f"{name}.{statement.name}"} & varied:
+            number = fixed.get(f"{name}.{statement.key}", value_text(statement.value))
+            words = f"{statement.stem.replace('_', ' ')}{EQUALS}{number} {statement.unit.removeprefix('1')}"
             lines.append(whole(words.strip()))
     return lines

@@ -79,18 +79,18 @@ def branch_figure(
     swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
     over: the parameter by another path, such as "drive.frequency_rad_per_s"; by default in SI where the system is
     """
-    given = [branches] if isinstance(branches, (Branch, BranchDiagram)) else list(branches)
-    _check(given, quantity)
+    diagrams = [branches] if isinstance(branches, (Branch, BranchDiagram)) else list(branches)
+    _check(diagrams, quantity)
     if swept and [(branch.over, branch.system.law_names) for branch in swept] != [
-        (branch.over, branch.system.law_names) for branch in given
+        (branch.over, branch.system.law_names) for branch in diagrams
     ]:
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
-    rows, columns = 1 + multipliers, len(given)
+    rows, columns = 1 + multipliers, len(diagrams)
     shape: dict[str, Any] = {"sharey": "row", "height_ratios": [3.0, 1.7][:rows]}
-    fig, axes = diagram_figure(given, 4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5, rows, columns, **shape)
+    fig, axes = diagram_figure(diagrams, 4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5, rows, columns, **shape)
     used: set[str] = set()
     with style():
-        for column, branch in enumerate(given):
+        for column, branch in enumerate(diagrams):
             ax = axes[0, column]
             along = _along(branch, over)
             used |= draw_branches(ax, _branches(branch), quantity, along)
@@ -101,10 +101,10 @@ def branch_figure(
             if multipliers:
                 draw_multipliers(axes[1, column], _branches(branch), along)
             axes[-1, column].set(xlabel=parameter_label(branch, over), xlim=_range(branch, along))
-        axes[0, 0].set_ylabel(with_unit(QUANTITIES[quantity], UNITS[quantity], given[0].system))
+        axes[0, 0].set_ylabel(with_unit(QUANTITIES[quantity], UNITS[quantity], diagrams[0].system))
         if multipliers:
             axes[1, 0].set_ylabel("largest\n" + r"multiplier $|\mu|$")
-        fig.legend(handles=_handles(given, used), loc="outside lower center", ncols=3 if columns > 1 else 2)
+        fig.legend(handles=_handles(diagrams, used), loc="outside lower center", ncols=3 if columns > 1 else 2)
     return fig
 
 
@@ -141,28 +141,32 @@ def draw_floquet_multipliers(diagram: Branch | BranchDiagram, *, ax: Axes | None
 
 def _check(branches: Sequence[Branch | BranchDiagram], quantity: str) -> None:
     """ValueError for what cannot be drawn."""
-    if not branches or not any(len(branch) for each in branches for branch in _branches(each)):
+    if not branches or not any(len(branch) for diagram in branches for branch in _branches(diagram)):
         raise ValueError("found should hold at least one branch that is not empty")
     check_one_of("quantity", quantity, QUANTITIES)
-    if quantity != "period" and any(np.isnan(branch.drift).any() for each in branches for branch in _branches(each)):
+    if quantity != "period" and any(
+        np.isnan(branch.drift).any() for diagram in branches for branch in _branches(diagram)
+    ):
         raise ValueError("the machine does not travel: its motions have no drift to draw")
 
 
-def fixed_parameters(given: Sequence[Any], width: float) -> str:
+def fixed_parameters(diagrams: Sequence[Any], width: float) -> str:
     """The parameters of the systems of branches, each part once, without the one that varies, for a head so wide."""
     width = width if page().width is None else 1.15 * page().width_or(width)  # in smaller letters
-    if given[0].system.units is not None:
-        return "\n".join(dict.fromkeys(parts_in_si(branch.system, width * 1.1, branch.over) for branch in given))
-    parts = [part for parts in zip(*(branch.system.parts.values() for branch in given), strict=False) for part in parts]
+    if diagrams[0].system.units is not None:
+        return "\n".join(dict.fromkeys(parts_in_si(branch.system, width * 1.1, branch.over) for branch in diagrams))
+    parts = [
+        part for parts in zip(*(branch.system.parts.values() for branch in diagrams), strict=False) for part in parts
+    ]
     different = [part for i, part in enumerate(parts) if part not in parts[:i]]
-    return parts_title(different, width * 1.1, without=split_path(given[0].over)[1])
+    return parts_title(different, width * 1.1, without=split_path(diagrams[0].over)[1])
 
 
 def diagram_figure(
-    given: Sequence[Any], width: float, height: float, rows: int = 1, columns: int = 1, **shape: Any
+    diagrams: Sequence[Any], width: float, height: float, rows: int = 1, columns: int = 1, **shape: Any
 ) -> Any:
     """A figure over a parameter of systems with their other parameters in small print above it, and its axes."""
-    text = fixed_parameters(given, width)
+    text = fixed_parameters(diagrams, width)
     fig, axes = figure(rows, columns, (width, height + LINE * (text.count("\n") + 1)), sharex="col", **shape)
     with style():
         setting(fig, text, 8, color="#555555")
@@ -174,9 +178,9 @@ def law_title(diagram: Branch | BranchDiagram) -> str:
     return f"{law_words(diagram.system.law_names)} law"
 
 
-def _along(found: Any, over: str | None = None) -> Quantity:
+def _along(branch: Any, over: str | None = None) -> Quantity:
     """The parameter as it is drawn."""
-    return quantity_in_si(found.over, found.system) if over is None else quantity_of(over, found.system)
+    return quantity_in_si(branch.over, branch.system) if over is None else quantity_of(over, branch.system)
 
 
 def _range(diagram: Branch | BranchDiagram, along: Quantity) -> tuple[float, float]:
@@ -275,14 +279,14 @@ def _label_travel(ax: Axes, branch: Branch, across: float) -> None:
 
 def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quantity | None = None) -> set[str]:
     """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
-    for d, way in enumerate(swept.directions):
+    for d, direction in enumerate(swept.directions):
         settled = swept.response_period[d] > 0
         systems = (swept.system.with_parameters({swept.over: float(value)}) for value in swept.values)
         periods = np.array([system.drive.period for system in systems])
         shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
         x = np.broadcast_to(swept.values, settled.shape) * (along or _along(swept)).scale
         y = shown * scale(UNITS[quantity], swept.system)
-        ax.plot(x[settled], y[settled], **SWEPT[way], linestyle="none", zorder=3.5)
+        ax.plot(x[settled], y[settled], **SWEPT[direction], linestyle="none", zorder=3.5)
     return set(swept.directions)
 
 
@@ -374,7 +378,7 @@ def _handles(branches: Sequence[Branch | BranchDiagram], used: set[str]) -> list
     for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
         look = {"marker": marker, "color": VERMILION, "markersize": 8.0}
         handles += [Line2D([], [], linestyle="none", label=words, **look)] if words in used else []
-    for way, look in SWEPT.items():
-        if way in used:
-            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **look))
+    for direction, look in SWEPT.items():
+        if direction in used:
+            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {direction}", **look))
     return handles

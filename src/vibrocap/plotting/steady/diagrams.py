@@ -54,16 +54,18 @@ def _draw(ax: Axes, diagram: BifurcationDiagram, state: str | None) -> list[Line
     along, up = quantity_in_si(diagram.over, diagram.system).scale, scale(state, diagram.system)
     index = diagram.system.state_names.index(state)
     size = 0.9 if np.count_nonzero(np.isfinite(diagram.states[..., index])) > MANY else 2.5
-    for k, way in enumerate(diagram.directions):
+    for k, direction in enumerate(diagram.directions):
         x = np.broadcast_to(diagram.values[:, None], diagram.states.shape[1:4])
-        ax.plot(along * x.ravel(), up * diagram.states[k, ..., index].ravel(), rasterized=True, **_look(way, size))
+        ax.plot(
+            along * x.ravel(), up * diagram.states[k, ..., index].ravel(), rasterized=True, **_look(direction, size)
+        )
     ax.set(title=law_title(diagram), xlabel=parameter_label(diagram))  # type: ignore[arg-type]
     ax.set_ylabel(with_unit(f"{quantity_label(state, diagram.system)} at the section", state, diagram.system))
     words = {"up": "parameter going up", "down": "going down"}
-    return [Line2D([], [], label=words[way], **_look(way, 3.0)) for way in diagram.directions]
+    return [Line2D([], [], label=words[direction], **_look(direction, 3.0)) for direction in diagram.directions]
 
 
-def _look(way: str, size: float) -> dict[str, Any]:
+def _look(direction: str, size: float) -> dict[str, Any]:
     """Dots going up, within circles going down: both are seen where they agree."""
-    base = {"color": INKS[way], "marker": "o", "linestyle": "none", "markeredgewidth": 0.5} | LOOKS[way]
-    return base | {"markersize": size * LOOKS[way]["markersize"]}  # type: ignore[operator]
+    base = {"color": INKS[direction], "marker": "o", "linestyle": "none", "markeredgewidth": 0.5} | LOOKS[direction]
+    return base | {"markersize": size * LOOKS[direction]["markersize"]}  # type: ignore[operator]

@@ -303,8 +303,8 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
     known = [direction for direction in WAYS if direction in dataset]
     if name == "travel" and name not in dataset and known:
-        way = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
-        dataset = dataset.assign(travel=way)
+        sign = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
+        dataset = dataset.assign(travel=sign)
     try:
         return border(dataset.load(), name).segments
     except ArgumentError as error:

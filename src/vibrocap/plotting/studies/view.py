@@ -142,21 +142,21 @@ def study_view(
     asked = measure or first_measure(dataset)
     if asked not in names:
         complaints.add("--measure", f"the study has no {asked!r}; {suggestion(asked, names)}")
-    chosen, fixed, view_axes = _fixed(dataset, at or {})
+    runs, fixed, view_axes = _fixed(dataset, at or {})
     complaints += view_axes
     if complaints:
         raise Refusal(*complaints)
 
-    gridded = all(dim in dataset.coords for dim in chosen["status"].dims)
+    gridded = all(dim in dataset.coords for dim in runs["status"].dims)
     if gridded:
-        facets, dims = _facets(chosen)
-        values = {dim: np.sort(chosen[dim].values.astype(float)) for dim in dims}
-        axes = tuple(ViewAxis(dim, values[dim], axis_label(dim, chosen[dim].attrs)) for dim in dims)
+        facets, dims = _facets(runs)
+        values = {dim: np.sort(runs[dim].values.astype(float)) for dim in dims}
+        axes = tuple(ViewAxis(dim, values[dim], axis_label(dim, runs[dim].attrs)) for dim in dims)
         points = None
     else:
-        facets, dims = [], tuple(chosen["status"].dims)
-        axes, points = _scattered(chosen)
-    panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
+        facets, dims = [], tuple(runs["status"].dims)
+        axes, points = _scattered(runs)
+    panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(runs, facets))
     case, settle = case_of(dataset), dataset.attrs.get("settle")
     travel = next((name for name in (asked, *TRAVEL) if name in TRAVEL and name in names), "mean_velocity")
     known = residue(case.system, travel, float(settle)) if settle and case else ZERO
@@ -177,8 +177,8 @@ def study_view(
         axes,
         panels,
         points,
-        case_label(chosen, case, fixed),
-        runs_label(chosen, case),
+        case_label(runs, case, fixed),
+        runs_label(runs, case),
     )
 
 
@@ -210,9 +210,9 @@ def _fixed(dataset: Any, at: Mapping[str, str]) -> tuple[Any, dict[str, str], li
             limits = f"from {values.min():g} to {values.max():g}"
             complaints.add(f"--at {path}", f"should be a number {limits}, got {text!r}")
     places |= {dim: 0 for dim in gridded if dataset.sizes[dim] == 1 and dim not in at}
-    chosen = dataset.isel(places)
-    fixed = {str(path): value_text(chosen[path].values.item()) for path in chosen.coords if not chosen[path].dims}
-    return chosen, fixed, complaints
+    part = dataset.isel(places)
+    fixed = {str(path): value_text(part[path].values.item()) for path in part.coords if not part[path].dims}
+    return part, fixed, complaints
 
 
 def _facets(dataset: Any) -> tuple[list[str], tuple[str, ...]]:
