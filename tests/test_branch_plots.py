@@ -11,11 +11,13 @@ from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.walk.itinerary import ModeChange
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
+from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.steady import branches as branch_plots
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
+ALONG = quantity_in_si(OVER, SYSTEM)
 
 
 def special(kind, parameter, drift, arclength, after, counts, **more):
@@ -71,7 +73,7 @@ def test_lines_are_cut_where_stability_changes():
 
 def test_stable_is_solid_and_twins_are_drawn():
     _, axes = branch_plots.figure(1, 1)
-    used = branch_plots.draw_branches(axes[0, 0], diagram().branches, "mean_velocity")
+    used = branch_plots.draw_branches(axes[0, 0], diagram(), "mean_velocity", ALONG)
     lines = [line for line in axes[0, 0].lines if len(line.get_xdata()) > 1 and line.get_xdata()[0] >= 1.0]
     styles = {(line.get_color(), line.get_linestyle()) for line in lines}
     black, blue = branch_plots.BLACK, branch_plots.BLUE
@@ -93,7 +95,7 @@ def swept(over=OVER):
 
 def test_brute_force_is_marked_where_it_settled():
     _, axes = branch_plots.figure(1, 1)
-    assert branch_plots.draw_swept(axes[0, 0], swept(), "mean_velocity") == {"up", "down"}
+    assert branch_plots.draw_swept(axes[0, 0], swept(), "mean_velocity", ALONG) == {"up", "down"}
     up, down = axes[0, 0].lines
     assert up.get_xdata().tolist() == [1.2, 2.0]
     assert up.get_ydata() == pytest.approx([0.0, 0.3 / (2.0 * np.pi)])
@@ -103,7 +105,7 @@ def test_brute_force_is_marked_where_it_settled():
 
 def test_places_where_travel_begins_and_ends_bear_their_parameter():
     _, axes = branch_plots.figure(1, 1)
-    branch_plots.draw_branches(axes[0, 0], diagram().branches)
+    branch_plots.draw_branches(axes[0, 0], diagram(), "mean_velocity", ALONG)
     assert [(text.get_text(), text.get_ha()) for text in axes[0, 0].texts] == [("1.4000", "right"), ("2.6000", "left")]
 
 

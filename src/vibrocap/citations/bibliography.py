@@ -149,5 +149,5 @@ def _linked(reference: Reference) -> str:
 
 
 if __name__ == "__main__":
-    given = sys.argv[1:]
-    sys.stdout.write(bibliography_of(Path(given[0]).read_text(encoding="utf-8")) if given else references_page())
+    arguments = sys.argv[1:]
+    sys.stdout.write(bibliography_of(Path(arguments[0]).read_text(encoding="utf-8")) if arguments else references_page())

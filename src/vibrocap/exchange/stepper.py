@@ -80,13 +80,13 @@ class _Options(TypedDict, total=False):
 
 
 @overload
-def stepper(case: Case | System, *, input: None = None, count: None = None, **given: Unpack[_Options]) -> "Stepper": ...
+def stepper(case: Case | System, *, input: None = None, count: None = None, **options: Unpack[_Options]) -> "Stepper": ...
 @overload
 def stepper(
-    case: Case | System, *, input: Literal["drive"], count: None = None, **given: Unpack[_Options]
+    case: Case | System, *, input: Literal["drive"], count: None = None, **options: Unpack[_Options]
 ) -> "InputStepper": ...
 @overload
-def stepper(case: Case | System, *, input: Input = None, count: int, **given: Unpack[_Options]) -> StepperArray: ...
+def stepper(case: Case | System, *, input: Input = None, count: int, **options: Unpack[_Options]) -> StepperArray: ...
 def stepper(
     case: Case | System,
     *,
@@ -113,9 +113,9 @@ def stepper(
     if count is not None:
         check_whole("count", count, 1, 2**24)
         (initial, parameters), columns = _columns_apart(initial, parameters)
-    given: dict[str, Any] = {"initial": initial, "tolerance": tolerance}
-    given = {name: value for name, value in given.items() if value is not None}
-    own = Case(case, **given) if isinstance(case, System) else dataclasses.replace(case, **given)
+    options: dict[str, Any] = {"initial": initial, "tolerance": tolerance}
+    options = {name: value for name, value in options.items() if value is not None}
+    own = Case(case, **options) if isinstance(case, System) else dataclasses.replace(case, **options)
     if parameters is not None:
         own = dataclasses.replace(own, system=own.system.with_parameters(parameters))
     stepped = SteppedCase(own, input)

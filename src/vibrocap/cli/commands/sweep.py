@@ -158,7 +158,7 @@ class Outcome:
     statuses: Counter[int]
     settled: int | None
     dataset: Callable[[], Any]
-    made: int | None = None
+    computed: int | None = None
     became: Mapping[str, int] = dataclasses.field(default_factory=dict)
 
 
@@ -186,8 +186,8 @@ def print_study(page: Page, outcome: Outcome, seconds: float, out: Path | None, 
     statuses, sizes = Counter(outcome.statuses), ", ".join(f"{dim} {size:,}" for dim, size in outcome.sizes.items())
     runs, finished = sum(statuses.values()), statuses.pop(0, 0)
     page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
-    if outcome.made is not None:
-        page.say(f"  made       {outcome.made:,} ({outcome.made / runs:.1%}); the others are filled in between")
+    if outcome.computed is not None:
+        page.say(f"  made       {outcome.computed:,} ({outcome.computed / runs:.1%}); the others are filled in between")
     page.print(f"  finished   {finished:,}")
     for code, count in statuses.most_common():
         page.say(f"  failed     {count:,}: {status_label(code)}")

@@ -49,7 +49,9 @@ MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.UNLOCATED: ("x", 6.0, False),
 }
 WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.MODE_CHANGE: "change of the mode sequence"}
-LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
+# An open pitchfork: symmetry breaks where the multipliers jump.
+LOSS: dict[str, Any] = {"marker": "D", "markersize": 6.0, "markerfacecolor": "white", "color": BLACK}
+LOSS |= {"linestyle": "none", "zorder": 5}
 LOSS_WORDS = "symmetry breaks at a change of mode sequence"
 # Two halves of one disc: full where both sweeps agree.
 HALF: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markerfacecolor": VERMILION, "markerfacecoloralt": "none"}
@@ -93,8 +95,7 @@ def branch_figure(
         for column, branch in enumerate(diagrams):
             ax = axes[0, column]
             along = _along(branch, over)
-            used |= draw_branches(ax, _branches(branch), quantity, along)
-            used |= draw_transitions(ax, branch, quantity, along)
+            used |= draw_branches(ax, branch, quantity, along)
             if swept:
                 used |= draw_swept(ax, swept[column], quantity, along)
             ax.set_title(titles[column] if titles else law_title(branch), pad=8)
@@ -116,15 +117,9 @@ def draw_branch(diagram: Branch | BranchDiagram, quantity: str | None = None, *,
     quantity = quantity or ("mean_velocity" if diagram.system.cyclic is not None else "period")
     _check([diagram], quantity)
     with drawing(ax) as ax:
-        used = draw_branches(ax, _branches(diagram), quantity)
-        used |= draw_transitions(ax, diagram, quantity, _along(diagram))
-        label = with_unit(quantity.replace("_", " "), UNITS[quantity], diagram.system)
-        ax.set(
-            title=law_title(diagram),
-            xlabel=parameter_label(diagram),
-            ylabel=label,
-            xlim=_range(diagram, _along(diagram)),
-        )
+        used = draw_branches(ax, diagram, quantity, along := _along(diagram))
+        ax.set(title=law_title(diagram), xlabel=parameter_label(diagram), xlim=_range(diagram, along))
+        ax.set_ylabel(with_unit(quantity.replace("_", " "), UNITS[quantity], diagram.system))
         legend_below(ax, _handles([diagram], used), ncols=2)
     return ax
 
@@ -132,10 +127,8 @@ def draw_branch(diagram: Branch | BranchDiagram, quantity: str | None = None, *,
 def draw_floquet_multipliers(diagram: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
     """The size of the largest Floquet multiplier over the parameter: stable below 1."""
     with drawing(ax) as ax:
-        draw_multipliers(ax, _branches(diagram))
-        ax.set(
-            xlabel=parameter_label(diagram), ylabel=r"largest multiplier $|\mu|$", xlim=_range(diagram, _along(diagram))
-        )
+        draw_multipliers(ax, _branches(diagram), along := _along(diagram))
+        ax.set(xlabel=parameter_label(diagram), ylabel=r"largest multiplier $|\mu|$", xlim=_range(diagram, along))
     return ax
 
 
@@ -144,9 +137,8 @@ def _check(branches: Sequence[Branch | BranchDiagram], quantity: str) -> None:
     if not branches or not any(len(branch) for diagram in branches for branch in _branches(diagram)):
         raise ValueError("found should hold at least one branch that is not empty")
     check_one_of("quantity", quantity, QUANTITIES)
-    if quantity != "period" and any(
-        np.isnan(branch.drift).any() for diagram in branches for branch in _branches(diagram)
-    ):
+    drifts = [branch.drift for diagram in branches for branch in _branches(diagram)]
+    if quantity != "period" and any(np.isnan(drift).any() for drift in drifts):
         raise ValueError("the machine does not travel: its motions have no drift to draw")
 
 
@@ -200,20 +192,18 @@ def parameter_label(diagram: Branch | BranchDiagram, over: str | None = None) ->
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
 
 
-def draw_branches(
-    ax: Axes, branches: Iterable[Branch], quantity: str = "mean_velocity", along: Quantity | None = None
-) -> set[str]:
-    """Draw branches with their twins and special points; returns which marks and styles the legend must explain."""
+def draw_branches(ax: Axes, diagram: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
+    """Draw branches with their mirror images and special points, and where stable motions end within the range.
+
+    Returns which marks and styles the legend must explain.
+    """
     used: set[str] = set()
     marks: list[tuple[SpecialPoint, float, float, str]] = []
     if quantity != "period":
         ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
-    for branch in branches:
-        if not len(branch):
-            continue
-        colour = branch_colour(branch)
-        across, up = (along or _along(branch)).scale, scale(UNITS[quantity], branch.system)
-        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+    for branch in filter(len, _branches(diagram)):
+        colour, across, up = branch_colour(branch), along.scale, scale(UNITS[quantity], branch.system)
+        for sign in _signs(branch, quantity):
             for x, y, stable in stretches(branch, quantity):
                 word = "stable" if stable else "unstable"
                 style = LINES[word] | {"color": colour, "zorder": 3 if stable else 2, "solid_capstyle": "butt"}
@@ -224,29 +214,32 @@ def draw_branches(
                 marks.append((special, across * special.parameter, value, colour))
         used.add(colour)
     for special, x, y, colour in marks:
-        marker, size, filled = MARKS[special.kind]
-        over: dict[str, Any] = {"zorder": 5, "linestyle": "none"}
-        over |= {"marker": marker, "markersize": size}
         lost = special.kind in CORNERS and special.passed is not None
-        if lost:
-            over |= {"marker": LOSS[0], "markersize": LOSS[1], "markerfacecolor": "white", "color": BLACK}
-        elif filled:
-            over |= {"color": BLACK, "markeredgecolor": "white"}
-        else:
-            over |= {"color": colour, "markeredgewidth": 1.1}
-            over |= {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
-        ax.plot(x, y, **over)
+        ax.plot(x, y, **(LOSS if lost else _mark(special.kind, colour)))
         used.add(LOSS_WORDS if lost else special.kind.value)
-    for branch in branches if quantity != "period" else ():
-        _label_travel(ax, branch, (along or _along(branch)).scale)
-    return used
+    for branch in _branches(diagram) if quantity != "period" else ():
+        _label_travel(ax, branch, along.scale)
+    return used | (_draw_transitions(ax, diagram, quantity, along) if isinstance(diagram, BranchDiagram) else set())
 
 
-def draw_transitions(ax: Axes, diagram: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
+def _mark(kind: SpecialKind, colour: str = BLACK) -> dict[str, Any]:
+    """How a special point is drawn, an open one in the colour of its branch."""
+    marker, size, filled = MARKS[kind]
+    look: dict[str, Any] = {"marker": marker, "markersize": size, "linestyle": "none", "zorder": 5}
+    if filled:
+        return look | {"color": BLACK, "markeredgecolor": "white"}
+    look |= {"color": colour, "markeredgewidth": 1.1}
+    return look | ({"markerfacecolor": "white", "zorder": 4} if kind is SpecialKind.FOLD else {})
+
+
+def _signs(branch: Branch, quantity: str) -> tuple[float, ...]:
+    """Of what is drawn of a branch: where motions travel, their mirror images too."""
+    return (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,)
+
+
+def _draw_transitions(ax: Axes, diagram: BranchDiagram, quantity: str, along: Quantity) -> set[str]:
     """Draw where stable motions of a diagram end within the range, and what follows; returns what to explain."""
     used: set[str] = set()
-    if not isinstance(diagram, BranchDiagram):
-        return used
     for transition in diagram.transitions:
         branch, x = diagram.branches[transition.branch], transition.parameter * along.scale
         up = scale(UNITS[quantity], branch.system)
@@ -256,7 +249,7 @@ def draw_transitions(ax: Axes, diagram: Branch | BranchDiagram, quantity: str, a
             other = diagram.branches[transition.reached]
             away = np.where(other.stable, np.abs(other.parameter - transition.parameter), np.inf)
             end = float(getattr(other, quantity)[int(np.argmin(away))]) * up
-        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+        for sign in _signs(branch, quantity):
             if transition.reached is None:
                 ax.plot(x, sign * start, marker="x", markersize=7.0, color=VERMILION, linestyle="none", zorder=6)
             else:
@@ -277,27 +270,25 @@ def _label_travel(ax: Axes, branch: Branch, across: float) -> None:
             ax.annotate(f"{place:.4f}", (place, 0.0), xytext=beside, textcoords="offset points", **look)
 
 
-def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quantity | None = None) -> set[str]:
+def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quantity) -> set[str]:
     """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
     for d, direction in enumerate(swept.directions):
         settled = swept.response_period[d] > 0
         systems = (swept.system.with_parameters({swept.over: float(value)}) for value in swept.values)
         periods = np.array([system.drive.period for system in systems])
         shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
-        x = np.broadcast_to(swept.values, settled.shape) * (along or _along(swept)).scale
+        x = np.broadcast_to(swept.values, settled.shape) * along.scale
         y = shown * scale(UNITS[quantity], swept.system)
         ax.plot(x[settled], y[settled], **SWEPT[direction], linestyle="none", zorder=3.5)
     return set(swept.directions)
 
 
-def draw_multipliers(ax: Axes, branches: Iterable[Branch], along: Quantity | None = None) -> None:
+def draw_multipliers(ax: Axes, branches: Iterable[Branch], along: Quantity) -> None:
     """Size of the largest multiplier over the parameter; a branch jumps where its mode sequence changes."""
     ax.axhline(1.0, color="#9A9A9A", linewidth=0.8, zorder=1)
-    for branch in branches:
-        if not len(branch):
-            continue
+    for branch in filter(len, branches):
         largest = np.max(np.abs(branch.multipliers), axis=1)
-        x = branch.parameter * (along or _along(branch)).scale
+        x = branch.parameter * along.scale
         for first, last, stable in branch.parts:
             style: dict[str, Any] = {"linewidth": 1.6} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
             shown = slice(first, last + 1)
@@ -357,7 +348,7 @@ def _handles(branches: Sequence[Branch | BranchDiagram], used: set[str]) -> list
     for colour, text in {
         BLACK: "symmetric: no travel" if True in symmetries else "cycles",
         BLUE: f"{whose} that travel",
-        GREEN: f"{whose.removeprefix('mirror ')} of 2 drive periods",
+        GREEN: f"{whose} of 2 drive periods",
         PURPLE: "of 4 drive periods",
         ORANGE: "of 8 drive periods",
         SKY: "of other even numbers of periods",
@@ -366,15 +357,9 @@ def _handles(branches: Sequence[Branch | BranchDiagram], used: set[str]) -> list
         if colour in used:
             handles.append(Line2D([], [], color=colour, linewidth=1.8, label=text))
     handles += [Line2D([], [], color="#444444", label=word, **LINES[word]) for word in LINES if word in used]
-    for kind, (marker, size, filled) in MARKS.items():
-        if kind.value in used:
-            look: dict[str, Any] = {"marker": marker, "color": BLACK, "markersize": size}
-            look |= {"markeredgecolor": "white"} if filled else {"markeredgewidth": 1.1, "markerfacecolor": "white"}
-            handles.append(Line2D([], [], linestyle="none", label=WORDS.get(kind, kind.value), **look))
-    if LOSS_WORDS in used:
-        marker, size = LOSS
-        look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
-        handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
+    marks = {kind.value: _mark(kind) | {"label": WORDS.get(kind, kind.value)} for kind in MARKS}
+    marks[LOSS_WORDS] = LOSS | {"label": LOSS_WORDS}
+    handles += [Line2D([], [], **look) for name, look in marks.items() if name in used]
     for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
         look = {"marker": marker, "color": VERMILION, "markersize": 8.0}
         handles += [Line2D([], [], linestyle="none", label=words, **look)] if words in used else []
