@@ -150,4 +150,6 @@ def _linked(reference: Reference) -> str:
 
 if __name__ == "__main__":
     arguments = sys.argv[1:]
-    sys.stdout.write(bibliography_of(Path(arguments[0]).read_text(encoding="utf-8")) if arguments else references_page())
+    sys.stdout.write(
+        bibliography_of(Path(arguments[0]).read_text(encoding="utf-8")) if arguments else references_page()
+    )

@@ -80,7 +80,9 @@ class _Options(TypedDict, total=False):
 
 
 @overload
-def stepper(case: Case | System, *, input: None = None, count: None = None, **options: Unpack[_Options]) -> "Stepper": ...
+def stepper(
+    case: Case | System, *, input: None = None, count: None = None, **options: Unpack[_Options]
+) -> "Stepper": ...
 @overload
 def stepper(
     case: Case | System, *, input: Literal["drive"], count: None = None, **options: Unpack[_Options]
