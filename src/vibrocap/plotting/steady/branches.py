@@ -357,8 +357,10 @@ def _handles(branches: Sequence[Branch | BranchDiagram], used: set[str]) -> list
         if colour in used:
             handles.append(Line2D([], [], color=colour, linewidth=1.8, label=text))
     handles += [Line2D([], [], color="#444444", label=word, **LINES[word]) for word in LINES if word in used]
-    marks = {kind.value: _mark(kind) | {"label": WORDS.get(kind, kind.value)} for kind in MARKS}
-    marks[LOSS_WORDS] = LOSS | {"label": LOSS_WORDS}
+    marks: dict[str, dict[str, Any]] = {
+        kind.value: _mark(kind) | {"label": WORDS.get(kind, kind.value)} for kind in MARKS
+    }
+    marks |= {LOSS_WORDS: LOSS | {"label": LOSS_WORDS}}
     handles += [Line2D([], [], **look) for name, look in marks.items() if name in used]
     for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
         look = {"marker": marker, "color": VERMILION, "markersize": 8.0}
