@@ -204,6 +204,22 @@ def test_contacts_give_way_together_within_rounding_of_their_limits():
         assert kernel.floats[kernel.place("SIDE")] == side
 
 
+def test_a_contact_that_gave_way_is_known_until_time_advances():
+    """Its side, the order of vanishing of its velocity, and that it holds kinetic friction only."""
+    kernel = contacts_of(2)
+    kernel.fill("GAVE_WAY", [0, 0])
+    kernel.fill("TRANSITION", [ARRIVED, ARRIVED])
+
+    def entries(name):
+        return [*kernel.ints[kernel.place(name) :][:2]]
+
+    kernel["give_way"](kernel.floats, kernel.ints, 0, 1, -1.0, 2)
+    assert kernel.floats[kernel.place("SIDE") + 1] == -1.0
+    assert (entries("TRANSITION"), entries("GAVE_WAY")) == ([ARRIVED, 2], [0, 1])
+    kernel["settle"](kernel.ints, 0)
+    assert (entries("TRANSITION"), entries("GAVE_WAY")) == ([0, 0], [0, 0])
+
+
 def test_a_force_that_has_jumped_beyond_its_limit_asks_again_who_rests():
     """A billionth beyond, which no step makes by itself."""
     kernel = contacts_of(2)
