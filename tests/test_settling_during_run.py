@@ -12,7 +12,6 @@ from vibrocap.numerics.kernel.observe.limit_of_marks import LINEAR
 from vibrocap.numerics.kernel.observe.settle import (
     FASTEST,
     LONGEST_PERIOD,
-    NEWBORN,
     SLOWEST,
     STANDSTILL,
     UNSEEN,
@@ -50,8 +49,6 @@ def reference(states, threshold, tolerance):
             remaining = max(distance * ratio / (1.0 - ratio), *distance_to_limit(states, n))
         if remaining <= threshold:
             period = reference_period(states, n, ratio, threshold)
-            if newborn(states, period, threshold):
-                continue
             return period, reference_since(states, period, threshold - remaining), remaining
     return 0, 0, 0.0
 
@@ -85,13 +82,6 @@ def reference_period(states, n, ratio, threshold):
         if n % divisor == 0 and np.all(differences <= allowed):
             return divisor
     return n
-
-
-def newborn(states, period, threshold):
-    """Whether the alternation about the odd part of a period is too small for the marks that there are."""
-    odd = period // (period & -period)
-    width = 0.5 * np.max(np.abs(states[-odd:] - states[-2 * odd : -odd]))
-    return odd < period and width > threshold and width**2 * (len(states) - 1) < NEWBORN * odd
 
 
 def reference_since(states, n, distance):
@@ -215,12 +205,12 @@ CLOSE = {
 VARIED = {"flip": ("displacement_rate", -0.5, 0.5), "pitchfork": ("angle", 0.2, 1.2), "fold": ("angle", 0.2, 1.2)}
 
 
-def farthest_from_steady(kind, count, extrapolate, periods=3000, later=4080, near=NEAR):
+def farthest_from_steady(kind, count, extrapolate, periods=3000, later=4080):
     """(settled [runs], how far those that are move on in many periods more, over the threshold)."""
     system, path, at = CLOSE[kind]
     name, low, high = VARIED[kind]
     draw = np.random.default_rng(count)
-    values, starts = at + draw.uniform(-near, near, count), draw.uniform(low, high, count)
+    values, starts = at + draw.uniform(-NEAR, NEAR, count), draw.uniform(low, high, count)
     asked = {"measures": ["drift"], "final_states": True}
     results = vc.ensemble(
         system,
@@ -249,21 +239,6 @@ def test_close_to_a_flip_nothing_is_settled_that_still_has_far_to_go(extrapolate
     settled, farthest = farthest_from_steady("flip", 40, extrapolate, periods=300, later=480)
     assert 5 < settled.sum() < 35
     assert farthest < KNOWN
-
-
-@pytest.mark.parametrize(("times", "settled"), [(0.25, False), (4.0, True)])
-def test_an_alternation_that_is_small_for_its_marks_is_no_orbit_of_period_two(times, settled):
-    """Half-widths a with a^2 times the marks a quarter of 0.02, and four times as much; nothing else moves."""
-    half_width = math.sqrt(times * 0.02 / 40)
-    states = half_width * np.where(np.arange(41) % 2, -1.0, 1.0)[:, None]
-    assert (Stroboscope(states).settled_response(THRESHOLD, TOLERANCE)[0] == 2) == settled
-
-
-def test_closest_to_a_flip_no_alternation_counts_as_settled():
-    """Within a millionth the amplitude decays unseen: 1 of 100 settled runs moved by up to 60 thresholds."""
-    settled, farthest = farthest_from_steady("flip", 300, False, periods=300, later=4080, near=1e-6)
-    assert 50 < settled.sum() < 100
-    assert farthest < 2.0
 
 
 @pytest.mark.slow

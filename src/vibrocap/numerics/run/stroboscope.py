@@ -46,10 +46,6 @@ class Stroboscope:
         """The smallest divisor of n that the settled motion has as its period to within the threshold."""
         return self._asked("shortest_period", n, ratio, threshold)
 
-    def still_alternates(self, period: int, threshold: float) -> bool:
-        """Whether a response of even period may be an alternation that decays or grows unseen."""
-        return self._asked("still_alternates", period, threshold)
-
     def settled_since(self, n: int, distance: float) -> int:
         """First mark from which on every state is within a distance of the final one of the same phase."""
         return self._asked("settled_since", n, distance)

@@ -23,10 +23,6 @@ STANDSTILL = 10.0
 SLOWEST = 0.99
 FASTEST = 0.01  # contraction that is believed when looking back for a shorter period
 UNSEEN = 10.0  # times what multipliers do not explain of the last step: its way, if it keeps nine tenths each time
-# An alternation of half-width a about a flip loses or gains some c a^2 of itself each time. Where a^2 times the times
-# seen is less than 1/(4 c), it has not converged. Of 10,000 runs within 4e-6 of a flip those that moved on by more than
-# 20 thresholds had at most 0.0076; of 2,500 orbits of period 2 of a map, most far from flips, all had at least 0.062.
-NEWBORN = 0.02
 FARTHEST = 1e6  # natural sizes by which no two stroboscopic states differ that will settle within three blocks
 
 
@@ -57,8 +53,6 @@ def settled_response(floats, marks, lane, mark, longest, threshold, tolerance):
         ratio, remaining = distance_to_go(floats, marks, lane, mark, n, tolerance)
         if ratio >= 0.0 and remaining <= threshold:
             period = shortest_period(floats, marks, lane, mark, n, ratio, threshold)
-            if still_alternates(floats, marks, lane, mark, period, threshold):
-                continue
             return period, settled_since(floats, marks, lane, mark, period, threshold - remaining), remaining
     return 0, 0, 0.0
 
@@ -147,22 +141,6 @@ def shortest_period(floats, marks, lane, mark, n, ratio, threshold):
         if repeats:
             return divisor
     return n
-
-
-def still_alternates(floats, marks, lane, mark, period, threshold):
-    """Whether a response of even period may be an alternation about an odd part of it, which decays or grows unseen.
-
-    Close to a flip a^-2 grows by a constant each time: an amplitude a that is small for the marks that there are tells
-    nothing of where it goes, and the distance to go is of its own order. Later doublings have widths far below the
-    natural sizes, and are believed.
-    """
-    odd = period
-    while odd % 2 == 0:
-        odd = odd // 2
-    if odd == period:
-        return False
-    half_width = 0.5 * largest_difference(floats, marks, lane, mark, mark - odd, odd)
-    return half_width > threshold and half_width * half_width * mark < NEWBORN * odd
 
 
 def settled_since(floats, marks, lane, mark, n, distance):
