@@ -237,6 +237,12 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
+def test_one_inner_coordinate_beside_several_contacts_keeps_its_own_symbol():
+    motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic(1.2, 1.3)), periods=5)
+    labels = [ax.get_ylabel() for ax in vc.figure(motion).axes]
+    assert labels[1:4] == ["gap $z_1$", "velocity $v_i$", "friction force $R_i$"]
+
+
 def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     """Not the rest: from the start until a quarter after all states are within 1e-3 of their ranges of the end."""
     servo = vc.PositionPID(proportional_gain=20.0, derivative_gain=6.0, limit=5.0)

@@ -246,7 +246,8 @@ def _over_time(names: list[str], label: str = "") -> Draw:
     def draw(motion: Trajectory, detail: panel.Stretch, ax: Axes) -> None:
         several = len(panel.contacts_of(motion)) > 1
         if several or len(names) > 1:
-            words = label or re.sub(r"(_\{?\d\}?)?\$$", "_i$", quantity_label(names[0], motion.system))
+            one = quantity_label(names[0], motion.system)
+            words = label or (re.sub(r"(_\{?\d\}?)?\$$", "_i$", one) if len(names) > 1 else one)
             panel.draw_all(motion, names, words, detail, ax)
         else:
             panel.history(motion, names[0], detail, ax, shaded=True)
