@@ -1,4 +1,4 @@
-"""Thresholds of the diagnosis: each with a witness on both sides of it, where the verdict changes."""
+"""Thresholds of the diagnosis: witnesses of the values where the verdict changes."""
 
 import dataclasses
 

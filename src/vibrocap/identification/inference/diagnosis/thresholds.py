@@ -1,7 +1,8 @@
-"""Thresholds of the diagnosis, each with its derivation.
+"""Thresholds of the diagnosis, each with its derivation where there is one.
 
-Those without a derivation were chosen by `benchmarks/faulty_records.py`, 100 records of each fault and of none, so that
-95 of 100 are named and none else; `tests/test_identification_thresholds.py` has a witness on both sides of each.
+`benchmarks/faulty_records.py` counts with them 100 records of each fault and of none: 95 of 100 are to be named, and
+none else. `tests/test_identification_thresholds.py` has witnesses on both sides, of `main` and `beside` on one; of
+`around`, `false_alarms`, `general` and `same_wave` there is none.
 """
 
 import dataclasses
