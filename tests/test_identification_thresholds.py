@@ -13,6 +13,7 @@ from vibrocap.identification.inference.diagnosis.measurement_faults import (
     resolution,
     saturation,
 )
+from vibrocap.identification.inference.diagnosis.patterns import speed
 
 TIME = np.linspace(0.0, 40.0, 4000)
 
@@ -64,16 +65,11 @@ def told_beside_a_limit(kept):
     return [cause.kind for cause in causes[:1]] == ["saturation"] and len(causes) > 1
 
 
-def coloured(share):
-    """Whether inertia is named that has such a share of errors that else are coloured noise, as of a process."""
-    made, white = record(0.0), noise(1.0, 8)
+def swung(share):
+    """Whether inertia is named that has such a share of errors that else are a swing in time, as of another machine."""
+    made = record(0.0)
     wave = made.acceleration / np.sqrt(np.mean(made.acceleration**2))
-    process = np.zeros(len(TIME))
-    for i in range(1, len(TIME)):
-        process[i] = 0.7 * process[i - 1] + white[i]
-    process -= wave * (wave @ process) / (wave @ wave)
-    process /= np.sqrt(np.mean(process**2))
-    error = np.sqrt(share) * wave + np.sqrt(1.0 - share) * process
+    error = np.sqrt(share) * wave + np.sqrt(2.0 * (1.0 - share)) * np.sin(7.3 * TIME) + noise(0.01)
     return "inertia" in {cause.kind for cause in diagnosis([record(error)]).causes}
 
 
@@ -111,15 +107,67 @@ def struck(times, count):
     return outliers([made], [error])[0] is not None
 
 
-def patterned(share, size=1.0, seed=3):
-    """Kinds of causes where inertia has such a share of the squared errors, beside white noise."""
-    made = record(0.0)
-    wave = made.acceleration / np.sqrt(np.mean(made.acceleration**2))
-    white = noise(1.0, seed)
+def patterned(share, count=len(TIME)):
+    """Kinds of causes where inertia has such a share of the squared errors of so many samples, beside white noise."""
+    counts = np.arange(len(TIME)) < count
+    wave = np.where(counts, record(0.0).acceleration, 0.0)
+    wave /= np.sqrt(np.mean(wave[counts] ** 2))
+    white = np.where(counts, noise(1.0, 3), 0.0)
     white -= wave * (wave @ white) / (wave @ wave)
-    white /= np.sqrt(np.mean(white**2))
-    error = size * (np.sqrt(share) * wave + np.sqrt(1.0 - share) * white)
-    return tuple(cause.kind for cause in diagnosis([record(error)]).causes)
+    white /= np.sqrt(np.mean(white[counts] ** 2))
+    made = record(np.sqrt(share) * wave + np.sqrt(1.0 - share) * white)
+    return tuple(cause.kind for cause in diagnosis([dataclasses.replace(made, counts=counts)]).causes)
+
+
+def rough_near_a_turn(samples):
+    """Whether a velocity in steps is called coarse whose prediction is rough so many samples from where it turns."""
+    made = record(0.0)
+    at = np.flatnonzero(made.turned)[:, None] + samples * np.array([-1, 1])
+    predicted = np.zeros(len(TIME))
+    predicted[at[(at > 0) & (at < len(TIME))]] = 1.0
+    error = 0.5 * np.sqrt(np.mean(predicted**2)) * np.where(np.arange(len(TIME)) % 2, 1.0, -1.0)
+    velocity = 1e-6 * np.round(made.velocity / 1e-6)
+    return quantisation([dataclasses.replace(record(error, predicted), velocity=velocity)]) is not None
+
+
+def struck_beside_a_jump(samples):
+    """Whether samples far off, so many behind a jump of the force as large, are called outliers."""
+    error, predicted = 1e-2 * np.where(np.arange(len(TIME)) % 2, 1.0, -1.0), np.zeros(len(TIME))
+    for at in (500, 1500):
+        predicted[at:] += 1.0
+        error[at + samples] = 1.0
+    made = record(error, predicted)
+    return outliers([made], [error])[0] is not None
+
+
+def general(ratio):
+    """Whether means over bins of the speed are named first that explain so many times what inertia does."""
+    made = record(0.0)
+    wave = made.acceleration / np.linalg.norm(made.acceleration)
+    bins = speed([made]).columns / np.sqrt(np.sum(speed([made]).columns, axis=0))
+    among = bins.T @ wave
+    other = np.where(np.arange(bins.shape[1]) % 2, 1.0, -1.0)
+    other -= among * (among @ other) / (among @ among)
+    error = wave + np.sqrt(ratio - among @ among) * bins @ other / np.linalg.norm(other)
+    both = np.linalg.qr(np.column_stack((wave, bins)))[0]
+    white = noise(0.08)
+    return diagnosis([record(error + white - both @ (both.T @ white))]).causes[0].kind == "speed"
+
+
+def jointly(stiffness):
+    """Whether a mass of 1 kg is found as it is, beside a spring of such a stiffness."""
+    made = record(0.0)
+    causes = diagnosis([record(made.acceleration + stiffness * made.place + noise(0.001))]).causes
+    return abs(next(cause.amount for cause in causes if cause.kind == "inertia") - 1.0) < 1e-2
+
+
+def turned_beside_gravity(waves):
+    """Whether a ripple alone is named that has so many waves more along four turns than one in each."""
+    made = record(0.0)
+    place = 8.0 * np.pi * (made.place - made.place.min()) / np.ptp(made.place)
+    error = np.sin((1.0 + waves / 4.0) * place) + noise(0.001)
+    turning = dataclasses.replace(record(error, 4.0 * np.tanh(made.velocity / 0.1)), place=place, rotary=True)
+    return [cause.kind for cause in diagnosis([turning]).causes] == ["ripple"]
 
 
 def beside(share):
@@ -142,8 +190,14 @@ WITNESSES = {
     "outliers: deviations": (struck, (6.5, 2), (8.0, 2)),
     "outliers: number": (struck, (13.0, 1), (13.0, 2)),
     "outliers: one alone": (struck, (13.0, 1), (15.5, 1)),
+    "outliers: beside": (struck_beside_a_jump, (2,), (5,)),
+    "outliers: around": (rough_near_a_turn, (15,), (25,)),
+    "patterns: false alarms": (lambda share: patterned(share, 400) != (), (0.037,), (0.04,)),
+    "patterns: general": (general, (1.05,), (1.2,)),
+    "patterns: general, jointly": (jointly, (0.8,), (1.0,)),
+    "patterns: same wave": (turned_beside_gravity, (0.4,), (0.6,)),
     "patterns: share": (lambda share: patterned(share) != (), (0.012,), (0.03,)),
-    "patterns: main": (coloured, (0.06,), (0.15,)),
+    "patterns: main": (swung, (0.06,), (0.15,)),
     "patterns: second": (lambda share: "ripple" in beside(share), (0.06,), (0.15,)),
 }
 

@@ -57,7 +57,7 @@ def assert_good(made):
 # --- text -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("delimiter", [",", ";", "\t", " ", ", ", " ; "])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|", " ", ", ", " ; "])
 @pytest.mark.parametrize("before", ["", "# a rig\n% of ours\n", "Instrument 7\nrun, today\n\n"])
 def test_delimiters_and_what_stands_before_the_header(written, delimiter, before):
     (made,) = written(csv(GOOD, delimiter, before=before))
@@ -72,8 +72,36 @@ def test_line_ends_byte_order_marks_and_quotes(written, ends):
     assert_good(written(b"\xef\xbb\xbf" + text.encode())[0])
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        csv(GOOD).encode("utf-16"),
+        csv(GOOD).replace("\n", "\r").encode(),
+        csv(GOOD, header=False, before="t [s]   F [N]  v (m/s) x\n").replace(",", " "),
+        csv(GOOD) + "\nEnd of the run\n[EOF]\n",
+        "\n".join(f"{row or ''},{line}" for row, line in enumerate(csv(GOOD).splitlines())),  # an index without a name
+    ],
+    ids=["two bytes a character", "line ends of old", "units in brackets", "words behind", "index"],
+)
+def test_text_as_programs_write_it(written, text):
+    assert_good(written(text)[0])
+
+
 def test_decimal_commas(written):
-    assert_good(written(csv(GOOD, ";").replace(".", ","))[0])
+    commas = csv(GOOD, ";").replace(".", ",")
+    dated = "\n".join(f"{'01.03.2026' if row else 'date'};{line}" for row, line in enumerate(commas.splitlines()))
+    quoted = "\n".join(",".join(f'"{cell}"' for cell in line.split(";")) for line in commas.splitlines())
+    for text in (commas, dated, quoted, commas.replace(";", "   ")):
+        assert_good(written(text)[0])
+
+
+def test_commas_and_points_of_thousands_are_not_taken_for_decimal_ones(written):
+    lines = csv({**GOOD, "x": np.arange(60.0, 60.0 + N)}, ";").replace(".", ",").splitlines() * 6
+    lines[3] = "0,2;1.234;0,5;1,0"
+    assert "line 4, column 'F': '1.234 among decimal commas' is no number" in refused(written, "\n".join(lines))
+    thousands = "\n".join(f'{at},"{at + 1},{at + 100}",{at % 7}' for at in range(12))
+    assert "'1,100' is no number" in refused(written, f"t,F,v\n{thousands}")
+    assert "'0,5' is no number" in refused(written, "t;F;v\n" + "\n".join(f"{at};0,5;{at}.5" for at in range(12)))
 
 
 def test_a_header_in_a_comment_as_numpy_writes_it(written):
@@ -572,6 +600,13 @@ def test_a_workbook_is_read_as_a_text(tmp_path):
     book.save(tmp_path / "rig.xlsx")
     records = read_records(tmp_path / "rig.xlsx")
     assert [record.name for record in records] == ["slow", "fast"]
+    book.create_sheet("words", 0).append(["Operator", "Smith"])
+    about = book.create_sheet("about", 0)
+    for row in (["mean", "largest"], *([value, value + 1.0] for value in range(4))):
+        about.append(row)
+    book.save(tmp_path / "told.xlsx")
+    with pytest.warns(RecordWarning, match="'about' has no column of a record and is left out"):
+        assert [record.name for record in read_records(tmp_path / "told.xlsx")] == ["slow", "fast"]
     np.testing.assert_allclose(records[1].velocity, 2e-3 * VELOCITY, rtol=1e-15)
     np.testing.assert_allclose(records[1].force, 1e3 * FORCE, rtol=1e-15)
     (tmp_path / "damaged.xlsx").write_bytes((tmp_path / "rig.xlsx").read_bytes()[:-200])

@@ -91,7 +91,7 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
         if isinstance(value, Mapping):
             fields = {name: np.asarray(column) for name, column in value.items()}
         else:
-            array = np.asarray(value)
+            array = np.squeeze(np.asarray(value))  # a column is one, whichever way it stands
             fields = {name: array[name] for name in array.dtype.names or ()}
             if key == NAMES_KEY and array.dtype.kind == "U":
                 names = [str(name).strip() for name in array.ravel()]

@@ -74,7 +74,7 @@ def read_records(
     if not paths:
         raise RecordError(["path: should be a file or a list of files, got an empty list"], SETTINGS)
     record_column = columns.get(RECORD)
-    tables = [table for path in paths for table in tables_in(path, record_column)]
+    tables = [table for path in paths for table in _measured(tables_in(path, record_column), columns)]
     if name is not None and len(tables) > 1:
         records = ", ".join(table.name for table in tables)
         raise RecordError([f"name: is for one record, but there are {len(tables)}: {records}"], _listed(paths))
@@ -108,6 +108,16 @@ def tables_in(path: Path, record_column: str | int | None = None) -> list[Table]
         reason = f"columns: record: is for text files; in {kind} each record has arrays of its own"
         raise RecordError([reason], str(path))
     return READERS[kind](path)
+
+
+def _measured(tables: list[Table], columns: Mapping[str, Any]) -> list[Table]:
+    """The tables of a file that have some column of a record, all where none has; warns of the others."""
+    measured = [table for table in tables if choices(table, columns, {}, [])]
+    for table in tables if measured else ():
+        if table not in measured:
+            text = f"{table.source}: {table.name!r} has no column of a record and is left out"
+            warnings.warn(text, RecordWarning, stacklevel=3)
+    return measured or tables
 
 
 def _names(tables: Sequence[Table]) -> list[str]:

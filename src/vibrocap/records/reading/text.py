@@ -1,5 +1,6 @@
 """Tables of numbers in rows of cells: text with comma, semicolon, tab or space between them, and workbooks."""
 
+import codecs
 import contextlib
 import csv
 import re
@@ -18,7 +19,9 @@ from vibrocap.records.reading.columns import RECORD, WHOLE, Table
 from vibrocap.records.reading.units import DIMENSIONS, unit_named
 
 COMMENTS = ("#", "%", "//", "!")
-DELIMITERS = (";", "\t", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
+DELIMITERS = (";", "\t", "|", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
+COMMA, POINT = (re.compile(rf"[+-]?\d*{mark}\d+([eE][+-]?\d+)?") for mark in (",", r"\."))  # numbers with each
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # so "1,234" may be, where a comma is also or never a delimiter
 RUN = 3  # lines of numbers, one after the other, with which a table begins
 MOST_COMPLAINTS = 5
 MOST_BYTES = 2**30  # of a text
@@ -39,15 +42,12 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     comments = [(number, line.lstrip("#%/! ")) for number, line in lines if line.startswith(COMMENTS)]
     lines = [(number, line) for number, line in lines if not line.startswith(COMMENTS)]
     delimiter = _delimiter([line for _, line in lines])
-    decimal_comma = delimiter in (";", "\t") and not any(re.search(r"\d\.\d", line) for _, line in lines[-20:])
-    rows = _rows(lines, delimiter)
-    if decimal_comma:
-        rows = [(number, [_pointed(cell) for cell in cells]) for number, cells in rows]
+    rows = _pointed(_rows(lines, delimiter), delimiter == ",")
     return _tables(rows, lambda: _rows(comments, delimiter), path, path.stem, record_column)
 
 
 def workbook_tables(path: Path, record_column: str | int | None = None) -> list[Table]:
-    """The tables of an Excel workbook, read as if its cells were those of a text: of each sheet that is not empty."""
+    """The tables of an Excel workbook, read as if its cells were those of a text: of each sheet that has one."""
     check_plain(path)
     if advice := lacking("openpyxl"):
         raise RecordError([f"is a workbook, which {advice}, or save it as .csv"], str(path))
@@ -74,11 +74,16 @@ def workbook_tables(path: Path, record_column: str | int | None = None) -> list[
     if not sheets:
         raise RecordError(["is empty; should be a table, a sample in each line"], str(path))
     names = [path.stem] if len(sheets) == 1 else list(sheets)
-    return [
-        table
-        for name, rows in zip(names, sheets.values(), strict=True)
-        for table in _tables(rows, list, path, name, record_column)
-    ]
+    tables: list[Table] = []
+    refusals: list[RecordError] = []
+    for name, rows in zip(names, sheets.values(), strict=True):
+        try:
+            tables += _tables(_pointed(rows, True), list, path, name, record_column)
+        except RecordError as error:
+            refusals.append(error)
+    if not tables:
+        raise refusals[0]
+    return tables
 
 
 def _tables(
@@ -92,6 +97,8 @@ def _tables(
         reason = "there is no line of numbers in the file; should be a table, a sample in each line"
         raise RecordError([reason], str(path))
     body = rows[start:]
+    while len(body[-1][1]) != usual and not any(map(_is_number, body[-1][1])):  # the words behind a table
+        body.pop()
     head = rows[:start] or [row for row in comments() if row[0] < body[0][0]]
     names, units = _header(head, len(body[0][1]), numeric, bool(rows[:start]))
     body, ragged = _of_one_width(body, names)
@@ -131,12 +138,15 @@ def _lines(path: Path) -> list[tuple[int, str]]:
         raise RecordError([str(error.strerror)], str(path)) from None
     if len(raw) > MOST_BYTES:
         raise RecordError([f"has more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path))
-    if b"\x00" in raw[:4096]:
+    wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if b"\x00" in raw[:4096] and not wide:
         raise RecordError(["is not a text file; should be .csv or .txt, .npz or .mat"], str(path))
     try:
-        text = raw.decode("utf-8-sig")
+        text = raw.decode("utf-16" if wide else "utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("cp1252", errors="replace")  # the micro sign of older instruments
+    if "\n" not in text:
+        text = text.replace("\r", "\n")
     lines = [(number, line.strip(" \r\n")) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
     if not lines:
         raise RecordError(["is empty; should be a table, a sample in each line"], str(path))
@@ -144,8 +154,14 @@ def _lines(path: Path) -> list[tuple[int, str]]:
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
-    """What separates cells: the first candidate with the same count, not 0, in nearly all lines of the end."""
+    """What separates cells: the first candidate with the same count, not 0, in nearly all lines of the end.
+
+    A comma within numbers that white space separates is a decimal one.
+    """
     last = lines[-50:]
+    spaced = [cells for cells in map(str.split, last) if len(cells) > 1 and any(map(COMMA.fullmatch, cells))]
+    if sum(all(_is_number(cell.replace(",", ".")) for cell in cells) for cells in spaced) >= 0.6 * len(last):
+        return None
     for candidate in DELIMITERS[:-1]:
         counts = [line.count(candidate) for line in last]
         usual = max(set(counts), key=counts.count) if counts else 0
@@ -155,8 +171,8 @@ def _delimiter(lines: Sequence[str]) -> str | None:
 
 
 def _rows(lines: Sequence[tuple[int, str]], delimiter: str | None) -> list[Row]:
-    if delimiter is None:
-        return [(number, line.split()) for number, line in lines]
+    if delimiter is None:  # a unit in brackets belongs to the word before it
+        return [(number, re.sub(r"(?<=\w)\s+(?=[\[({])", "", line).split()) for number, line in lines]
     cells = csv.reader((line for _, line in lines), delimiter=delimiter, skipinitialspace=True)
     try:
         split = [[cell.strip() for cell in row] for row in cells]
@@ -167,8 +183,23 @@ def _rows(lines: Sequence[tuple[int, str]], delimiter: str | None) -> list[Row]:
     return [(number, row) for (number, _), row in zip(lines, split, strict=True)]
 
 
-def _pointed(cell: str) -> str:
-    return cell.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell) else cell
+def _pointed(rows: list[Row], ambiguous: bool) -> list[Row]:
+    """Rows with points in place of decimal commas, where the end of a file has such and no points.
+
+    A point elsewhere is then no decimal one. ambiguous: whether "1,234" may also be a thousand, so that commas are
+    decimal ones only where others show it.
+    """
+    last = [cell for _, cells in rows[-50:] for cell in cells]
+    commas = [cell for cell in last if COMMA.fullmatch(cell)]
+    if any(map(POINT.fullmatch, last)) or (ambiguous and all(map(THOUSANDS.fullmatch, commas))):
+        return rows
+
+    def pointed(cell: str) -> str:
+        if commas and POINT.fullmatch(cell):
+            return f"{cell} among decimal commas"
+        return cell.replace(",", ".") if COMMA.fullmatch(cell) else cell
+
+    return [(number, [pointed(cell) for cell in cells]) for number, cells in rows]
 
 
 def _is_number(cell: str) -> bool:
@@ -210,7 +241,7 @@ def _header(
     wide = [
         cells
         for _, cells in head
-        if len(cells) == count and (all(cells[at] for at in numeric if at < count) or _are_units(cells))
+        if len(cells) == count and (all(cells[at] for at in numeric if 0 < at < count) or _are_units(cells))
     ]
     if not wide or (not written and head[-1][1] != wide[-1]):
         return None, {}

@@ -1,8 +1,7 @@
 """Thresholds of the diagnosis, each with its derivation where there is one.
 
 `benchmarks/faulty_records.py` counts with them 100 records of each fault and of none: 95 of 100 are to be named, and
-none else. `tests/test_identification_thresholds.py` has witnesses on both sides, of `main` and `beside` on one; of
-`around`, `false_alarms`, `general` and `same_wave` there is none.
+none else. `tests/test_identification_thresholds.py` has witnesses of each on both sides.
 """
 
 import dataclasses
