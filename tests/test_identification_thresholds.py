@@ -107,7 +107,7 @@ def struck(times, count):
     return outliers([made], [error])[0] is not None
 
 
-def patterned(share, count=len(TIME)):
+def patterned(share, count=4000):
     """Kinds of causes where inertia has such a share of the squared errors of so many samples, beside white noise."""
     counts = np.arange(len(TIME)) < count
     wave = np.where(counts, record(0.0).acceleration, 0.0)
