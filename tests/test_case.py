@@ -4,8 +4,6 @@ import dataclasses
 import inspect
 import itertools
 import math
-import sys
-import textwrap
 import types
 import typing
 
@@ -356,37 +354,3 @@ def test_every_public_function_of_a_system_takes_a_case():
         assert given.get("initial", START) == START, name
         assert ("initial" in given) == ("initial" in signature.parameters), name
         assert ("max_steps" in given) == (given.get("periods") == 4), name
-
-
-def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
-    source = '''
-        """A law."""
-        from typing import ClassVar
-        from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
-
-
-        @parameters
-        class Oil(Law):
-            """R = c v."""
-
-            coefficient: Positive = parameter(1.0, "c", "viscous coefficient")
-            name: ClassVar[str] = "oil"
-            kind: ClassVar = "smooth"
-
-            def force(self, velocity, internal, side, load):
-                return self.coefficient * velocity, ()
-        '''
-    (tmp_path / "oil.py").write_text(textwrap.dedent(source))
-    import vibrocap.physics.friction
-
-    known = list(laws())
-    monkeypatch.setattr(vibrocap.physics.friction, "__path__", [*vibrocap.physics.friction.__path__, str(tmp_path)])
-    laws.cache_clear()
-    try:
-        assert list(laws()) == sorted([*known, "oil"])
-        case = case_from_text(PLAIN.replace("exponential", "oil") + "[run]\nperiods = 1\n")
-        assert case.system.friction.coefficient == 1.0
-        assert case_from_text(case_text(case)) == case
-    finally:
-        sys.modules.pop("vibrocap.physics.friction.oil", None)
-        laws.cache_clear()
