@@ -10,11 +10,14 @@ import vibrocap as vc
 from cases import printed_json, refused
 from thinned import slow_but
 from vibrocap.arguments import ArgumentError
+from vibrocap.case.case import Case, case_from_text, case_text
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.studies.plan.planning import planned_study
+from vibrocap.studies.plan.variation import varied
 
 SECOND_HARMONIC = 0.4
 START = {"angle": 0.2}
@@ -316,3 +319,52 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
     ):
         plan = planned_study(capsule(load), {"machine.mass_ratio": [0.2, 2.5]}, measures=measures, **settings)
         assert plan.measures == (*measures, *watch)
+
+
+# --- in SI ------------------------------------------------------------------------------------------------------------
+LUGRE = {"coulomb_coefficient": 0.1, "static_coefficient": 0.2, "stribeck_velocity_m_per_s": 0.05}
+OVER_LOAD = {"bristle_stiffness_per_m": 2000.0, "bristle_damping_s_per_m": 8.0, "viscous_damping_s_per_m": 0.4}
+AT_A_LOAD = {"bristle_stiffness_N_per_m": 2000.0, "bristle_damping_N_s_per_m": 8.0, "viscous_damping_N_s_per_m": 0.4}
+
+
+def in_si(load, law):
+    bob = {"pendulum_mass_kg": 0.2, "pendulum_length_m": 0.25, "capsule_mass_kg": 0.5}
+    joint = {"stiffness_N_m_per_rad": 0.98, "damping_N_m_s_per_rad": 0.08}
+    machine = vc.PendulumCapsule.in_si(**bob, **joint, normal_load=load)
+    return vc.System(machine, law, vc.Harmonic.in_si(amplitude_N_m=0.9, frequency_Hz=1.1))
+
+
+def test_stiffness_and_damping_are_over_a_load_that_follows_the_motion():
+    """R/N = sigma_0 xi + sigma_1 xi' + sigma_2 v in SI, as far as the tolerance, 1e-9, tells the rate of a bristle."""
+    system = in_si("dynamic", vc.LuGre.in_si(**LUGRE, **OVER_LOAD))
+    motion = vc.simulate(system, periods=3)
+    per_load = 2000.0 * motion["bristle"] + 8.0 * motion["bristle_rate"] + 0.4 * motion["velocity"]
+    np.testing.assert_allclose(motion["friction"], motion["reaction"] * per_load, atol=1e-8)
+    case = case_from_text(case_text(Case(system)))
+    assert case.system == system
+    assert quantity("friction.viscous_damping_s_per_m", system).unit == "s/m"
+
+
+@pytest.mark.parametrize(
+    ("load", "keys", "words"),
+    [
+        (
+            "dynamic",
+            AT_A_LOAD,
+            "friction.viscous_damping_N_s_per_m: is that at a constant load.*viscous_damping_s_per_m",
+        ),
+        ("weight", OVER_LOAD, "friction.viscous_damping_s_per_m: no such key in SI.*viscous_damping_N_s_per_m"),
+    ],
+)
+def test_units_of_a_law_of_the_other_kind_of_load_are_refused(load, keys, words):
+    law = vc.LuGre.in_si(**LUGRE, **keys)
+    with pytest.raises(ValueError, match=words):
+        in_si(load, law)
+
+
+def test_a_sweep_over_the_load_asks_for_what_is_then_over_it():
+    system = in_si("weight", vc.LuGre.in_si(**LUGRE, **AT_A_LOAD))
+    with pytest.raises(ValueError, match="bristle_stiffness_per_m: is missing; it has another unit"):
+        vc.sweep(system, over={"machine.normal_load": ["weight", "dynamic"]})
+    coulomb = in_si("weight", vc.Coulomb(0.1, 0.2))
+    assert varied(coulomb, {"machine.normal_load": "dynamic"}).machine.follows_load

@@ -24,8 +24,8 @@ from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import (
     Key,
     effort_of,
+    keys_of,
     one_way,
-    parameter_keys,
     same_without_units,
     state_keys,
     state_units,
@@ -144,7 +144,7 @@ class Form:
 
     def keys_of(self, name: str, parameters: Iterable[str]) -> dict[str, str]:
         """Under which keys parameters of a part stand in the case; in SI with the unit of results."""
-        known = parameter_keys(self.classes[name], effort_of(name, self.classes))
+        known = keys_of(name, self.classes)
         keys = {own: one_way(known, own) for own in parameters}
         return {own: own if key is None or not self.si else key.key for own, key in keys.items()}
 
@@ -170,7 +170,7 @@ class Form:
 def form_of(sections: Sections, classes: Mapping[str, Any], word: Any) -> Form:
     """In which units a case is given; classes: of the parts, all of them."""
     form = Form(classes, word if word in WORDS else "", [])
-    keys: dict[str, Any] = {name: parameter_keys(cls, effort_of(name, classes)) for name, cls in classes.items()}
+    keys: dict[str, Any] = {name: keys_of(name, classes) for name in classes}
     keys["initial"] = state_keys(state_units(classes))
     for name, known in keys.items():
         own = scale_fields(classes) if name == "machine" else ()
@@ -187,10 +187,12 @@ def without_units(
     for name in sorted((*form.classes, "initial"), key=lambda section: section not in ("machine", "environment")):
         aside = {kind_key(name), *(scale_fields(form.classes) if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
-        bare, asked = form.said == SI, {}
+        bare, asked, own_units = form.said == SI, {}, units.of_part(name)
         if _pattern(name) == "friction":
-            load = _constant_load(form.classes, plain, number_in(name, "friction"), scales)
-            known = with_coefficients(values, form.classes[name], load)
+            there = _machine(form.classes, plain)
+            load = constant_load(there, number_in(name, "friction"), scales) if there else 1.0
+            own_units = dataclasses.replace(units, effort=effort_of(name, {**form.classes, **there}))
+            known = with_coefficients(values, form.classes[name], load, own_units.effort)
             values, asked = known.values, known.keys
             complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in known.complaints]  # type: ignore[attr-defined]
         if name == "environment":
@@ -198,7 +200,7 @@ def without_units(
         if name == "initial":
             states = states_without_units(values, units, bare=bare)
         else:
-            states = part_without_units(form.classes[name], values, units.of_part(name), bare=bare)
+            states = part_without_units(form.classes[name], values, own_units, bare=bare)
         complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in states.complaints]  # type: ignore[attr-defined]
         plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | states.values
         for own, key in states.keys.items():
@@ -207,14 +209,14 @@ def without_units(
     return plain, originals
 
 
-def _constant_load(classes: Mapping[str, Any], plain: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
-    """Load in N on a contact, counted from 1; None where it follows the motion, or a part refuses its values."""
+def _machine(classes: Mapping[str, Any], plain: Mapping[str, Any]) -> dict[str, Any]:
+    """The machine and its environment, if any; nothing where a part refuses its values, which is complained of."""
+    there = [name for name in ("machine", "environment") if name in plain]
+    values = {name: {key: x for key, x in plain[name].items() if key != kind_key(name)} for name in there}
     try:
-        there = [name for name in ("machine", "environment") if name in plain]
-        values = {name: {key: x for key, x in plain[name].items() if key != kind_key(name)} for name in there}
-        return constant_load({name: classes[name](**values[name]) for name in there}, contact, scales)
-    except (ValueError, TypeError, IndexError):  # the values are complained of elsewhere
-        return None
+        return {name: classes[name](**values[name]) for name in there}
+    except (ValueError, TypeError):
+        return {}
 
 
 def as_given(complaint: str, originals: Mapping[str, tuple[str, Any]], plain: Mapping[str, Mapping[str, Any]]) -> str:
@@ -286,7 +288,7 @@ def _kept(section_data: Mapping[str, Any], section: str, before: Classes, after:
     """What a section keeps as its part becomes another, by the keys of that one."""
     if not {section, "machine"} <= set(before) or not {section, "machine"} <= set(after):
         return {}
-    keys = parameter_keys(after[section], effort_of(section, after))
+    keys = keys_of(section, after)
     places = _said(section_data, section, before)
     defaults = {info.name: info.default for info in parameter_table(before[section])}
     values = {}
@@ -309,7 +311,7 @@ def _kept(section_data: Mapping[str, Any], section: str, before: Classes, after:
 
 def _said(values: Mapping[str, Any], section: str, classes: Classes) -> dict[str, tuple[str, Key | None]]:
     """The parameters of a part that its section gives: the key, and the way in SI where it says its unit."""
-    keys = parameter_keys(classes[section], effort_of(section, classes))
+    keys = keys_of(section, classes)
     names = {info.name for info in parameter_table(classes[section])}
     stems = {key.stem: key.name for key in keys.values()}
     stated: dict[str, tuple[str, Key | None]] = {}
@@ -350,7 +352,7 @@ def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes:
     if section == "initial":
         keys = state_keys(state_units(classes))
     else:
-        keys = parameter_keys(classes[section], effort_of(section, classes))
+        keys = keys_of(section, classes)
     for other, stated in keys.items():
         if key in keys and stated.name == keys[key].name and other != key and f"{section}.{other}" not in changes:
             values.pop(other, None)

@@ -11,11 +11,12 @@ from typing import Any
 
 from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
 from vibrocap.physics.closed_loop.actuator import Actuator
-from vibrocap.physics.dimensions.scales import EFFORTS, FreeScales
+from vibrocap.physics.dimensions.scales import EFFORTS, PER_LOAD, FreeScales
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
 from vibrocap.physics.dimensions.units import QUANTITIES as QUANTITY_UNITS
 from vibrocap.physics.drives.scheduled import scheduled
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 
@@ -212,7 +213,7 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
 
 def _parameters(part: type) -> list[str]:
     """The table of a part, with the keys in SI of those of its parameters that have units."""
-    efforts = [part.effort] if issubclass(part, Machine) else list(EFFORTS)
+    efforts = [part.effort] if issubclass(part, Machine) else [*EFFORTS, *([PER_LOAD] if issubclass(part, Law) else [])]
     keys: dict[str, list[str]] = {}
     for effort in efforts:
         for parameter_key in parameter_keys(part, effort).values():

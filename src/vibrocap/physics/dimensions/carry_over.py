@@ -64,6 +64,20 @@ def lacking(kind: type, effort: str, known: Container[str]) -> list[Complaint]:
     return complaints
 
 
+def lacking_per_load(law: Any, effort: str, known: Container[str]) -> list[Complaint]:
+    """What has to be said of a law in SI whose load begins or ceases to follow the motion, field by field.
+
+    Its stiffness and damping are over the load there, and have other units. effort: of the law then (`effort_of`);
+    known: names of the parameters that were given
+    """
+    keys = parameter_keys(type(law), effort)
+    forces = (info for info in parameter_table(law) if info.dimension and info.dimension.force)
+    bare = [info for info in forces if getattr(law, info.name) and info.name not in known]
+    units = {info.name: key.key for info in bare if (key := one_way(keys, info.name)) is not None}
+    what = "is missing; it has another unit where the load follows the motion, as friction acts per load there"
+    return [Complaint(units[info.name], what) for info in bare]
+
+
 def needed(kind: type) -> Iterator[ParameterInfo]:
     """The parameters of a kind of part that have no default where it takes the place of another in SI."""
     for info in parameter_table(kind):

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, is_positive, listed, shown, suggestion
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scales
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, TURNING, TURNING_PER_LOAD, Scales
 from vibrocap.physics.dimensions.units import (
     UNDECLARED,
     Key,
@@ -15,6 +15,7 @@ from vibrocap.physics.dimensions.units import (
     divided,
     effort_of,
     force_keys,
+    keys_of,
     one_way,
     parameter_keys,
     same_without_units,
@@ -72,14 +73,24 @@ def constant_load(parts: Mapping[str, Any], contact: int, scales: Scales) -> flo
     return None if machine.follows_load else float(machine.loads()[contact - 1]) * scales.of(FORCE)
 
 
-def with_coefficients(values: Mapping[str, Any], law: type, load: float | None) -> WithoutUnits:
+def with_coefficients(values: Mapping[str, Any], law: type, load: float | None, effort: str) -> WithoutUnits:
     """What is given in SI of a law, its forces as coefficients of the load in N; None: that is no constant.
 
-    Forces come from records whose load is not known; under a load that follows the motion they are no coefficients.
+    Forces come from records whose load is not known; under a load that follows the motion they are no coefficients, and
+    stiffness and damping are over the load. effort: of the law (`effort_of`)
     """
     without_units = WithoutUnits({}, {}, Complaints())
+    keys = parameter_keys(law, effort)
+    constant = parameter_keys(law, TURNING if effort == TURNING_PER_LOAD else "force")
     for key, value in values.items():
         info = force_keys(law).get(key)
+        if key in constant and key not in keys:
+            over_load = one_way(keys, constant[key].name)
+            assert over_load is not None
+            without_units.values[over_load.key] = value
+            words = "is that at a constant load; where the load follows the motion, friction acts per load"
+            without_units.complaints.add(key, f"{words}: give {over_load.key}, the value over the load")
+            continue
         if info is None:
             without_units.values[key] = value
             continue
@@ -107,10 +118,9 @@ def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
     if path.startswith(INITIAL):
         keys: Mapping[str, Key] = state_keys(state_units(parts))
     else:
-        part = parts.get(section)
-        if part is None:
+        if section not in parts:
             return None
-        keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
+        keys = keys_of(section, parts)
     key = keys.get(name)
     return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
 
@@ -118,9 +128,8 @@ def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
 def paths_in_si(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """Every path of these parts and their initial states that carries its unit."""
     paths: list[str] = []
-    for section, part in parts.items():
-        keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
-        paths += [f"{section}.{key}" for key, key_in_si in keys.items() if key_in_si.has_unit]
+    for section in parts:
+        paths += [f"{section}.{key}" for key, key_in_si in keys_of(section, parts).items() if key_in_si.has_unit]
     states = state_keys(state_units(parts))
     return (*paths, *(INITIAL + key for key, state in states.items() if state.has_unit))
 
@@ -324,7 +333,7 @@ def _parts_in_turn(originals: Mapping[str, Any], scales: Scales, machine: Any) -
     kinds["machine"] = machine if isinstance(machine, type) else type(machine)
     complaints: list[Complaint] = []
     for name in sorted(originals, key=lambda section: section not in ("machine", "environment")):
-        part, kind, effort = originals[name], kinds[name], effort_of(name, kinds)
+        part, kind, effort = originals[name], kinds[name], effort_of(name, {**kinds, "machine": machine, **parts})
         in_si = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
         complaints += [Complaint(f"{name}.{field}", UNDECLARED) for field in undeclared(kind) if field not in in_si]
         if not isinstance(part, PartInSI):
@@ -341,7 +350,7 @@ def _parts_in_turn(originals: Mapping[str, Any], scales: Scales, machine: Any) -
             values = with_gravity(values, kinds["machine"])
         if contact := number_in(name, "friction"):
             load = 1.0 if complaints else constant_load({"machine": machine, **parts}, contact, scales)
-            known = with_coefficients(values, kind, load)
+            known = with_coefficients(values, kind, load, effort)
             values, asked = known.values, known.keys
             complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in known.complaints]  # type: ignore[attr-defined]
         plain = part_without_units(part.part, values, Units(scales, effort, {}))

@@ -25,7 +25,9 @@ from vibrocap.physics.parameters import (
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}
-TURNING = "turning"  # in place of an effort: of a law at a contact that turns, where forces are torques and ways angles
+# In place of an effort, of a law: at a contact that turns, where forces are torques and ways angles; and under a load
+# that follows the motion, where the law acts per load, so that its stiffness is one over the load.
+TURNING, PER_LOAD, TURNING_PER_LOAD = "turning", "per load", "turning, per load"
 
 
 def _within_numbers(scale: float) -> float:
@@ -39,10 +41,11 @@ Scale = Annotated[Positive, AfterValidator(_within_numbers)]
 
 
 def resolved(dimension: Dimension, effort: str) -> Dimension:
-    """A dimension in force, length and time, of a drive's effort, of the unit of a signal, or where a contact turns."""
-    known = EFFORTS | {TURNING: TORQUE}
-    own = dimension.resolved(known[effort] if effort in known else dimension_of_unit(effort))
-    return Dimension(force=own.force, length=own.force, time=own.time) if effort == TURNING else own
+    """A dimension in force, length and time, of a drive's effort, of a signal in its unit, or of a law (`PER_LOAD`)."""
+    if effort not in (TURNING, PER_LOAD, TURNING_PER_LOAD):
+        return dimension.resolved(EFFORTS[effort] if effort in EFFORTS else dimension_of_unit(effort))
+    own, force = dimension.resolved(FORCE), dimension.force if effort == TURNING else 0.0
+    return Dimension(force=force, length=own.length if effort == PER_LOAD else force, time=own.time)
 
 
 class Scales:
@@ -63,7 +66,7 @@ class Scales:
     def of(self, dimension: Dimension, effort: str = "force") -> float:
         """What one dimensionless unit of a quantity is in SI: m^a l^b t^c for its exponents of mass, length and time.
 
-        effort: what the drive exerts, "force" or "torque"; `TURNING` of a law at a contact that turns
+        effort: what the drive exerts, "force" or "torque"; of a law see `PER_LOAD`
         """
         own = resolved(dimension, effort)
         exponents = own.force, own.length + own.force, own.time - 2 * own.force

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number
-from vibrocap.physics.dimensions.scales import TURNING, Scales, resolved
+from vibrocap.physics.dimensions.scales import PER_LOAD, TURNING, TURNING_PER_LOAD, Scales, resolved
 from vibrocap.physics.names import (
     OUTPUT,
     SIGNAL,
@@ -109,8 +109,8 @@ def undeclared(part: Any) -> list[str]:
 
 def unit_name(dimension: Dimension, effort: str = "force") -> str:
     """The SI unit of a dimension, "kg" of a mass, "kg m^2" of what turns, "N s/m" of a damper."""
-    if effort == TURNING:
-        return turned(unit_name(dimension))
+    if effort in (TURNING, TURNING_PER_LOAD):
+        return turned(unit_name(dimension, "force" if effort == TURNING else PER_LOAD))
     own = resolved(dimension, effort)
     return {MASS: "kg", MASS * LENGTH**2: "kg m^2"}.get(own) or own.unit()
 
@@ -123,7 +123,9 @@ def turned(unit: str) -> str:
 def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:
     """The units in which a parameter may be given, with what one is in SI; a declared unit keeps its radians."""
     assert info.dimension is not None
-    return ROLE_UNITS.get(info.role) or {info.unit if "rad" in info.unit else unit_name(info.dimension, effort): 1.0}
+    own = info.unit if "rad" in info.unit else unit_name(info.dimension, effort)
+    of_law = effort in (TURNING, PER_LOAD, TURNING_PER_LOAD) and info.dimension.force
+    return {own: 1.0} if of_law else ROLE_UNITS.get(info.role) or {own: 1.0}
 
 
 @functools.cache
@@ -131,7 +133,7 @@ def parameter_keys(part: type, effort: str) -> Mapping[str, Key]:
     """Every key under which a parameter of a part may be given in SI; the first of each parameter is that of results.
 
     Numbers without a unit and words stand under their own name; a parameter that declares no dimension is left out.
-    effort: what the drive exerts on the machine, "force" or "torque"
+    effort: what the drive exerts on the machine, "force" or "torque"; of a law see `effort_of`
     """
     by_parameter = {}
     names: Mapping[str, str] = getattr(part, "si_names", {})
@@ -277,15 +279,30 @@ def over_seconds(unit: str) -> str:
 
 def effort_of(section: str, parts: Mapping[str, Any]) -> str:
     """What the parameters of a part mean by an effort: what the drive exerts on the machine; of a drive that is the
-    reference of a controller, what that measures; of a signal its unit; `TURNING` of a law at a contact that turns.
-    parts: of a system by name, or their classes
+    reference of a controller, what that measures; of a signal its unit; of a law `TURNING` where its contact turns,
+    `PER_LOAD` where the load follows the motion.
+    parts: of a system by name, or their classes; the load on a class of machines is that of its defaults
     """
+    machine = parts["machine"]
     if section.startswith(SIGNAL):
-        return parts["machine"].signals[section.removeprefix(SIGNAL)].unit
-    if number_in(section, "friction") in turning(parts["machine"]):
-        return TURNING
+        return machine.signals[section.removeprefix(SIGNAL)].unit
+    if contact := number_in(section, "friction"):
+        moves = machine.kind().whole.moving_loads if isinstance(machine, type) else machine.follows_load
+        if contact in turning(machine):
+            return TURNING_PER_LOAD if moves else TURNING
+        return PER_LOAD if moves else "force"
     controller = parts.get("controller")
-    return parts["machine"].effort if controller is None or section != "drive" else controller.reference
+    return machine.effort if controller is None or section != "drive" else controller.reference
+
+
+def keys_of(section: str, parts: Mapping[str, Any]) -> Mapping[str, Key]:
+    """Every key in SI of a part, by its section; of a law under a class of machines for both kinds of load."""
+    part, effort = parts[section], effort_of(section, parts)
+    kind = part if isinstance(part, type) else type(part)
+    if not (isinstance(parts["machine"], type) and number_in(section, "friction")):
+        return parameter_keys(kind, effort)
+    others = {TURNING: TURNING_PER_LOAD, TURNING_PER_LOAD: TURNING, PER_LOAD: "force"}
+    return {**parameter_keys(kind, effort), **parameter_keys(kind, others.get(effort, PER_LOAD))}
 
 
 def units_of(parts: Mapping[str, Any], scales: Scales) -> Units:

@@ -10,12 +10,12 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_dict
 from vibrocap.case.sections import as_given, is_kind, is_part, kind_key, kind_paths, kinds_of
-from vibrocap.physics.dimensions.carry_over import carried, lacking
+from vibrocap.physics.dimensions.carry_over import carried, lacking, lacking_per_load
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.names import own_laws, plain_path, split_path, state_names
+from vibrocap.physics.names import number_in, own_laws, plain_path, split_path, state_names
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
@@ -75,8 +75,11 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
                 missing.append(field.about(f"{name}.{field.field}"))
             if not missing:
                 parts[name] = part(**new)
-        elif new:
-            parts[name] = dataclasses.replace(part, **new)
+        else:
+            effort = effort_of(name, parts)
+            if system.units is not None and number_in(name, "friction") and effort != effort_of(name, system.parts):
+                missing += [field.about(f"{name}.{field.field}") for field in lacking_per_load(part, effort, new)]
+            parts[name] = dataclasses.replace(part, **new) if new else part
     if missing:
         raise CaseError(missing, "the system")
     return System.of_parts(parts, system.units)
