@@ -357,7 +357,7 @@ def test_friction_between_bodies_that_turn_is_a_torque():
     text = case_text(vc.Case(system), "SI")
     torque = 2.0 * 3.0**2 / 0.5**2
     for key, value in (
-        *(("bristle_stiffness_N_m_per_rad", 100.0 * torque), ("viscous_damping_N_m_s_per_rad", 0.1 * torque * 0.5)),
+        *(("bristle_stiffness_per_rad", 100.0), ("viscous_damping_s_per_rad", 0.1 * 0.5)),
         *(("stribeck_velocity_rad_per_s", 0.1 / 0.5), ("preload_N_m", torque), ("amplitude_N_m", 1.2 * torque)),
     ):
         assert float(re.search(rf"^{key} = (.+)$", text, re.MULTILINE)[1]) == pytest.approx(value, rel=1e-12), key
