@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from cases import DEFAULTS
-from thinned import exhaustive_but
 from vibrocap.cli.main import main
 from vibrocap.physics.closed_loop.actuator import ActuatedMachine
 from vibrocap.physics.mechanics.parts import Stop
@@ -125,21 +124,6 @@ def test_every_machine_that_a_force_drives_takes_an_actuator():
         rate = (1.3 * math.cos(t) - 0.6) / LAG
         assert flow.rates == (*expected.rates, rate, 0.0, 0.0)
         assert (flow.powers, flow.contacts[0].held) == (expected.powers, expected.contacts[0].held)
-
-
-DYNAMIC = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=4.0)
-MACHINES = (DYNAMIC, vc.TwoBodyCrawler(mass=1.3), vc.RigidStopCapsule())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("machine", exhaustive_but([2], MACHINES), ids=lambda machine: machine.name)
-@pytest.mark.parametrize("law", exhaustive_but([1], [vc.Coulomb(0.1, 0.15), vc.LuGre()]), ids=lambda law: law.name)
-def test_motions_of_machines_behind_an_actuator_are_certified(machine, law):
-    system = vc.System(machine, law, vc.Square(1.1, 1.3, duty=0.4), actuator=vc.Actuator(0.2, 0.7, 1.0))
-    motion = vc.simulate(system, periods=20)
-    assert motion.status.ok, motion.status
-    assert motion.certificate.ok, motion.certificate.failures
-    assert "saturated" in motion.event_kinds
 
 
 @pytest.mark.slow

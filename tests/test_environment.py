@@ -11,10 +11,9 @@ import pytest
 import vibrocap as vc
 from cases import printed, printed_json
 from law_instances import LAWS
-from thinned import exhaustive_but, slow_but
+from thinned import slow_but
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Positive, coordinate, parameter, parameters
-from vibrocap.motion.certificate import UNFINISHED
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
@@ -247,17 +246,6 @@ def test_a_contact_at_rest_is_held_exactly(system):
         assert flow.contacts[0].friction == flow.contacts[0].held
 
 
-@pytest.mark.slow  # a kernel each; the balances of all systems are tested state by state above
-@pytest.mark.parametrize("system", exhaustive_but(range(2, len(IN_TURN), 12), IN_TURN), ids=LABELS_IN_TURN)
-def test_balances_of_motions_close(system):
-    motion = vc.simulate(system, periods=5, initial={system.machine.contact_states[0]: 0.3})
-    assert motion.status.ok or motion.status.value in ("lift off", "paradox", "stop reached")
-    unfinished = () if motion.status.ok else (UNFINISHED,)
-    assert motion.certificate.failures == unfinished  # a motion that did not finish fails in nothing else
-    bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
-    assert max(motion.certificate.energy_residual, motion.certificate.momentum_residual) < bound
-
-
 def test_weightless_pendulum_does_not_fall():
     still = vc.System(
         vc.PendulumCapsule(stiffness=0.0), vc.Coulomb(0.0, 0.0), vc.Constant(), environment=vc.Environment(gravity=0.0)
@@ -323,20 +311,6 @@ def test_a_slope_or_a_force_breaks_the_half_period_symmetry_and_drag_does_not():
     assert capsule(linear_drag=0.2, quadratic_drag=0.1).mirrored
     assert not capsule(inclination=0.01).mirrored
     assert not capsule(force=0.01).mirrored
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("load", exhaustive_but([1], ["weight", "dynamic"]))
-def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
-    for excess, kind in ((-1e-6, "stuck"), (1e-6, "slides")):
-        angle = math.atan(0.2) + excess
-        system = capsule(load, amplitude=0.0, inclination=angle)
-        rest = angle  # where P vanishes, sin(rest + phi) = rho rest
-        for _ in range(100):
-            rest = math.sin(rest + angle) / system.machine.stiffness
-        motion = vc.simulate(system, periods=1, initial={"angle": rest})
-        assert (motion.state["position"] == 0.0) == (kind == "stuck")
-        assert motion.phases[0].side == (0 if kind == "stuck" else -1)
 
 
 # --- runs of many, cases, SI ------------------------------------------------------------------------------------------
@@ -449,28 +423,3 @@ def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
     assert "slides forward by itself" in text
     plain = vc.save_case(capsule("weight", law), tmp_path / "plain.toml")
     assert "notes" not in printed_json(capsys, "friction", plain)
-
-
-@pytest.mark.slow
-def test_bodies_of_a_crawler_slide_down_side_by_side():
-    """Two equal bodies on a slope, each with its drag, as one alone; with one held, the other hangs on the spring."""
-    slope, gravity, friction, drag = 0.3, 2.0, 0.1, 0.7
-    load = gravity * math.cos(slope)
-    outside = vc.Environment(inclination=slope, gravity=gravity, quadratic_drag=drag)
-    crawler = vc.TwoBodyCrawler(normal_load=load, normal_load_2=load)
-    system = vc.System(crawler, vc.Coulomb(friction, friction), vc.Constant(), environment=outside)
-    motion = vc.simulate(system, periods=2.0, tolerance=1e-12)
-    fall = gravity * (math.sin(slope) - friction * math.cos(slope))
-    turns = math.sqrt(drag * fall) * motion.end
-    assert motion.state["position"] == pytest.approx(-math.log(math.cosh(turns)) / drag, rel=1e-11)
-    assert motion.state["velocity_2"] == pytest.approx(-math.sqrt(fall / drag) * math.tanh(turns), rel=1e-11)
-    assert motion.state["displacement"] == pytest.approx(0.0, abs=1e-12)
-    lost = 2.0 * (fall * motion.state["position"] + 0.5 * motion.state["velocity"] ** 2)
-    assert vc.energy_balance(motion).drag == pytest.approx(lost, rel=1e-10)
-    held = vc.System(crawler, [vc.Coulomb(1.0, 1.0), vc.Coulomb(0.0, 0.0)], vc.Constant(), environment=outside)
-    motion = vc.simulate(held, periods=100.0, tolerance=1e-10)
-    assert motion.state["position"] == 0.0
-    stretch = -gravity * math.sin(slope) / crawler.stiffness
-    swing = math.exp(-0.5 * crawler.damping * motion.end)  # what is left of the oscillation about it
-    assert motion.state["displacement"] == pytest.approx(stretch, abs=2 * abs(stretch) * swing)
-    assert motion.certificate.ok

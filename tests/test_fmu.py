@@ -5,7 +5,6 @@ import dataclasses
 import functools
 import shutil
 import subprocess
-import sys
 import tempfile
 import zipfile
 from collections import Counter
@@ -411,56 +410,6 @@ class TestCompiled:
         assert all(head == b"\x7fELF" for name, head in magic.items() if "linux" in name)
         assert all(head == b"\xcf\xfa\xed\xfe" for name, head in magic.items() if "darwin" in name)
         assert set(magic) == set(binaries.PLATFORMS)
-
-    @pytest.mark.exhaustive
-    def test_on_a_processor_of_arm_it_has_the_same_bits(self, tmp_path):
-        """Its sources, linked with a program that steps them, by zig for ARM: run by qemu."""
-        pytest.importorskip("ziglang", reason="zig is not installed (extra `exchange`)")
-        if not shutil.which("qemu-aarch64"):
-            pytest.skip("qemu-aarch64 is not installed")
-        path = fmu("readme", fmi="3.0")
-        folder = Path(unpacked(path)) / "sources"
-        description = fmpy.read_model_description(path)
-        references = [each.valueReference for each in description.modelVariables if each.name in STATES]
-        program = ARM_PROGRAM.replace("TOKEN_OF_FMU", description.guid).replace("REFERENCES", str(references)[1:-1])
-        (tmp_path / "steps.c").write_text(program)
-        line = [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-musl", "-static", "-O2", "-I", folder]
-        line += ["-o", tmp_path / "steps", tmp_path / "steps.c", folder / "capsule.c", folder / "fmi3.c"]
-        subprocess.run(line, check=True, capture_output=True)
-        done = subprocess.run(["qemu-aarch64", tmp_path / "steps"], check=True, capture_output=True, text=True)
-        fromhexs = [[float.fromhex(number) for number in row.split()] for row in done.stdout.splitlines()]
-        np.testing.assert_array_equal(fromhexs, Slave(path).begin().run(200, 0.5))
-
-
-ARM_PROGRAM = """
-#include "fmi3.h"
-#include <stdio.h>
-
-fmi3Instance fmi3InstantiateCoSimulation(
-    fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean, fmi3Boolean, fmi3Boolean,
-    const fmi3ValueReference[], size_t, fmi3InstanceEnvironment, fmi3LogMessageCallback,
-    fmi3IntermediateUpdateCallback);
-fmi3Status fmi3EnterInitializationMode(fmi3Instance, fmi3Boolean, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Float64);
-fmi3Status fmi3ExitInitializationMode(fmi3Instance);
-fmi3Status fmi3DoStep(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Boolean *, fmi3Boolean *, fmi3Boolean *,
-                      fmi3Float64 *);
-fmi3Status fmi3GetFloat64(fmi3Instance, const fmi3ValueReference[], size_t, fmi3Float64[], size_t);
-
-int main(void) {
-  static const fmi3ValueReference references[] = {REFERENCES};
-  fmi3Instance c = fmi3InstantiateCoSimulation("arm", "TOKEN_OF_FMU", "", 0, 0, 0, 0, NULL, 0, NULL, NULL, NULL);
-  fmi3Boolean events, terminate, early;
-  fmi3Float64 last, states[4];
-  int i;
-  if (!c || fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) || fmi3ExitInitializationMode(c)) return 1;
-  for (i = 0; i < 200; i++) {
-    if (fmi3DoStep(c, 0.5 * i, 0.5, 1, &events, &terminate, &early, &last)) return 2;
-    if (fmi3GetFloat64(c, references, 4, states, 4)) return 3;
-    printf("%a %a %a %a\\n", states[0], states[1], states[2], states[3]);
-  }
-  return 0;
-}
-"""
 
 
 def test_what_cannot_be_exported_is_named(tmp_path, capsys):

@@ -71,35 +71,6 @@ def test_two_phases(given):
     assert motion.certificate.energy_residual <= 1e-14
 
 
-def best_three_phases(share, friction, stroke, factor):
-    """The crawler at whose slowest phases the body just rests."""
-    slow = friction / share
-    drive = vc.ThreePhase(
-        stroke=stroke, first_acceleration=slow, second_acceleration=factor * slow, third_acceleration=slow
-    )
-    return crawler(share, friction, friction, drive)
-
-
-def three_phase_velocity(share, friction, stroke, factor):
-    return (factor - 1.0) / (2.0 * factor) * math.sqrt(2.0 * share * friction * stroke * factor / (factor + 1.0))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("share", "friction", "stroke", "factor", "expected"),
-    [
-        # a pendulum capsule, lambda = 2.5, under its weight and eta = 0.15, that tracks sin(theta) up to pi/3 exactly
-        (1.0 / 3.5, 0.15, 2.0 * math.sin(math.pi / 3.0), 2.0, 0.0786504656141),
-        (1.0 / 3.5, 0.15, 2.0 * math.sin(math.pi / 3.0), 10.0, 0.1653191219837),
-    ],
-)
-def test_three_phases(share, friction, stroke, factor, expected):
-    """V = (s - 1)/(2 s) sqrt(2 mu k L s/(s + 1)), at the border where the body just rests in two of the phases."""
-    orbit = vc.orbit(best_three_phases(share, friction, stroke, factor))
-    assert orbit.mean_velocity == pytest.approx(three_phase_velocity(share, friction, stroke, factor), abs=1e-12)
-    assert orbit.mean_velocity == pytest.approx(expected, abs=1e-12)
-
-
 @pytest.mark.slow
 def test_an_even_two_phase_motion_is_one_of_a_continuum():
     """Isotropic and t1 = t2: one multiplier is exactly 1, and every velocity between the phases is kept."""
@@ -123,16 +94,6 @@ def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
     """X'' = cos(t) - p sgn X': the independent values, and the closed form where back friction holds (p- >= 1)."""
     orbit = vc.orbit(crawler(0.5, forward, back, vc.Harmonic(amplitude=2.0)))
     assert orbit.mean_velocity == pytest.approx(expected, abs=2e-12)
-
-
-@pytest.mark.slow
-def test_the_work_per_distance_is_the_friction():
-    """Energy per distance and mass is k (1 + 2 D_back/D), and k exactly where the body never slides back."""
-    system = best_three_phases(0.3, 0.2, 1.0, 4.0)
-    motion = vc.orbit(system).motion()
-    distance = motion.state["position"]
-    assert motion["contact_velocity"].min() >= -1e-12
-    assert motion["drive_work"][-1] * 0.3 / distance == pytest.approx(0.2, rel=1e-12)
 
 
 SLOPE = vc.Environment(inclination=0.15, linear_drag=0.3, quadratic_drag=0.2, force=0.1, gravity=1.7)

@@ -69,18 +69,6 @@ def sampled_loop(periods, h, delay=0.0, limit=math.inf, quantum=None, anti_windu
 
 
 @pytest.mark.slow
-def test_a_block_under_a_loop_of_1_khz_stops_where_the_issue_says():
-    """u = -3 e - 6 v - 4 I at k h, acting half a sample later, then I + h e, 0 before: computed by another program."""
-    motion = vc.simulate(servo(sample_time=1e-3, delay=5e-4), periods=20, initial=START, tolerance=1e-13)
-    assert motion.certificate.ok
-    stops = [event for event in motion.events if event.kind == "stick"]
-    assert [stop.time for stop in stops[:2]] == pytest.approx([3.489201046246537, 8.318700544123702], abs=1e-13)
-    assert stops[0].state["position"] == pytest.approx(0.4968454444887904, abs=1e-14)
-    assert motion.state["position"] == pytest.approx(0.08388297959518, abs=2e-14)
-    assert motion.state["sliding_velocity"] == pytest.approx(-0.09435168198276, abs=2e-14)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "given",
     exhaustive_but(

@@ -93,18 +93,6 @@ def test_examples(number, tolerance):
     assert is_honest(row, *error_and_estimate(row, tolerance))
 
 
-@pytest.mark.slow
-def test_the_table_holds_what_the_solver_computes():
-    """Of the widest law; a narrower one asks for shorter steps than that solver takes."""
-    rows = [row for row in TABLE["systems"] if (row["law"], row["machine"]) == ("stribeck", "oscillator")]
-    row = max((row for row in rows if row["exponent"] % 1.0), key=lambda row: row["stribeck"])
-    system = system_of(row)
-    start = dict(zip(system.state_names, row["marks"][0], strict=True))
-    marks = independent_motion(system, start, TABLE["periods"], EXACT)
-    assert [*marks.state.values()] == pytest.approx(row["marks"][-1], abs=5.0 * KNOWN)
-    assert [kind for _, kind in marks.events] == [kind for _, kind in row["events"]]
-
-
 def is_quick(row: dict) -> bool:
     """Few forms of equations, so that few kernels are compiled: the others run before a release."""
     rough_power = row["exponent"] != round(row["exponent"])

@@ -28,8 +28,6 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.run.budget import Budget
-from vibrocap.numerics.run.motion import kernel as motion_kernel
-from vibrocap.numerics.run.motion import motion_memory, series_order
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
 from vibrocap.physics.names import numbered
@@ -123,29 +121,6 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
         assert (motion.last_event.time if counts else None) == (happened[until][-1] if counts else None)
     np.testing.assert_array_equal(states, wanted)
     np.testing.assert_array_equal(sides, record.piece_sides[index])
-
-
-ENTRIES = ("TIME", "PERIOD", "STICKING_RATE", "UNTIL", "SIDE", "RECORDED_SIDE", "STATE", "PARAMETER", "SCALE")
-INT_ENTRIES = ("TRANSITION", "SEGMENT", "SEGMENT_COUNT")
-
-
-@pytest.mark.parametrize("system", cases(OWN))
-def test_the_kernel_begins_as_a_recorded_run_does(system):
-    """Natural sizes, period, segment and sides, which it computes itself from parameters and states; its first step."""
-    initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
-    values = parameter_values(system), [*initial.values()]
-    layout, advance = motion_kernel(equations(system), series_order(1e-9), literal=True)
-    wanted = motion_memory(equations(system), layout, *values, system.drive.period, Budget(5, 1e-9, 10, 10), (9, 99))
-    while wanted[0][layout.places["TIME"]] == 0.0:
-        advance(*wanted, 1)
-    stepped = SteppedCase(Case(system, initial))
-    memory, kernel = stepped.memory(), stepped.kernel
-    kernel.entry("begin_motion", memory)(0)
-    for names, found, expected in ((ENTRIES, memory.floats, wanted[0]), (INT_ENTRIES, memory.ints, wanted[1])):
-        for name in names:
-            size = layout.sizes.get(name, 1)
-            here, there = kernel.places[name], layout.places[name]
-            np.testing.assert_array_equal(found[here : here + size], expected[there : there + size], name)
 
 
 @pytest.mark.parametrize("system", cases(OWN))

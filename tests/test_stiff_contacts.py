@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
-from independent import motion as independent_motion
 from thinned import exhaustive_but
 
 MOTIONS = json.loads(Path(__file__).with_name("stiff_contacts.json").read_text(encoding="utf-8"))
@@ -73,16 +72,3 @@ def test_feet_that_creep_after_a_reversal_take_implicit_steps():
     motion = vc.simulate(system, periods=1, tolerance=1e-9)
     assert motion.certificate.ok
     assert len(motion.piece_start) < 2000  # 51,000 where explicit steps go on
-
-
-@pytest.mark.slow
-def test_the_table_begins_as_another_solver_does():
-    """The shortest of its motions again, for a while, by the solver that small steps carry through."""
-    name = "worm coulomb ageing"
-    system, start = system_of(name)
-    theirs = independent_motion(system, start, 0.15)
-    motion = vc.simulate(system, initial=start, periods=0.15, tolerance=1e-12)
-    assert motion.state == pytest.approx(theirs.state, rel=1e-10, abs=1e-10)
-    events = events_of((event.time, event.kind) for event in motion.events)
-    assert [contact for _, contact in events] == [contact for _, contact in events_of(theirs.events)] == [2]
-    assert [time for time, _ in events] == pytest.approx([MOTIONS[name]["events"][0][0]], abs=1e-9)
