@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import inspect
+import itertools
 import pickle
 import random
 import re
@@ -271,6 +272,16 @@ def test_laws_are_named_by_their_contacts():
         assert any(complaint.startswith(said) for complaint in error.value.complaints), error.value.complaints
     with pytest.raises(CaseError, match=r"frictions\.upper plate: is there already, by its number"):
         case_from_dict(by_number | {"friction": usual, "friction_2": own, "frictions": {"upper plate": own}})
+
+
+def test_contacts_are_counted_as_they_stand():
+    """Not by what their bodies stand on: [friction_2] would be the law of another one."""
+    tables = tomllib.loads((EXAMPLES / "plates-creep.toml").read_text(encoding="utf-8"))
+    tables["mechanism"]["support"] = [{"name": "table", "x": 0.0}]
+    tables["mechanism"]["mass"][1]["on"] = "table"
+    for rows in itertools.permutations(tables["mechanism"]["contact"]):
+        tables["mechanism"]["contact"] = list(rows)
+        assert case_from_dict(tables).system.machine.contact_names == tuple(row["body"] for row in rows)
 
 
 # --- where a kind of machine works ------------------------------------------------------------------------------------

@@ -360,13 +360,14 @@ class Reading:
             self.complaints.add(where, f"{shown(text)} is {in_words(own)}, should be in {units}{cure}")
 
     def _in_order(self, parts: list[Planned]) -> tuple[Planned, ...]:
-        """Each part after the bodies that it names."""
-        ordered, left, known = [], list(parts), set()
+        """Each body after those that it names, then all other parts as they stand, by which contacts are counted."""
+        ordered, left, known = [], [part for part in parts if "name" in part.fields], set()
+        others = [part for part in parts if part not in left]
         while left and not self.complaints:
             ready = [part for part in left if known.issuperset(part.needs)]
             if not ready:
                 self.complaints.add(f"{left[0].where}.on", "stands on itself, by way of other bodies")
             ordered += ready
-            known |= {part.fields.get("name") for part in ready}
+            known |= {part.fields["name"] for part in ready}
             left = [part for part in left if part not in ready]
-        return tuple(ordered)
+        return *ordered, *others
