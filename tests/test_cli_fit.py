@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from scipy.special import erfinv
 
+import cases
 from bench_case import BENCH
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.fit_request import TERM_NAMES
 from vibrocap.cli.main import main
-from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
+from vibrocap.cli.terminal import INCOMPLETE, OK
 from vibrocap.identification.fitting import steady_fit as steady_fits
 from vibrocap.identification.problem.prediction import BESIDE
 from vibrocap.identification.problem.terms import TERMS
@@ -69,12 +70,9 @@ def command(*arguments) -> int:
     return main(["fit", *map(str, arguments)])
 
 
-def refused(capsys, *arguments, code=WRONG_INPUT) -> str:
+def refused(capsys, *arguments, **options) -> str:
     """What stands on stderr of a command that was refused."""
-    assert command(*arguments) == code
-    output = capsys.readouterr()
-    assert output.out == ""
-    return output.err
+    return cases.refused(capsys, "fit", *arguments, **options)
 
 
 # --- what is printed and written -------------------------------------------------------------------------------------

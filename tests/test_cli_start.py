@@ -12,7 +12,7 @@ from vibrocap.case.case import RUN_DEFAULTS, case_from_text
 from vibrocap.cli.examples import examples_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
-from vibrocap.physics.catalogue import drives, laws, machines, registered
+from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.drive import Drive
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -130,17 +130,7 @@ def test_unknown_examples_are_named(capsys):
 # --- convert ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def own_parts():
-    """Parts that a test registers are forgotten after it."""
-    before = registered()
-    yield
-    for part in registered():
-        if part not in before:
-            vc.unregister(part)
-
-
-def test_a_pure_number_that_is_not_declared_is_named_with_its_cure(own_parts, capsys):
+def test_a_pure_number_that_is_not_declared_is_named_with_its_cure(parts_are_forgotten, capsys):
     Path("own.py").write_text(OWN_LAW)
     Path("own.toml").write_text(OWN_CASE)
     scales = "pendulum_mass_kg=0.2,pendulum_length_m=0.25"

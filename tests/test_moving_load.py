@@ -7,9 +7,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
-from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.parameters import parameters
 
 TOLERANCE = 1e-10
 EXAMPLE = (
@@ -18,11 +16,6 @@ EXAMPLE = (
     vc.Biharmonic(0.684, 1.118, 0.386),
 )
 TRAVEL = -1.7705546  # after ten periods from the angle 0.2, of two solvers in other languages
-CHATTERING = (
-    {"mass_ratio": 2.34261, "stiffness": 2.32565, "damping": 0.851884},
-    vc.anisotropic(vc.Exponential)(0.172422, 0.325216, 7.54547, forward_ratio=0.612523, back_ratio=1.44596),
-    vc.Biharmonic(0.643794, 1.10682, 0.254736),
-)
 
 
 @pytest.mark.slow
@@ -37,35 +30,6 @@ def test_a_contact_slips_where_the_force_reaches_what_it_holds_under_the_load_of
         system, {"machine.damping": [0.62]}, initial={"angle": 0.2}, periods=10, window=10, tolerance=1e-10
     )
     assert lane["mean_velocity"] * run.end == pytest.approx(TRAVEL, abs=5e-8)
-
-
-@pytest.mark.slow
-def test_a_certificate_sees_a_slip_that_begins_too_early(monkeypatch):
-    """With the fault of this file planted: slips begin too early."""
-
-    @parameters
-    class Early(vc.PendulumCapsule):
-        """A form of its own, so that no other test takes its kernels."""
-
-        name = "early"
-
-    held = MechanicsWriter._held
-
-    def without_middle(writer, contact, k):
-        found = held(writer, contact, k)
-        recorded = equations(system).contacts[contact].hold
-        _, *pair = writer.graph.nodes[recorded.index]
-        (middle,) = (index for index in pair if index != writer.contacts[contact].held.index)
-        return found + writer.writer.coefficient(middle, k) if k else found
-
-    monkeypatch.setattr(MechanicsWriter, "_held", without_middle)
-    for (numbers, law, drive), begun, periods in ((EXAMPLE, 0.2, 10), (CHATTERING, 0.0759, 4)):
-        system = vc.System(Early(normal_load="dynamic", **numbers), law, drive)
-        run = vc.simulate(system, periods=periods, initial={"angle": begun}, tolerance=TOLERANCE)
-        assert not run.certificate.ok
-        assert run.certificate.stick_force_ratio < 1.0 + 1e-12
-        (failure,) = run.certificate.failures
-        assert "a slip began too early" in failure
 
 
 @pytest.mark.slow

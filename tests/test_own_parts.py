@@ -39,16 +39,8 @@ angle = 1.0
 [run]
 periods = 12
 """
+pytestmark = pytest.mark.usefixtures("parts_are_forgotten")
 SWEEP = ["sweep", "case.toml", "--over", "friction.law=long-tail,exponential", "--over", "drive.amplitude=1:2:2"]
-
-
-@pytest.fixture(autouse=True)
-def forgetful():
-    """No part of one test is known to the next."""
-    before = catalogue.registered()
-    yield
-    for part in set(catalogue.registered()) - set(before):
-        vc.unregister(part)
 
 
 @pytest.fixture

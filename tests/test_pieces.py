@@ -9,7 +9,6 @@ import pytest
 import vibrocap as vc
 from independent import motion as independent_motion
 from plain_kernels import kernel_of, running_on
-from plausible_cases import plausible_case
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.budget import Budget
@@ -141,31 +140,3 @@ def test_lanes_together_are_single_runs():
     assert np.all(simd.finished)
     assert simd.state == pytest.approx(alone.state, abs=1e-7)
     assert np.ptp(simd.state, axis=0)[2] > 0.1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [pytest.param(number, marks=pytest.mark.exhaustive) for number in (214, 72, 118)])
-def test_guards_are_as_exact_as_states(number):
-    """A level that no rate knows yet, as all elements stick, decides when one of them slips.
-
-    It was a sharp function of the speed (exponents of 10 and 2.4) that the steps did not ask about: final states were
-    off by 1e-2 at tolerances of 1e-6 to 1e-11, and by 0.3 where a guard beyond its series had a root that is none.
-    """
-    system, start, _, periods = plausible_case(number)
-    exact = vc.simulate(system, periods=periods, initial=start, tolerance=1e-12)
-    scales = np.array([float(scale) for scale in system.scales()])
-    for tolerance in (1e-6, 1e-8):
-        motion = vc.simulate(system, periods=periods, initial=start, tolerance=tolerance)
-        assert [event.kind for event in motion.events] == [event.kind for event in exact.events]
-        assert np.all(np.abs(motion.sections - exact.sections) <= 100.0 * tolerance * scales)
-    beside = vc.ensemble(
-        system,
-        {"drive.amplitude": [system.drive.amplitude] * 3},
-        measures=["drive_work"],
-        initial=start,
-        periods=periods,
-        window=periods,
-        tolerance=1e-6,
-    )
-    work = vc.energy_balance(exact).per_period.drive
-    assert beside["drive_work"] == pytest.approx([work] * 3, abs=100.0 * 1e-6 * exact.system.machine.loads()[0])
