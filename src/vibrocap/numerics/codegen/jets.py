@@ -14,10 +14,9 @@ from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
 from vibrocap.numerics.codegen.straight_line import ONE, ZERO, Code, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.equations import Equations, Mechanics
 from vibrocap.numerics.expressions.graph import LEAST_BASE, Expression, Graph, operands_of, reachable
-from vibrocap.numerics.expressions.structure import Forms
+from vibrocap.numerics.expressions.structure import Forms, zero_of_base
 
 SUMS = ("add", "sub", "neg")
-AT_REST = 1e-10  # base of a power up to which it has no series: zero but for rounding
 COUNTED = 4  # order up to which operations are counted
 TWO = literal(2.0)
 
@@ -175,13 +174,13 @@ class JetWriter:
         return total(terms)
 
     def _power(self, index: int, a: int, exponent: Formula, k: int) -> Formula:
-        """From p' a = exponent p a'. At a = 0 it has no series, and stays zero for a step in which it is negligible."""
+        """From p' a = exponent p a'. At a = 0 it has no series, and is kept for a step in which it is negligible."""
         first = self.coefficient(a, 0)
         if k == 0:
             size = Formula(f"max(abs({first.text}), {LEAST_BASE!r})", first.known)
             return self.code.function("exp", exponent * self.code.function("log", size))
         known = (self._weighted(index, k - j) * self.coefficient(a, j) for j in range(1, k))
-        moving = f"where(abs({first.text}) > {AT_REST!r}, {first.text}, math.inf)"
+        moving = f"where(abs({first.text}) > {zero_of_base(self.graph, a)!r}, {first.text}, math.inf)"
         inverse = self.named("b", ONE / Formula(moving, first.known), index)
         later = functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)
         return (exponent * self._slope_series(a, index, k) - later) * inverse

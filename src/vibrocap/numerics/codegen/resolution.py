@@ -9,10 +9,11 @@ law, it is asked over the whole step:
     resolved    G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
     smooth      x changes by a factor of 2 (1/x, sqrt) or 3 (log, power)    the series converges, whatever it is
 
-From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): the last terms do not resolve a node of it there, and
-what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
+From rest the series of a whole power |v|^m, m > 2, has gaps (`gaps`): the last terms do not resolve a node of it there,
+and what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
 where the contact leaves stick, see `taylor.leaving`. A power that is not whole has no series at rest: from there it is
-zero in that of a step in which it is negligible, and then smooth (as a logarithm) until it is resolved.
+constant in that of a step in which it is negligible, however large G h is, and then smooth (as a logarithm) until it is
+resolved.
 
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
@@ -38,7 +39,7 @@ import numpy as np
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
-from vibrocap.numerics.expressions.structure import Speed, gaps, speeds
+from vibrocap.numerics.expressions.structure import Speed, gaps, speeds, zero_of_base
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div", "power")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
@@ -143,27 +144,6 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     return largest
 
 
-def lacunary(equations: Equations) -> bool:
-    """Whether the series of some sharp function from rest of a contact may be lacunary, or it is a logarithm.
-
-    A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
-    four vanish.
-    """
-    graph = equations.graph
-    draw = np.random.default_rng(0)
-    states = draw.uniform(0.1, 0.9, len(equations.rates))
-    states[[contact.state for contact in equations.contacts]] = 0.0
-    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
-    for node in system_sharpness(equations)[0].nodes:
-        op, *operands = graph.nodes[node]
-        argument = Expression(graph, operands[-1])
-        slopes = [sensitivity(argument, contact.velocity.index) for contact in equations.contacts]
-        with np.errstate(all="ignore"):
-            if op in ("log", "power") or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
-                return True
-    return False
-
-
 def resolution_source(equations: Equations, order: int, polynomials: bool) -> str:
     """`unresolved`, of a lane or of all.
 
@@ -177,7 +157,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     graph, contacts = equations.graph, {contact.velocity.index: i for i, contact in enumerate(equations.contacts)}
     for name, place in (("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
-    lost = gaps(equations, sharp.nodes)
+    lost = {node: gap for node, gap in gaps(equations, sharp.nodes).items() if gap[1] > 2}  # two: see `taylor_step`
 
     def around(place: str, row: str, state: int, over: bool) -> Interval:
         """A value, with how far it may go over the step and by how much it may be off in a proof that is to last."""
@@ -247,6 +227,8 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({smooth})"] if smooth else []
         shown = text.name(" | ".join(either))
+        if op == "power":  # without a series nothing of it is shown
+            shown = text.name(f"({text.size(start.of(base))} > {zero_of_base(graph, base)!r}) & ({shown})")
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
         under = reachable(graph, [base]) if op == "power" else ()

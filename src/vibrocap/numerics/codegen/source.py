@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-from vibrocap.numerics.codegen.resolution import lacunary, resolution_source, system_sharpness
+from vibrocap.numerics.codegen.resolution import resolution_source, system_sharpness
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.codegen.straight_line import (
@@ -94,10 +94,11 @@ def constants_source(equations: Equations, layout: Layout) -> str:
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp, number = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SHARP_CONTACT": number}
-    constants["LACUNARY"] = lacunary(equations)
+    powers = [m for _, m in gaps(equations, sharp.nodes).values()]
+    constants["LACUNARY"] = bool(powers) or (equations.several and bool(sharp.nodes))
     rough = (own.sticks and no_series_at_rest(own.velocity, equations.rates) for own in equations.contacts)
     constants["ROUGH"] = tuple(map(int, rough))
-    constants["GAPS"] = bool(gaps(equations, sharp.nodes))
+    constants["GAPS"] = max(powers, default=0) > 2
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= slow_constants(layout)

@@ -181,6 +181,15 @@ def speeds(equations: Equations) -> list[Speed]:
     return velocities + [Speed(node("state", i), f"SERIES + {i} * (ORDER + 1) * LANES", i, False) for i in internal]
 
 
+AT_REST = 1e-10  # base of a power that is zero but for rounding, where parts of a velocity cancel
+
+
+def zero_of_base(graph: Graph, base: int) -> float:
+    """Size of its base up to which a power has no series: rounding, of which a single state at rest has none."""
+    varying = [i for i in reachable(graph, [base]) if graph.nodes[i][0] in ("state", "time")]
+    return 0.0 if len(varying) == 1 else AT_REST
+
+
 def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -> bool:
     """Whether these contain a power of the velocity that is not whole, and so has no series where it vanishes."""
     graph = velocity.graph
@@ -189,7 +198,7 @@ def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -
 
 
 def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
-    """The sharp nodes whose argument vanishes at rest like |v|^m, m = 3, 4 ..., the velocity v and this m.
+    """The sharp nodes whose argument vanishes at rest like |v|^m, m = 2, 3 ..., the velocity v and this m.
 
     From v = c t, or c t^2, their series is one in t^m, or t^2m: the last terms may vanish, or no term be left.
     """
@@ -198,10 +207,11 @@ def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, i
     states = list(draw.uniform(0.1, 0.9, len(equations.rates)))
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in sharp:
-        op, *operands = graph.nodes[node]
-        argument = Expression(graph, operands[-1])
-        for speed in speeds(equations):
-            if op in ("log", "power") or speed.expression.index not in reachable(graph, [argument.index]):
+        argument = Expression(graph, graph.nodes[node][-1])
+        below = reachable(graph, [argument.index])
+        rough = graph.nodes[node][0] in ("log", "power") or any(graph.nodes[i][0] == "power" for i in below)
+        for speed in () if rough else speeds(equations):
+            if speed.expression.index not in below:
                 continue
             states[speed.state], before = 0.0, states[speed.state]
             (shift,) = evaluate([speed.expression], 0.3, states, 1.0, values)
@@ -212,7 +222,7 @@ def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, i
                     near.append(evaluate([argument], 0.3, states, 1.0, values)[0])
             states[speed.state] = before
             one, two = abs(near[1] - near[0]), abs(near[2] - near[0])
-            if 0.0 < one < two < math.inf and math.log2(two / one) > 2.5:
+            if 0.0 < one < two < math.inf and math.log2(two / one) > 1.5:
                 gaps_by_node[node] = speed, round(math.log2(two / one))
     return gaps_by_node
 

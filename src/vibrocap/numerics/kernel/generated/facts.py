@@ -6,9 +6,11 @@ LIMIT_CONSTANT = True  # whether the largest holding force never changes along a
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
 VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
 FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
-LACUNARY = False  # whether series of the law from rest may be lacunary, or one has a logarithm
-ROUGH = (0,)  # of each contact: 1 where it can stick and a power of its speed has no Taylor series at rest
-GAPS = False  # whether most terms of a series from rest vanish: the law has a power of the speed from the third on
+LACUNARY = (
+    False  # whether four terms hold a step from stick: a law has a whole power of the speed, or is one of several
+)
+ROUGH = (0,)  # of each contact: 1 where it can stick and its law has a power of the speed that is not whole
+GAPS = False  # whether a law has a whole power of the speed from the third on
 SHARP_INTERNAL = False  # whether any of them depends on an internal state, or on several contacts
 SHARP_CONTACT = 0  # the contact on whose velocity they depend otherwise
 WATCHED = 0  # true loads that are looked at, which friction takes as constant

@@ -52,7 +52,7 @@ def taylor_step(floats, ints, lane):
     for c in range(CONTACTS):
         vanishing = max(vanishing, lane.transition[c])
     if LACUNARY and vanishing == 2:
-        # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
+        # v = c t^2 there, and a law in v^2 makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
             h = min(h, rough_power((wanted - rough_logarithm(largest_term(floats, lane, k))) * (1.0 / k) + SAFETY))
     for c in range(CONTACTS):
