@@ -15,8 +15,8 @@ from vibrocap.motion.recording.recorded_mechanics import recorded_mechanics
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import ContactEquations, DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
+from vibrocap.numerics.expressions.powers import no_series_at_rest
 from vibrocap.numerics.expressions.refusals import RecordingError
-from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import IMPACT, LOCATED

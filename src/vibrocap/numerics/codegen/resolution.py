@@ -9,11 +9,8 @@ law, it is asked over the whole step:
     resolved    G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
     smooth      x changes by a factor of 2 (1/x, sqrt) or 3 (log, power)    the series converges, whatever it is
 
-From rest the series of a whole power |v|^m, m > 2, has gaps (`gaps`): the last terms do not resolve a node of it there,
-and what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
-where the contact leaves stick, see `taylor.leaving`. A power that is not whole has no series at rest: from there it is
-constant in that of a step in which it is negligible, however large G h is, and then smooth (as a logarithm) until it is
-resolved.
+Where the contact velocity vanishes, a power that is not whole may only be negligible; of a whole one from the third on
+what the first power of its argument beyond the order would add is held to the tolerance besides (`powers.py`).
 
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
@@ -39,7 +36,7 @@ import numpy as np
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
-from vibrocap.numerics.expressions.structure import Speed, gaps, speeds, zero_of_base
+from vibrocap.numerics.expressions.powers import Speed, gaps, speeds, zero_of_base
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div", "power")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more

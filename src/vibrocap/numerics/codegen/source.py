@@ -17,7 +17,8 @@ from vibrocap.numerics.codegen.straight_line import (
 )
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
-from vibrocap.numerics.expressions.structure import gaps, no_series_at_rest, place_of_returns, record_slopes
+from vibrocap.numerics.expressions.powers import gaps, no_series_at_rest
+from vibrocap.numerics.expressions.structure import place_of_returns, record_slopes
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 

@@ -10,7 +10,7 @@ LACUNARY = (
     False  # whether four terms hold a step from stick: a law has a whole power of the speed, or is one of several
 )
 ROUGH = (0,)  # of each contact: 1 where it can stick and its law has a power of the speed that is not whole
-GAPS = False  # whether a law has a whole power of the speed from the third on
+GAPS = False  # whether a law has a whole power of the speed from the third on, see `powers.py`
 SHARP_INTERNAL = False  # whether any of them depends on an internal state, or on several contacts
 SHARP_CONTACT = 0  # the contact on whose velocity they depend otherwise
 WATCHED = 0  # true loads that are looked at, which friction takes as constant

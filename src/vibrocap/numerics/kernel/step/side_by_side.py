@@ -46,13 +46,11 @@ def resolved_simd(floats, side, start, change, h, moving):
     """
     every = all_lanes()
     fine = ~moving
-    if not SHARP_INTERNAL:
-        fine = fine | (side == 0.0)
     speed = abs(start)
     least, most = speed - change, speed + change
     resting = speed <= FAINT * change
     if not SHARP_INTERNAL:
-        fine = fine | known_lanes(floats, resting, least, most)
+        fine = fine | (side == 0.0) | known_lanes(floats, resting, least, most)
         open_still = bits(~fine)
         if open_still != 0:
             store(floats, at.step, h)
