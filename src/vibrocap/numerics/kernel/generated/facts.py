@@ -6,9 +6,7 @@ LIMIT_CONSTANT = True  # whether the largest holding force never changes along a
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
 VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
 FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
-LACUNARY = (
-    False  # whether four terms hold a step from stick: a law has a whole power of the speed, or is one of several
-)
+LACUNARY = False  # whether four terms hold a step from stick: a law has a whole power of the speed, or is not alone
 ROUGH = (0,)  # of each contact: 1 where it can stick and its law has a power of the speed that is not whole
 GAPS = False  # whether a law has a whole power of the speed from the third on, see `powers.py`
 SHARP_INTERNAL = False  # whether any of them depends on an internal state, or on several contacts
