@@ -16,7 +16,6 @@ from thinned import slow_but
 from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.events.transitions import ARRIVED
 from vibrocap.physics.events import KINDS
-from vibrocap.physics.parameters import parameters
 
 EPSILON = float(np.finfo(float).eps)
 TOLERANCE = 1e-9
@@ -273,35 +272,6 @@ def test_bristles_without_drive_come_to_rest():
 
 
 # --- a law with a static and a lower kinetic level -------------------------------------------------------------------
-
-
-@parameters
-class StaticKinetic(vc.Exponential):
-    """Coulomb friction that drops to eta_c the instant it slides: the limit of the exponential law for a fast drop."""
-
-    def steady_force(self, speed, load):
-        return load * self.coulomb_coefficient
-
-    def force(self, velocity, internal, side, load):
-        return side * self.steady_force(side * velocity, load), ()
-
-
-@pytest.mark.slow
-def test_contact_that_drops_to_a_kinetic_level_at_once():
-    """It leaves stick with an acceleration; its motion is the limit of exponential laws, reached like 1/a."""
-    levels = {"coulomb_coefficient": 0.3, "static_coefficient": 0.45}
-
-    def run(law):
-        return vc.simulate(stick_slip_on(law), periods=10, initial={"angle": 1.0}, tolerance=1e-11)
-
-    jump = run(StaticKinetic(**levels))
-    assert_consistent(jump)
-    assert {event.kind for event in jump.events} >= {"slip_back", "reversal"}
-    apart = [
-        abs(run(vc.Exponential(**levels, decay_rate=a)).state["position"] - jump.state["position"]) for a in (1e5, 1e6)
-    ]
-    assert 0.0 < apart[1] < 1e-3
-    assert apart[0] / apart[1] == pytest.approx(10.0, rel=0.3)
 
 
 def stick_slip_on(law):

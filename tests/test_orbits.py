@@ -8,9 +8,7 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but
-from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
-from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.orbits.closing import shooting
 from vibrocap.orbits.closing.orbit import shoot
 from vibrocap.orbits.maps import stroboscopic_map
@@ -106,36 +104,6 @@ def test_multipliers_are_those_of_differences(law, seed):
     assert exact == pytest.approx(expected, abs=1e-6 * max(1.0, np.max(np.abs(expected))))
     ours, theirs = (np.sort(np.abs(np.linalg.eigvals(matrix))) for matrix in (exact, expected))
     assert ours == pytest.approx(theirs, abs=1e-6 * max(1.0, ours[-1]))
-
-
-@pytest.mark.slow
-def test_product_of_the_multipliers_is_the_integrated_divergence():
-    """Liouville: det of the map = exp(integral of div f); LuGre's rates are continuous, so no event adds a factor.
-
-    Bristles so soft that their multiplier is not lost in rounding.
-    """
-    system = system_with(vc.LuGre(bristle_stiffness=1.0, bristle_damping=0.1))
-    orbit = vc.orbit(system, initial=START)
-    assert orbit.status is vc.OrbitStatus.CONVERGED
-    recording, motion = equations(system), orbit.motion(tolerance=1e-12)
-    n = len(recording.rates)
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    pieces = len(motion.piece_start)
-    s = 0.5 * motion.piece_length[:, None] * (1.0 + nodes)
-    t = motion.piece_start[:, None] + s
-    states = np.polynomial.polynomial.polyval(
-        s[:, None, :], np.moveaxis(motion.coefficients, 2, 0)[..., None], tensor=False
-    )
-    traces = evaluate(
-        [derivative(recording.rates[i], i) for i in range(n)],
-        t,
-        [states[:, i, :] for i in range(n)],
-        motion.piece_sides,
-        parameter_values(system),
-    )
-    divergence = sum(np.broadcast_to(trace, (pieces, 16)) for trace in traces)
-    integral = float(np.sum((divergence @ weights) * 0.5 * motion.piece_length))
-    assert math.log(abs(np.prod(orbit.multipliers))) == pytest.approx(integral, abs=1e-6)
 
 
 # --- orbits ----------------------------------------------------------------------------------------------------------

@@ -1,14 +1,12 @@
-"""What smoothing a contact costs: the smoothed laws, the meter against independent solvers, the fitted order."""
+"""What smoothing a contact costs: the smoothed laws, the meter, the fitted order."""
 
 import dataclasses
 import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from thinned import exhaustive_but
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
 from vibrocap.motion.status import Status
@@ -171,25 +169,6 @@ def test_travel_of_the_reference_motion():
         assert abs(beyond.errors[0]) > found.error >= abs(found.run.value - report.exact.value)
     with pytest.raises(ValueError, match="a contact that cannot stick, got 'stick_fraction'"):
         regularisation_error(SYSTEM, "stick_fraction", [1e-3], initial=START, periods=2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("shape", exhaustive_but([1], ["tanh", "arctan"]))
-def test_smoothed_runs_are_those_of_an_independent_solver(shape):
-    report = regularisation_error(SYSTEM, "displacement", [1e-2, 1e-4], shape=shape, initial=START, periods=10)
-
-    def rates(t, y, width):
-        y = y.tolist()
-        sign = math.tanh(y[3] / width) if shape == "tanh" else 2.0 / math.pi * math.atan(y[3] / width)
-        force = sign * SYSTEM.friction.steady_force(abs(y[3]), SYSTEM.machine.loads()[0])
-        return SYSTEM.machine.rates(t, y, SYSTEM.drive.value(t), (force,))
-
-    for run in report.runs:
-        solution = solve_ivp(
-            rates, (0.0, 20.0 * math.pi), [math.pi / 3, 0, 0, 0], "DOP853", args=(run.width,), rtol=1e-11, atol=1e-13
-        )
-        assert run.value == pytest.approx(solution.y[2, -1], abs=1e-6)
-        assert run.noise < 1e-6
 
 
 @pytest.mark.slow
