@@ -125,6 +125,11 @@ def vector(motion):
     return np.array(list(motion.state.values()))
 
 
+def works(motion):
+    """All that is integrated over a motion, and the impulse that stops on the ground have given."""
+    return np.append(motion.integrals([motion.end]), np.sum(motion.piece_blows))
+
+
 def told(*motions):
     """How often each kind of event was told; a law that starts on the border of a branch may tell it again."""
     kinds = (str(kind) for motion in motions for kind in motion.event_kinds)
@@ -155,6 +160,7 @@ def assert_split_anywhere(system, periods, number=None, tolerance=1e-9):
             np.testing.assert_array_equal(vector(second), vector(ends[0]))
             if not system.machine.imposes_distances:  # bodies that turn together may rest for 1e-11 in between
                 assert told(first, second) == told(whole), (system, time)
+            assert np.max(np.abs(works(first) + works(second) - works(whole))) < 10.0 * near, (system, time)
 
 
 @pytest.mark.parametrize(
@@ -165,6 +171,8 @@ def assert_split_anywhere(system, periods, number=None, tolerance=1e-9):
         vc.System(vc.RigidStopCapsule(restitution=0.5), DROP, vc.Harmonic(amplitude=1.5, frequency=0.9)),
         vc.System(vc.TwoMassCapsule(), DROP, vc.OnOff(1.2, -0.3, 1.0, 0.4)),  # sticks break loose at corners
         vc.System(vc.RotorCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8)),
+        vc.System(vc.OscillatorWithStops(gap=0.3, back_gap=0.3, restitution=0.0), vc.LuGre(), vc.Square(-1.2, 0.9)),
+        vc.System(vc.OscillatorWithStops(gap=0.3, back_gap=0.3, restitution=1.0), vc.LuGre(), vc.Square(-1.2, 0.9)),
     ],
     ids=lambda system: system.machine.name,
 )

@@ -284,8 +284,7 @@ class Trajectory(Result):
         whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
         marks = np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
         if IMPACT_WORK in self.integral_names:
-            taken = np.cumsum(self.piece_jumps)
-            marks[self.integral_names.index(IMPACT_WORK), 1:] += np.append(taken, taken[-1:])
+            marks[self.integral_names.index(IMPACT_WORK), 1:] += np.cumsum(np.append(self.piece_jumps, 0.0))
         return marks
 
     @functools.cached_property
@@ -313,7 +312,8 @@ class Trajectory(Result):
         It does where it strikes a wall on the ground (`Machine.strikes_ground`), at one instant.
         """
         struck = self.event_times[np.isin(self.event_kinds, self.system.machine.strikes_ground)]
-        later = 1 + np.flatnonzero(np.isin(self.piece_start[1:], struck))
+        later = np.searchsorted(self.piece_start, struck)  # at the end of a run the piece may begin a rounding later
+        later = np.unique(later[(later > 0) & (later < len(self.piece_start))])
         blows = np.zeros(max(len(self.piece_start) - 1, 0))
         blows[later - 1] = self._gained("momentum", later)
         return blows

@@ -86,6 +86,11 @@ def turned(floats, lane, contact) -> None:
     """Change what a reversal of a contact (0: the first) changes in its law, besides the side."""
 
 
+def way_out(floats, lane, c) -> float:
+    """Side to which contact c, at rest for good in the present branch, slides from it."""
+    return lane.side[c]
+
+
 def branch_in_doubt(floats, lane, h) -> bool:
     """Whether a guard may have fallen to zero at the end of a step of length h."""
     return False

@@ -138,7 +138,7 @@ def leaves(floats, ints, lane, c):
     if SEVERAL and STICKS[c] == 0:
         lane.transition[c] = 1  # what else vanished may have done so while another contact rested
         first = max(1, beyond_rounding(floats, ints, lane, c))
-        if first >= ORDER:
+        if first >= ORDER and hook.way_out(floats, lane, c) == side:
             lane.transition[c] = ORDER
             return True  # at rest to rounding, as the middle one of three that are alike
     for k in range(first, ORDER):
@@ -148,7 +148,7 @@ def leaves(floats, ints, lane, c):
         if v != 0.0:
             break
         lane.transition[c] = min(k + 1, ORDER)
-        if k == ORDER - 1:
+        if k == ORDER - 1 and (STICKS[c] == 1 or hook.way_out(floats, lane, c) == side):
             return True  # at rest for good: nothing will happen on either side
     lane.zero_progress += 1
     if STICKS[c] == 1:

@@ -39,9 +39,10 @@ from vibrocap.numerics.kernel.generated.equations import (
     after_switch,
     contact_velocity,
     machine_energy,
+    rates,
     switches,
 )
-from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
+from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points, write_state
@@ -165,6 +166,22 @@ def turned(floats, lane, contact):
     after_reversal(floats, lane.time, WORK, lane, contact, WORK + STATES)
     for i in range(STATES):
         lane.state[i] = floats[WORK + STATES + i]
+
+
+def way_out(floats, lane, c):
+    """Side to which contact c, at rest for good in the present branch, slides from it: away from the wall that stops
+    it, towards which it would slide without that wall. So it has turned as it struck, wherever its run is continued.
+    """
+    write_state(floats, lane, WORK)
+    rates(floats, lane.time, WORK, lane, WORK + STATES)
+    if floats[WORK + STATES + STATE_OF[c]] == 0.0:
+        for i in range(LAW_BRANCHES, BRANCHES):
+            after_switch(floats, lane.time, WORK, lane, i, WORK + STATES)
+            rates(floats, lane.time, WORK + STATES, lane, WORK + 2 * STATES)
+            towards = floats[WORK + 2 * STATES + STATE_OF[c]]
+            if towards != 0.0 and floats[lane.guard_row[i]] > 0.0:
+                return -1.0 if towards > 0.0 else 1.0
+    return lane.side[c]
 
 
 def guards_at(floats, lane, s, out):
