@@ -339,39 +339,6 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
 # --- whole kernels ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "law",
-    [
-        pytest.param(vc.Exponential(), id="exponential", marks=pytest.mark.exhaustive),
-        pytest.param(vc.LuGre(), id="lugre"),
-    ],
-)
-@pytest.mark.slow
-def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
-    """Every piece and every event, to the last bit."""
-    system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))
-    kernel, order = kernel_of(system), 12
-    runs = []
-    for entry in (kernel["advance"], exactly(kernel.text, "advance")):
-        monkeypatch.setattr(motion, "kernel", lambda *_, entry=entry: (kernel.layout, entry))
-        start = [math.pi / 3, *[0.0] * (len(system.state_names) - 1)]
-        runs.append(
-            recorded_run(
-                equations(system),
-                parameter_values(system),
-                start,
-                system.drive.period,
-                Budget(0.7, 1e-9, 1000, 10**6),
-                order=order,
-            )
-        )
-    plain, exact = runs
-    assert plain.taylor_steps > 10
-    assert len(plain.events) > 0 or law.name == "lugre"
-    assert np.array_equal(plain.pieces, exact.pieces)
-    assert np.array_equal(plain.events, exact.events)
-
-
 ENTRY = {motion: "advance", ensemble: "advance_ensemble"}
 
 

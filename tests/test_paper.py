@@ -145,14 +145,6 @@ def test_presets_name_the_figures():
         law("coulomb")
 
 
-def test_sticking_share_and_drift_of_the_first_set(runs):
-    """Reference values of two independent integrators, to the digits known."""
-    displacement = found(runs, "larger-displacement-with-em")
-    assert displacement["LM: X(40T)"] == pytest.approx(4.3246962, abs=5e-8)
-    assert displacement["EM: X(40T)"] == pytest.approx(6.8597399, abs=5e-8)
-    assert displacement["EM: settled drift per period"] == pytest.approx(0.1643477, abs=5e-8)
-
-
 @pytest.mark.parametrize("friction", ["lugre", "exponential"])
 @pytest.mark.parametrize("ratio", [0.05, 0.8, 2.2, 4.0, 8.1])
 def test_steady_motion_of_figure_9_is_symmetric_and_does_not_travel(runs, friction, ratio):

@@ -1,4 +1,4 @@
-"""One source, however it runs: plain Python = compiled, a lane among others = the same run alone, an edit is seen."""
+"""One source, however it runs: plain Python = compiled, an edit is seen (lanes: `test_ensemble.py`)."""
 
 import hashlib
 import math
@@ -8,10 +8,9 @@ import pytest
 
 import vibrocap as vc
 import vibrocap.motion.recording.equations as recordings
-from plain_kernels import PlainKernel, kernel_of, set_lane
+from plain_kernels import kernel_of
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.kernel.codes import DONE, RUNNING
-from vibrocap.numerics.kernel.events.transitions import ARRIVED
+from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
@@ -63,62 +62,6 @@ def test_plain_python_is_the_compiled_kernel(law):
 def final(recorded):
     """State at the end of the last piece, which both runs put at the same time."""
     return np.polynomial.polynomial.polyval(recorded.piece_lengths[-1], recorded.series[-1:][0].T)
-
-
-# --- lanes -----------------------------------------------------------------------------------------------------------
-
-PERIODS = 1
-EVENT_ROOM, PIECE_ROOM = 100, 1_500
-
-
-def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
-    """Every lane runs a period of its own system, each with its own region of the trace: (statuses, regions)."""
-    layout, rows = kernel.layout, kernel.layout.states
-    marks = (PERIODS + 1) * rows
-    region = EVENT_ROOM * layout.event_size + PIECE_ROOM * layout.piece_size
-    trace = np.zeros(marks + layout.lanes * region)
-    kernel.floats[:], kernel.ints[:] = 0.0, 0
-    for lane, (system, start) in enumerate(zip(systems, starts, strict=True)):
-        set_lane(kernel, system, lane)
-        kernel.fill("STATE", start, lane)
-        kernel.fill("TOLERANCE", 1e-9, lane)
-        kernel.fill("WHOLE_PERIODS", PERIODS, lane)
-        kernel.fill("STEP_LIMIT", 10_000, lane)
-        kernel.fill("EVENT_LIMIT", event_limits[lane] if event_limits else 1000, lane)
-        if kernel.equations.contacts[0].sticks:
-            kernel.fill("TRANSITION", ARRIVED, lane)
-        else:
-            kernel.fill("SIDE", 1.0, lane)
-            kernel.fill("TRANSITION", 1, lane)
-        kernel.fill("RECORDED_EVENT_START", marks + lane * region, lane)
-        kernel.fill("RECORDED_EVENT_LIMIT", EVENT_ROOM, lane)
-        kernel.fill("PIECE_START", marks + lane * region + EVENT_ROOM * layout.event_size, lane)
-        kernel.fill("PIECE_LIMIT", PIECE_ROOM, lane)
-    status = kernel["STATUS"]
-    while RUNNING in kernel.ints[status : status + layout.lanes]:  # it comes back whenever a lane stops
-        kernel["advance"](kernel.floats, kernel.ints, trace, 10_000)
-    statuses = kernel.ints[status : status + layout.lanes].tolist()
-    return statuses, [trace[marks + lane * region : marks + (lane + 1) * region] for lane in range(layout.lanes)]
-
-
-@pytest.mark.parametrize("law", ["exponential", "lugre"])
-def test_a_lane_among_others_is_the_same_run_alone(law):
-    """Each lane steps for itself: the very same bits on its trace, whoever runs beside it and in whatever order."""
-    systems = [
-        system_with(LAWS[law], mass_ratio, h) for mass_ratio, h in ((2.5, 1.8), (1.0, 1.2), (4.0, 0.3), (0.5, 2.2))
-    ]
-    starts = [start_of(system, angle) for system, angle in zip(systems, (1.0, -0.4, 0.2, 0.7), strict=True)]
-    together, alone = kernel_of(systems[0], lanes=4), kernel_of(systems[0], lanes=1)
-    statuses, traces = run_lanes(together, systems, starts)
-    assert statuses == [DONE] * 4
-    states = together.floats[together["STATE"] :][: together.layout.states * 4].reshape(-1, 4).copy()
-    _, backwards = run_lanes(together, systems[::-1], starts[::-1])
-    for lane in range(4):
-        _, (single,) = run_lanes(alone, [systems[lane]], [starts[lane]])
-        assert np.count_nonzero(single) > 100
-        assert np.array_equal(traces[lane], single)
-        assert np.array_equal(backwards[3 - lane], single)
-        assert np.array_equal(states[:, lane], alone.floats[alone["STATE"] :][: alone.layout.states])
 
 
 # --- the cache -------------------------------------------------------------------------------------------------------

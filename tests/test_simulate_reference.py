@@ -79,13 +79,6 @@ def test_symmetric_motions_come_to_no_drift():
     assert 0.0 < ratio < 0.8
 
 
-def test_stick_fraction():
-    """4.87 % of the 40 periods."""
-    motion = paper_motion(FIRST, "EM")
-    stuck = sum(phase.length for phase in motion.phases if phase.side == 0)
-    assert round(100 * stuck / motion.end, 2) == 4.87
-
-
 def _case(row):
     """A row as a case of a test; slow or later where its equations are of a form that no other fast test compiles."""
     parameters = row["parameters"]
