@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, Form, MotionStart
 from vibrocap.numerics.run.motion import recorded_run
 
 END = 20.0
@@ -44,8 +44,8 @@ def prepare_compiled(tolerance: float) -> Run:
 def prepare_plain(tolerance: float) -> Run:
     """The same source, not compiled: the kernel as Python runs it."""
     system = pulled_block()
-    values = (parameter_values(system), (0.0, 0.0, 0.0), END, Budget(1, tolerance, 10_000, 10**7))
-    return lambda: recorded_run(equations(system), *values, plain=True).sections[-1]
+    start = MotionStart(equations(system), parameter_values(system), (0.0, 0.0, 0.0), END)
+    return lambda: recorded_run(start, Budget(1, tolerance, 10_000, 10**7), Form(plain=True)).sections[-1]
 
 
 def _rates(_t, y):

@@ -15,6 +15,7 @@ import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from benchmarks.sweep_vibrocap import budget, problem
 from vibrocap.numerics.linker import link
+from vibrocap.numerics.run.budget import EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source
 
 SIZES = (1, 1_000, 10_000, 100_000, 1_000_000)
@@ -79,11 +80,11 @@ def arithmetic() -> None:
     for law in ("exponential", "lugre"):
         per_call, lanes = series_seconds(law, masses)
         arguments = problem(law, masses)
-        ensemble_run(*arguments, budget(law), 1)
+        ensemble_run(EnsembleStart(*arguments), budget(law), threads=1)
         times, steps = [], 0.0
         for _ in range(5):
             started = time.perf_counter()
-            results = ensemble_run(*arguments, budget(law), 1)
+            results = ensemble_run(EnsembleStart(*arguments), budget(law), threads=1)
             times.append(time.perf_counter() - started)
             steps = results.head("taylor_steps").sum()
         series, whole = steps / lanes * per_call, float(np.median(times))

@@ -23,7 +23,7 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import ERROR_ASKED, SHARE_ASKED
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_run
 
 MACHINE = vc.VibroImpactCapsule()
@@ -50,7 +50,9 @@ def prepare_vibrocap(tolerance: float = TOLERANCE) -> Sweep:
     arguments = recorded, parameters, np.zeros((len(MASS_RATIOS), len(SYSTEM.state_names)))
 
     def run() -> np.ndarray:
-        return ensemble_run(*arguments, Budget(PERIODS, tolerance, 10_000, 50_000_000, window=1), 1).state[:, :4]
+        return ensemble_run(
+            EnsembleStart(*arguments), Budget(PERIODS, tolerance, 10_000, 50_000_000, window=1), threads=1
+        ).state[:, :4]
 
     run()
     return run

@@ -21,7 +21,7 @@ import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, MotionStart
 from vibrocap.numerics.run.motion import linked_motion, motion_memory
 
 BDF, NORMAL, ROOT_FOUND = 2, 1, 2  # of cvode.h
@@ -84,8 +84,8 @@ def callbacks(system: vc.System, data: Callable, matrix_data: Callable):
     layout, text = linked_motion(recorded, 12)
     names = plain_kernel(text)
     state = list(initial_state(system, {}).values())
-    values = parameter_values(system), state, system.drive.period, Budget(1, 1e-9, 1, 1), (8, 8)
-    arrays = motion_memory(recorded, layout, *values)
+    start = MotionStart(recorded, parameter_values(system), state, system.drive.period)
+    arrays = motion_memory(start, layout, Budget(1, 1e-9, 1, 1), (8, 8))
     entries = [
         compiled_kernel(str(text) + ENTRIES, entry=f"peer_{name}").bound_to(*arrays) for name in ("rates", "jacobian")
     ]

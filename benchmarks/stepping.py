@@ -24,7 +24,7 @@ from vibrocap.exchange.fmu.binaries import compiler
 from vibrocap.exchange.stepped_case import Input
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
-from vibrocap.numerics.api import Budget, recorded_run
+from vibrocap.numerics.api import Budget, MotionStart, recorded_run
 
 ROUNDS, MOTION_ROUNDS = 200, 100
 STEPS, LENGTH = 500, 0.2
@@ -134,7 +134,7 @@ def motions(folder: Path) -> None:
         motion.step(end)
 
     runs: dict[str, Callable[[], object]] = {
-        "the package's kernel, recording": lambda: recorded_run(*values, Budget(**CASE.run)),
+        "the package's kernel, recording": lambda: recorded_run(MotionStart(*values), Budget(**CASE.run)),
         "simulate": CASE.simulate,
         "one step in C, -O2": lambda: call(None, 1, end),
         "one step in Python": in_python,

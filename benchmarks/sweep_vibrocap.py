@@ -5,7 +5,7 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import INITIAL, PERIODS, SWEEP_SET, Sweep
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_run
 
 # The largest with two digits at which 99 % of the runs end within the error asked.
@@ -34,7 +34,7 @@ def prepare_sweep(law: str, masses: np.ndarray, threads: int = 1) -> Sweep:
     arguments = problem(law, masses)
 
     def run() -> np.ndarray:
-        return ensemble_run(*arguments, budget(law), threads).state
+        return ensemble_run(EnsembleStart(*arguments), budget(law), threads=threads).state
 
     run()
     return run

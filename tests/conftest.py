@@ -32,11 +32,11 @@ def kernels_are_found_by_their_text():
 
     A kernel with a fault would be noted for equations that lead to the right one elsewhere.
     """
-    from vibrocap.numerics.run import motion
+    from vibrocap.numerics import compiler
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(motion, "known_kernel", lambda key: None)
-        patch.setattr(motion, "note_kernel", lambda key, text, literal: None)
+        patch.setattr(compiler, "noted", lambda key: None)
+        patch.setattr(compiler, "note", lambda key, text, entry, literal: None)
         yield
 
 

@@ -14,8 +14,8 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import ASK_MODES, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
-from vibrocap.numerics.run.budget import Budget
-from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_run, prepared_lanes, write_runs
+from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
+from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_run, prepared_lanes
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.physics.parameters import parameters
 
@@ -55,14 +55,14 @@ def drawn_runs(law: str, seeds: range):
 def together(law: str, seeds: range, threads: int = 1):
     """Results of the drawn systems in one ensemble, measured from the start, words asked for."""
     budget = dataclasses.replace(BUDGET, window=BUDGET.periods, asked=ASK_MODES)
-    return ensemble_run(*drawn_runs(law, seeds), budget, threads, order=ORDER)
+    return ensemble_run(EnsembleStart(*drawn_runs(law, seeds)), budget, Form(order=ORDER), threads=threads)
 
 
 def alone(law: str, seed: int, shift: float = 0.0):
     """The drawn motion by the recording kernel, from a start shifted by so much."""
     system, start = drawn(law, seed)
     shifted, values = list(start + shift * (start != 0.0)), parameter_values(system)
-    return recorded_run(equations(system), values, shifted, system.drive.period, BUDGET, order=ORDER)
+    return recorded_run(MotionStart(equations(system), values, shifted, system.drive.period), BUDGET, Form(order=ORDER))
 
 
 def spelled_from_pieces(single) -> str:
@@ -117,10 +117,10 @@ def test_the_same_bits_in_any_order_and_company(law):
 @pytest.mark.parametrize("law", LAWS)
 def test_plain_python_is_the_compiled_kernel(law):
     """The vectors as NumPy arrays take the same steps; within a period rounding has not grown to 1e-11."""
-    arguments = (*drawn_runs(law, range(8)), dataclasses.replace(BUDGET, periods=1, window=1), 1)
-    compiled = ensemble_run(*arguments, order=ORDER)
+    given = EnsembleStart(*drawn_runs(law, range(8))), dataclasses.replace(BUDGET, periods=1, window=1)
+    compiled = ensemble_run(*given, Form(order=ORDER), threads=1)
     with np.errstate(all="ignore"):  # free lanes and lanes that take the other branch are computed along
-        plain = ensemble_run(*arguments, order=ORDER, plain=True)
+        plain = ensemble_run(*given, Form(order=ORDER, plain=True), threads=1)
     gathered = len(RESULT_HEAD) + 2 * compiled.state.shape[1]
     assert np.array_equal(plain.head("taylor_steps"), compiled.head("taylor_steps"))
     assert plain.numbers[:, :gathered] == pytest.approx(compiled.numbers[:, :gathered], abs=1e-11)
@@ -128,16 +128,20 @@ def test_plain_python_is_the_compiled_kernel(law):
 
 def test_a_run_that_fails_fails_alone():
     """One lane gets too few events, another too few steps: they stop there, exactly, and the others are not touched."""
-    arguments = drawn_runs("exponential", range(20))
-    ints = ensemble_run(*arguments, BUDGET, 1, order=ORDER).numbers
+    start = EnsembleStart(*drawn_runs("exponential", range(20)))
+
+    def numbers(**limits):
+        return ensemble_run(start, dataclasses.replace(BUDGET, **limits), Form(order=ORDER), threads=1).numbers
+
+    ints = numbers()
     limit = int(np.median(ints[:, STEPS]))
-    some = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_steps=limit), 1, order=ORDER).numbers
+    some = numbers(max_steps=limit)
     cut = some[:, 0] == TOO_MANY_STEPS
     assert np.array_equal(cut, ints[:, STEPS] > limit)
     assert 0 < np.count_nonzero(cut) < len(cut)
     assert np.all(some[cut, STEPS] == limit)
     assert np.array_equal(some[~cut], ints[~cut])
-    none = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_events_per_period=1), 1, order=ORDER).numbers
+    none = numbers(max_events_per_period=1)
     refused = none[:, 0] == TOO_MANY_EVENTS
     assert np.count_nonzero(refused) > 0
     assert np.array_equal(none[~refused], ints[~refused])
@@ -148,7 +152,8 @@ def test_a_motion_that_runs_away_says_so():
     system, start = drawn("exponential", 0)
     wild = system.with_parameters({"drive.amplitude": 1e200})
     parameters = np.array([parameter_values(one) for one in (system, wild, system)])
-    results = ensemble_run(equations(system), parameters, np.array([start] * 3), BUDGET, 1, order=ORDER).numbers
+    begin = EnsembleStart(equations(system), parameters, np.array([start] * 3))
+    results = ensemble_run(begin, BUDGET, Form(order=ORDER), threads=1).numbers
     assert list(results[:, 0] == DONE) == [True, False, True]
     assert np.array_equal(results[0], results[2])
 
@@ -156,11 +161,11 @@ def test_a_motion_that_runs_away_says_so():
 def sliding_lanes(law: str, **budget):
     """(functions and places by name, floats, ints, trace) of the plain kernel, the first runs in its lanes."""
     system, parameters, starts = drawn_runs(law, range(LANES))
-    layout, entry = ensemble_kernel(system, ORDER, LANES, True, None, False)
+    layout, entry = ensemble_kernel(system, Form(order=ORDER, lanes=LANES, plain=True), False)
     kernel, (floats, ints) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
     starts[:, kernel["STATE_OF"][0]] = 0.1
     trace = np.zeros((LANES, layout.run_size))
-    write_runs(trace, system, parameters, starts)
+    EnsembleStart(system, parameters, starts).write(trace)
     for lane in range(LANES):
         kernel["begin_run"](floats, ints, trace.ravel(), lane, lane)
     kernel["jet"](floats)
@@ -174,9 +179,10 @@ def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
     system, parameters, starts = drawn_runs(law, range(24))
     for most in (*range(1, 12), 25, 50, 100):
         budget = dataclasses.replace(BUDGET, **{limit: most})
-        results = ensemble_run(system, parameters, starts, budget, 1, order=ORDER).numbers
+        results = ensemble_run(EnsembleStart(system, parameters, starts), budget, Form(order=ORDER), threads=1).numbers
         for i, row in enumerate(results):
-            single = ensemble_run(system, parameters[i : i + 1], starts[i : i + 1], budget, 1, order=ORDER).numbers[0]
+            one = EnsembleStart(system, parameters[i : i + 1], starts[i : i + 1])
+            single = ensemble_run(one, budget, Form(order=ORDER), threads=1).numbers[0]
             upto = len(RESULT_HEAD)  # what comes after means nothing in a run that failed before its window
             assert np.array_equal(row[:upto], single[:upto]), (most, i)
 
@@ -230,9 +236,8 @@ def test_most_steps_are_taken_simd(law, least, monkeypatch):
 
     monkeypatch.setitem(kernel, "step_simd", counted)
     with np.errstate(all="ignore"):
-        ensemble_run(
-            *drawn_runs(law, range(8)), dataclasses.replace(BUDGET, periods=1, window=1), 1, order=ORDER, plain=True
-        )
+        budget = dataclasses.replace(BUDGET, periods=1, window=1)
+        ensemble_run(EnsembleStart(*drawn_runs(law, range(8))), budget, Form(order=ORDER, plain=True), threads=1)
     running, plain = (sum(bits.bit_count() for bits in column) for column in zip(*steps, strict=True))
     assert plain >= least * running
 
@@ -264,8 +269,10 @@ def test_a_motion_below_the_tolerance_keeps_its_signs():
     for amplitude in (1e-9, 1e-8, 1e-7, 1e-6):
         system = drawn("lugre", 0)[0].with_parameters({"drive.amplitude": amplitude})
         parameters, start = parameter_values(system), np.zeros((1, len(system.state_names)))
-        results = ensemble_run(equations(system), np.array([parameters]), start, BUDGET, 1, order=ORDER)
-        single = recorded_run(equations(system), parameters, list(start[0]), system.drive.period, BUDGET, order=ORDER)
+        begin = EnsembleStart(equations(system), np.array([parameters]), start)
+        results = ensemble_run(begin, BUDGET, Form(order=ORDER), threads=1)
+        alone = MotionStart(equations(system), parameters, list(start[0]), system.drive.period)
+        single = recorded_run(alone, BUDGET, Form(order=ORDER))
         assert results.head("taylor_steps") == len(single.pieces)
         assert results.state[0] == pytest.approx(single.final, rel=0.0, abs=5e-3 * amplitude)
 

@@ -22,7 +22,7 @@ from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.run import devices
 from vibrocap.numerics.run import ensemble as numerics
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, Form, MotionStart
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.physics.catalogue import machines
@@ -44,13 +44,9 @@ def stored_motion(system, periods) -> Trajectory:
     start = dict.fromkeys(system.state_names, 0.0) | START
     budget = Budget(periods, TOLERANCE, 10_000, 10**6)
     recorded = recorded_run(
-        equations(system),
-        parameter_values(system),
-        list(start.values()),
-        system.drive.period,
+        MotionStart(equations(system), parameter_values(system), list(start.values()), system.drive.period),
         budget,
-        plain=True,
-        order=ORDER,
+        Form(plain=True, order=ORDER),
     )
     return _trajectory(system, start, budget, 0.0, 0.0, 256, recorded)
 
@@ -402,10 +398,11 @@ def test_runs_of_one_form_go_together(monkeypatch):
     """An exponent that is a whole number is part of the formula, like the word "weight"; others are parameters."""
     calls = []
 
-    def run(recording, parameters, states, budget, threads, progress, integrands=None):
-        layout, _ = numerics.ensemble_source(recording, ORDER, numerics.lane_count())
-        calls.append([dict(zip(recording.parameter_paths, row, strict=True)) for row in parameters])
-        results = np.zeros((len(states), layout.result_size))
+    def run(start, budget, form, threads, progress):
+        layout, _ = numerics.ensemble_source(start.equations, ORDER, numerics.lane_count())
+        paths = start.equations.parameter_paths
+        calls.append([dict(zip(paths, row, strict=True)) for row in start.parameters])
+        results = np.zeros((len(start.initial), layout.result_size))
         results[:, 0], results[:, 1] = 1.0, 10.0
         return RunResults(layout, results)
 

@@ -33,8 +33,9 @@ from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
-from vibrocap.numerics.api import Budget, recorded_run
-from vibrocap.numerics.compiler import c_source, compiled
+from vibrocap.numerics.api import Budget, Form, MotionStart, recorded_run
+from vibrocap.numerics.compiler import compiled
+from vibrocap.numerics.compiler.c.text import c_source
 from vibrocap.physics.events import BOUNDS
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
@@ -70,7 +71,7 @@ def expected(case):
     system = case.system
     initial = [*initial_state(system, case.initial).values()]
     values = equations(system), parameter_values(system), initial, system.drive.period
-    return recorded_run(*values, Budget(**case.run | {"periods": case.periods + 1}), literal=True)
+    return recorded_run(MotionStart(*values), Budget(**case.run | {"periods": case.periods + 1}), Form(literal=True))
 
 
 def states_at(record, period, times):

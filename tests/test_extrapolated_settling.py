@@ -107,7 +107,7 @@ def settled(given, extrapolate, periods=60, tolerance=1e-8, **further):
         evidence=1,
         extrapolate=extrapolate,
     )
-    return numerics.ensemble_run(*given, budget, threads=1, **further)
+    return numerics.ensemble_run(numerics.EnsembleStart(*given), budget, threads=1, **further)
 
 
 @contextlib.contextmanager
@@ -183,7 +183,7 @@ def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
     assert not np.any(waited.finished & ~found.finished)
     some = tuple(each[taken] if isinstance(each, np.ndarray) else each for each in given)
     budget = numerics.Budget(600, 1e-8, 10_000, 10**9, window=1, asked=numerics.codes.ASK_MODES)
-    long = numerics.ensemble_run(*some, budget, threads=1)
+    long = numerics.ensemble_run(numerics.EnsembleStart(*some), budget, threads=1)
     assert np.max(distances(system, some, found[taken], long)) <= THRESHOLD
     for name in ("LETTERS", "LETTER_COUNT"):
         assert np.array_equal(found[taken].entries(name), long.entries(name))
@@ -193,7 +193,9 @@ def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
 def test_a_limit_that_is_not_checked_is_off():
     """By more than the threshold, in some runs of the same map: that is what the check is for."""
     given = grid(EM, np.linspace(0.1, 8.0, 20), np.linspace(1.0, 3.0, 20))
-    long = numerics.ensemble_run(*given, numerics.Budget(600, 1e-8, 10_000, 10**9, window=1), threads=1)
+    long = numerics.ensemble_run(
+        numerics.EnsembleStart(*given), numerics.Budget(600, 1e-8, 10_000, 10**9, window=1), threads=1
+    )
     with faulty(given, (RETURNS, "if True:"), (CHECK, "if True:")):
         found = settled(given, True)
     off = distances(EM, given, found, long) > THRESHOLD
@@ -228,7 +230,7 @@ def test_threads_order_and_cuts_change_nothing():
     budget = numerics.Budget(
         60, 1e-8, 10_000, 10**9, window=10, threshold=THRESHOLD, asked=17, evidence=1, extrapolate=True
     )
-    both = numerics.ensemble_run(*given, budget, threads=2)
+    both = numerics.ensemble_run(numerics.EnsembleStart(*given), budget, threads=2)
     assert np.array_equal(both.numbers, found.numbers)
 
 
@@ -244,7 +246,9 @@ def test_a_saddle_that_a_run_passes_is_not_taken():
     recorded, count, scales = equations(system), 40, np.array(system.scales(), dtype=float)
     begun = saddle + 1e-4 * scales * np.random.default_rng(0).normal(size=(count, 5))
     values = recorded, np.tile(parameter_values(system), (count, 1)), begun
-    once = numerics.ensemble_run(values[0], values[1][:1], saddle[None], numerics.Budget(1, 1e-10, 99, 9999))
+    once = numerics.ensemble_run(
+        numerics.EnsembleStart(values[0], values[1][:1], saddle[None]), numerics.Budget(1, 1e-10, 99, 9999)
+    )
     moved = (once.state[0] - saddle) / scales
     assert np.max(np.abs(np.delete(moved, 2))) < 1e-7  # it is one
     found = settled(values, True, periods=300)

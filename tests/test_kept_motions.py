@@ -16,7 +16,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.api import Form, MotionStart, recorded_run
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.run import motion as run
 from vibrocap.numerics.run.budget import Budget
@@ -53,7 +53,7 @@ def test_coefficients_are_those_of_the_step_to_the_last_bit(system, order, monke
         on_piece(floats, *rest)
 
     monkeypatch.setitem(names, "on_piece", told)
-    found = recorded_run(*values, Budget(0.6, 1e-9, 1000, 10**6), plain=True, order=order)
+    found = recorded_run(MotionStart(*values), Budget(0.6, 1e-9, 1000, 10**6), Form(plain=True, order=order))
     assert len(results) == len(found.pieces) >= 5
     assert np.array_equal(found.series[:], np.array(results))
     numbers = np.array([3, 3, 0, 4])

@@ -9,6 +9,8 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.held_input import with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.expressions.traits import Traits
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.lane import Gathered
@@ -201,7 +203,7 @@ def test_names_of_a_lane_become_places():
     assert with_places("hook.on_event(floats)") == "on_event(floats)"
     with pytest.raises(ValueError, match=r"`lane.tme`: vibrocap.numerics.kernel.lane has no entry"):
         with_places("lane.tme = 0.0")
-    gathered = [name for name, _ in gathered_entries(4, 1, 2, 1, 1, watched=True, returns=True)]
+    gathered = [name for name, _ in gathered_entries(Traits(states=4, parameters=1), Integrands("", 2, 1), 1, 1, True)]
     assert [name.upper() for name in Gathered.__annotations__] == gathered
 
 

@@ -261,7 +261,9 @@ def test_runs_that_would_lift_off_are_told_from_those_that_touch_zero(law, ampli
         assert bool(one.certificate.warnings) == bool(lifts)
     states = np.array([[START.get(name, 0.0) for name in system.state_names]])
     budget, parameters = numerics.Budget(3, 1e-6, 100, 10_000), np.array([parameter_values(near)])
-    assert numerics.ensemble_run(equations(near), parameters, states, budget, lanes=1, plain=True).lifted == [1.0]
+    assert numerics.ensemble_run(
+        numerics.EnsembleStart(equations(near), parameters, states), budget, numerics.Form(lanes=1, plain=True)
+    ).lifted == [1.0]
 
 
 def test_every_study_of_a_constant_load_watches_the_true_one():

@@ -6,7 +6,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.api import Budget, ensemble_run
+from vibrocap.numerics.api import Budget, EnsembleStart, Form, ensemble_run
 from vibrocap.orbits.maps.variations import variational_equations
 
 TOLERANCE = 1e-10
@@ -43,8 +43,8 @@ def test_a_tangent_takes_the_steps_of_its_motion():
     recorded, row = equations(system), np.array(parameter_values(system))[None]
     start, budget = np.zeros((1, 10)), Budget(1, 1e-6, 1000, 500)
     start[0, [0, 1, 7]] = -1.0, -1.0, 1.0
-    alone = ensemble_run(recorded, row, start[:, :5], budget, order=6)
-    along = ensemble_run(variational_equations(recorded), row, start, budget, order=6)
+    alone = ensemble_run(EnsembleStart(recorded, row, start[:, :5]), budget, Form(order=6))
+    along = ensemble_run(EnsembleStart(variational_equations(recorded), row, start), budget, Form(order=6))
     assert along.status == alone.status
     assert along.head("taylor_steps") == alone.head("taylor_steps")
 

@@ -14,7 +14,7 @@ from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
 from vibrocap.motion import evidence, run_evidence
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
 from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_run
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table, parameters
@@ -108,9 +108,10 @@ def seen(system, start, periods, fault=None, tolerance=TOLERANCE):
     recorded, row = equations(system), np.array([parameter_values(system)])
     state = np.array([[start.get(name, 0.0) for name in system.state_names]])
     budget = Budget(periods, tolerance, 1000, 100_000, evidence=periods)
-    names = ensemble_kernel(recorded, 12, 1, True, None, False)[1].__globals__
+    form = Form(order=12, lanes=1, plain=True)
+    names = ensemble_kernel(recorded, form, False)[1].__globals__
     with planted(names, fault) if fault else contextlib.nullcontext():
-        results = ensemble_run(recorded, row, state, budget, threads=1, order=12, lanes=1, plain=True)
+        results = ensemble_run(EnsembleStart(recorded, row, state), budget, form, threads=1)
     return results, bool(run_evidence.certified(recorded, results, row, tolerance)[0])
 
 
@@ -153,12 +154,12 @@ def test_evidence_changes_no_bit_of_a_run_and_is_the_same_in_any_lane():
     states = np.tile([0.5, 0.0, 0.0, 0.0], (21, 1))
     plain = Budget(6, TOLERANCE, 1000, 100_000, window=2)
     asked = dataclasses.replace(plain, evidence=1)
-    first = ensemble_run(recorded, rows, states, asked, threads=1)
-    assert np.array_equal(ensemble_run(recorded, rows, states, plain, threads=2).state, first.state)
-    other = ensemble_run(recorded, rows[::-1].copy(), states, asked, threads=2)
+    first = ensemble_run(EnsembleStart(recorded, rows, states), asked, threads=1)
+    assert np.array_equal(ensemble_run(EnsembleStart(recorded, rows, states), plain, threads=2).state, first.state)
+    other = ensemble_run(EnsembleStart(recorded, rows[::-1].copy(), states), asked, threads=2)
     for name in ("DEFECT", "STICKING_SHARE", "LEAST_VELOCITY"):
         assert np.array_equal(other.entry(name)[::-1], first.entry(name))
-    assert np.all(ensemble_run(recorded, rows, states, plain).entry("DEFECT") == 0.0)
+    assert np.all(ensemble_run(EnsembleStart(recorded, rows, states), plain).entry("DEFECT") == 0.0)
     assert np.all(first.entry("DEFECT") > 0.0)
 
 
@@ -278,7 +279,7 @@ def test_whole_runs_at_loose_tolerances_are_refused_where_their_certificates_are
     states = np.zeros((30, len(recorded.state_names)))
     states[:, 0] = draw.uniform(-1.0, 1.0, 30)
     budget = Budget(3, 1e-5, 10_000, 30_000, evidence=3)
-    results = ensemble_run(recorded, rows, states, budget, order=10)
+    results = ensemble_run(EnsembleStart(recorded, rows, states), budget, Form(order=10))
     good, differ = run_evidence.certified(recorded, results, rows, 1e-5), 0
     for system, state, passed in zip(systems, states, good, strict=True):
         motion = vc.simulate(system, periods=3, initial={"angle": state[0]}, tolerance=1e-5, max_steps=30_000)

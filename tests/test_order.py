@@ -16,7 +16,7 @@ from thinned import slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.step import implicit
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, MotionStart
 from vibrocap.numerics.run.motion import recorded_run
 
 MACHINE = vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0, normal_load=1.0)
@@ -149,7 +149,7 @@ def implicit_error(kernel, count, exact, fault=None):
     recording, parameters = equations(REVERSING), parameter_values(REVERSING)
     with running_on(kernel, step_length=step_length, **(fault(kernel, step) if fault else {})):
         # at a tolerance of 1e6 no step is refused
-        run = recorded_run(recording, parameters, start, DRIVE.period, Budget(PERIODS, 1e6, 1000, 100_000))
+        run = recorded_run(MotionStart(recording, parameters, start, DRIVE.period), Budget(PERIODS, 1e6, 1000, 100_000))
     assert run.status == DONE
     assert run.implicit_steps > 20 * run.taylor_steps
     assert len(run.events) == 3

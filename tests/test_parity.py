@@ -11,7 +11,7 @@ import vibrocap.motion.recording.equations as recordings
 from plain_kernels import kernel_of
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.codes import DONE
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, Form, MotionStart
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff lugre": vc.LuGre(bristle_stiffness=1e4)}
@@ -27,12 +27,9 @@ def start_of(system, angle=math.pi / 3):
 
 def run(system, periods, plain, tolerance=1e-9):
     return recorded_run(
-        equations(system),
-        parameter_values(system),
-        start_of(system),
-        system.drive.period,
+        MotionStart(equations(system), parameter_values(system), start_of(system), system.drive.period),
         Budget(periods, tolerance, 10_000, 10**6),
-        plain=plain,
+        Form(plain=plain),
     )
 
 

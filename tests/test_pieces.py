@@ -11,7 +11,7 @@ from independent import motion as independent_motion
 from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
 from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
@@ -134,8 +134,10 @@ def test_lanes_together_are_single_runs():
     budget = Budget(1, TOLERANCE, 1000, 10**6)
     with np.errstate(all="ignore"):  # free lanes are computed along
         simd, alone = (
-            ensemble_run(recorded, parameters, initial, budget, threads=1, order=10, lanes=lanes, plain=True)
-            for lanes in (None, 1)
+            ensemble_run(
+                EnsembleStart(recorded, parameters, initial), budget, Form(order=10, lanes=lanes, plain=True), threads=1
+            )
+            for lanes in (0, 1)
         )
     assert np.all(simd.finished)
     assert simd.state == pytest.approx(alone.state, abs=1e-7)

@@ -54,7 +54,7 @@ def test_a_second_call_writes_no_kernel_and_imports_what_its_case_needs(tmp_path
 
 def key(system, order=12, literal=False):
     recorded = equations(system)
-    return link.kernel_key(recorded, motion.motion_layout(recorded, order), literal)
+    return link.kernel_key(recorded, motion.motion_layout(recorded, order), literal=literal)
 
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(amplitude=1.8))

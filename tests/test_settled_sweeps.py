@@ -10,7 +10,7 @@ from cases import printed
 from systems import two_blocks
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.api import Budget, ensemble_run
+from vibrocap.numerics.api import Budget, EnsembleStart, Form, ensemble_run
 
 SETTLE = 1e-6
 RESPONSE = ("period", "outcome", "mode_sequence", "stick_fraction")
@@ -137,9 +137,9 @@ def test_one_lane_as_plain_python_and_all_of_them_settle_alike():
     states = np.array([[2.0, 0.0], [0.55, -1.5], [-1.0, 0.3]])
     parameters = np.tile(parameter_values(BELT), (3, 1))
     budget = Budget(40, 1e-8, 1000, 10**6, window=10, threshold=1e-4, asked=16, evidence=1, returns=True)
-    plain = ensemble_run(recorded, parameters, states, budget, lanes=1, plain=True)
+    plain = ensemble_run(EnsembleStart(recorded, parameters, states), budget, Form(lanes=1, plain=True))
     for threads in (1, 2):
-        whole = ensemble_run(recorded, parameters, states, budget, threads=threads)
+        whole = ensemble_run(EnsembleStart(recorded, parameters, states), budget, threads=threads)
         assert whole.head("response_period") == pytest.approx(plain.head("response_period"))
         for name in ("RETURNS", "CYCLE_TIME", "SETTLED_TIME", "STICK_TIME"):
             assert whole.entry(name) == pytest.approx(plain.entry(name), abs=1e-7), name

@@ -24,7 +24,7 @@ from vibrocap.measures.work_balance import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.expressions.powers import gaps, no_series_at_rest
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
@@ -136,7 +136,9 @@ def test_lanes_see_what_single_motions_see(law, kept):
     systems = [system_of(row) for row in rows]
     budget = Budget(TABLE["periods"], 1e-9, 10_000, 10_000_000, window=1)
     values = np.array([parameter_values(system) for system in systems])
-    results = ensemble_run(equations(systems[0]), values, np.array([row["marks"][0] for row in rows]), budget)
+    results = ensemble_run(
+        EnsembleStart(equations(systems[0]), values, np.array([row["marks"][0] for row in rows])), budget
+    )
     assert np.all(results.finished)
     for final, row in zip(results.state, rows, strict=True):
         assert np.abs(final - row["marks"][-1]).max() <= STEPS * 1e-9 * row["growth"]

@@ -60,9 +60,9 @@ def test_guards_in_all_lanes_are_those_one_by_one(name):
     In one run of the pendulum it decides how many of rebounds without end are told apart, 224 or 225.
     """
     given, budget = striking(name, 40), runs_of.Budget(4, 1e-8, 10_000, 10**6, asked=1)
-    together = runs_of.ensemble_run(*given, budget, threads=1)
+    together = runs_of.ensemble_run(runs_of.EnsembleStart(*given), budget, threads=1)
     with mock.patch.object(runs_of, "lane_count", return_value=1):
-        single = runs_of.ensemble_run(*given, budget, threads=1)
+        single = runs_of.ensemble_run(runs_of.EnsembleStart(*given), budget, threads=1)
     assert (together.layout.lanes, single.layout.lanes) == (LANES, 1)
     assert np.all(single.finished)
     assert np.allclose(together.state, single.state, rtol=0.0, atol=1e-11)
@@ -73,7 +73,9 @@ def test_guards_in_all_lanes_are_those_one_by_one(name):
 @pytest.mark.parametrize("name", list(STOPS)[:2])
 def test_with_a_stop_most_steps_are_taken_in_all_lanes(name):
     """A change of sign of a guard is no reason to go alone: 3 steps in 100 do, where 17 to 22 did."""
-    layout, entry = runs_of.ensemble_kernel(striking(name, 1)[0], ORDER, LANES, True)
+    layout, entry = runs_of.ensemble_kernel(
+        striking(name, 1)[0], runs_of.Form(order=ORDER, lanes=LANES, plain=True), False
+    )
     kernel, steps = entry.__globals__, []
     simd = kernel["step_simd"]
 
@@ -87,7 +89,9 @@ def test_with_a_stop_most_steps_are_taken_in_all_lanes(name):
         mock.patch.object(runs_of, "ensemble_kernel", return_value=(layout, entry)),
         np.errstate(all="ignore"),
     ):
-        runs_of.ensemble_run(*striking(name, LANES), budget, 1, order=ORDER, plain=True)
+        runs_of.ensemble_run(
+            runs_of.EnsembleStart(*striking(name, LANES)), budget, runs_of.Form(order=ORDER, plain=True), threads=1
+        )
     running, plain = (sum(bits.bit_count() for bits in column) for column in zip(*steps, strict=True))
     assert running > 300
     assert plain >= 0.95 * running

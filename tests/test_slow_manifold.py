@@ -12,8 +12,8 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import DONE
-from vibrocap.numerics.run.budget import Budget
-from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_order, ensemble_run, prepared_lanes, write_runs
+from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
+from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_order, ensemble_run, prepared_lanes
 
 LANES, PERIODS = lane_count(), 3
 BRISTLES = vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2)
@@ -53,7 +53,7 @@ def runs(system, given, tolerance, amplitudes):
     ]
     budget = Budget(PERIODS, tolerance, 10_000, 10**6, window=1)
     starts = np.array([start_of(system, given)] * len(values))
-    return ensemble_run(equations(system), np.array(values), starts, budget, 1)
+    return ensemble_run(EnsembleStart(equations(system), np.array(values), starts), budget, threads=1)
 
 
 def tight_end(name):
@@ -99,12 +99,13 @@ def test_the_same_bits_in_any_company():
 def lanes_on_the_manifold(tolerance=1e-10):
     """(kernel, floats): the plain kernel, with both blocks fast and on their manifolds, no sweep made yet."""
     system, _ = SYSTEMS["blocks"]
-    layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None, False)
+    form = Form(order=ensemble_order(tolerance), lanes=LANES, plain=True)
+    layout, entry = ensemble_kernel(equations(system), form, False)
     kernel, budget = entry.__globals__, Budget(1, tolerance, 100, 100)
     floats, ints = prepared_lanes(layout, budget, LANES)
     starts = np.array([start_of(system, {"velocity": 0.35 + 0.01 * i, "velocity_2": -0.4}) for i in range(LANES)])
     trace = np.zeros((LANES, layout.run_size))
-    write_runs(trace, equations(system), np.array([parameter_values(system)] * LANES), starts)
+    EnsembleStart(equations(system), np.array([parameter_values(system)] * LANES), starts).write(trace)
     for lane in range(LANES):
         kernel["begin_run"](floats, ints, trace.ravel(), lane, lane)
     floats[kernel["SLOW"] :][: 2 * LANES] = 1.0

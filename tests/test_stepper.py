@@ -26,7 +26,7 @@ from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import event_kinds
-from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.api import Form, MotionStart, recorded_run
 from vibrocap.numerics.run.budget import Budget
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
@@ -87,7 +87,7 @@ def cases(table):
 def literal(system, initial, periods, tolerance):
     state = dict.fromkeys(system.state_names, 0.0) | initial
     values = equations(system), parameter_values(system), [*state.values()], system.drive.period
-    return recorded_run(*values, Budget(periods, tolerance, 10_000, 10**7), literal=True)
+    return recorded_run(MotionStart(*values), Budget(periods, tolerance, 10_000, 10**7), Form(literal=True))
 
 
 def initial_of(system):

@@ -12,8 +12,8 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import codes
-from vibrocap.numerics.run.budget import Budget
-from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source, prepared_lanes, write_runs
+from vibrocap.numerics.run.budget import Budget, EnsembleStart
+from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source, prepared_lanes
 from vibrocap.numerics.run.results import RunResults
 
 EMIT = """
@@ -95,7 +95,7 @@ def test_objects_for_other_processors_do_what_this_one_does(name, law, tmp_path)
     start = np.zeros((runs, len(system.state_names)))
     start[:, 0] = 1.0
     budget = Budget(12, 1e-9, 10_000, 1_000_000, window=10, asked=codes.ASK_EXTREMES)
-    here = ensemble_run(recorded, parameters, start, budget, threads=1)
+    here = ensemble_run(EnsembleStart(recorded, parameters, start), budget, threads=1)
 
     triple, processor, features, lanes, _ = TARGETS[name]
     layout, text = ensemble_source(recorded, ensemble_order(budget.tolerance), lanes)
@@ -108,7 +108,7 @@ def test_objects_for_other_processors_do_what_this_one_does(name, law, tmp_path)
     floats, ints = prepared_lanes(layout, budget, runs)
     ints[layout.places["LAST_RUN"]], ints[layout.places["MORE"]] = runs, 0
     trace = np.zeros(runs * (layout.run_size + layout.result_size))
-    write_runs(trace[: runs * layout.run_size].reshape(runs, -1), recorded, parameters, start)
+    EnsembleStart(recorded, parameters, start).write(trace[: runs * layout.run_size].reshape(runs, -1))
     sizes = [str(part.size) for part in (floats, ints, trace)]
     sent = b"".join(part.tobytes() for part in (floats, ints, trace))
     done = subprocess.run([*player, str(tmp_path / "run"), *sizes], input=sent, capture_output=True, timeout=300)

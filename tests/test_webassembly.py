@@ -18,13 +18,14 @@ from plain_kernels import kernel_of
 from test_compiler import BODIES, Python, bits, body_text, operands
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused, webassembly_module
+from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused
 from vibrocap.numerics.compiler.own_functions import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY
+from vibrocap.numerics.compiler.webassembly import webassembly_module
 from vibrocap.numerics.kernel.codes import DONE, MACHINE_SWITCHED
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, Form, MotionStart
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.physics.catalogue import laws
 
@@ -283,7 +284,7 @@ def motions(system, entries, monkeypatch, periods):
         monkeypatch.setattr(motion, "kernel", lambda *_, entry=entry: (kernel.layout, entry))
         numbers = equations(system), parameter_values(system), start, system.drive.period
         with np.errstate(all="ignore"):
-            runs.append(recorded_run(*numbers, Budget(periods, 1e-9, 1000, 10**6), order=12))
+            runs.append(recorded_run(MotionStart(*numbers), Budget(periods, 1e-9, 1000, 10**6), Form(order=12)))
     return runs
 
 

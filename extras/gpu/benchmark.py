@@ -18,7 +18,7 @@ from vibrocap_gpu.ensemble import gpu_ensemble_run
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_run
 
 RUNS = 1_000_000
@@ -78,8 +78,8 @@ def compare(law, runs: int) -> None:
         times.append(seconds_of(ensemble_run, random))
         print(f"  {size:9d}{times[0]:14.3f}{times[1]:12.3f}{times[2]:12.3f}", flush=True)
     few = sweep_of(law, min(SAMPLE, runs))
-    results = gpu_ensemble_run(*few, budget(TOLERANCE))
-    same, exact = (ensemble_run(*few, budget(tolerance)) for tolerance in (TOLERANCE, TIGHT))
+    results = gpu_ensemble_run(EnsembleStart(*few), budget(TOLERANCE))
+    same, exact = (ensemble_run(EnsembleStart(*few), budget(tolerance)) for tolerance in (TOLERANCE, TIGHT))
     errors = np.abs(results.state - exact.state).max(axis=1)
     apart = np.quantile(np.abs(results.state - same.state).max(axis=1), 0.99)
     agree = np.mean(results.status == same.status)

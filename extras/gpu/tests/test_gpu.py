@@ -30,7 +30,7 @@ from vibrocap.numerics.compiler.own_functions import with_own_functions
 from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker.link import plain_kernel
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
 from vibrocap.numerics.run.ensemble import ensemble_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff": vc.LuGre(bristle_stiffness=1e4)}
@@ -153,7 +153,9 @@ def through_the_gpu(case, layout, thread, rounds=10_000, chunk=4):
         RESIDENT=2,
         FIRST_ROUNDS=rounds,
     ):
-        found = on_gpu.gpu_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
+        found = on_gpu.gpu_ensemble_run(
+            EnsembleStart(*ensemble_of(law, runs)), budget, Form(order=10), progress=begun.append
+        )
     assert found.layout == layout
     assert not gpu.made  # all memory was given back
     return found.numbers, begun, gpu.launches
@@ -164,7 +166,7 @@ def through_the_gpu(case, layout, thread, rounds=10_000, chunk=4):
 def test_the_threads_of_a_gpu_do_what_the_cpu_does(case):
     """The same steps, modes and statuses; numbers to the rounding of two sets of elementary functions."""
     law, runs, budget = CASES[case]
-    expected = ensemble_run(*ensemble_of(law, runs), budget, threads=1, order=10, lanes=1).numbers
+    expected = ensemble_run(EnsembleStart(*ensemble_of(law, runs)), budget, Form(order=10, lanes=1), threads=1).numbers
     results, begun, _ = through_the_gpu(case, *built(law))
     assert np.array_equal(results[:, 0], expected[:, 0])
     assert np.array_equal(results[:, 7:9], expected[:, 7:9])
@@ -283,8 +285,8 @@ def test_a_gpu_agrees_with_the_cpu_to_rounding():
         pytest.skip(problem)
     for law in LAWS:
         recorded, parameters, initial = ensemble_of(law, 1000)
-        on_cpu = ensemble_run(recorded, parameters, initial, ON_GPU, lanes=1)
-        with_gpu = on_gpu.gpu_ensemble_run(recorded, parameters, initial, ON_GPU)
+        on_cpu = ensemble_run(EnsembleStart(recorded, parameters, initial), ON_GPU, Form(lanes=1))
+        with_gpu = on_gpu.gpu_ensemble_run(EnsembleStart(recorded, parameters, initial), ON_GPU)
         results, expected = with_gpu.numbers, on_cpu.numbers
         assert np.array_equal(results[:, 0], expected[:, 0])
         assert np.mean(results[:, 7:9] == expected[:, 7:9]) > 0.99

@@ -33,15 +33,9 @@ from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import module_source
-from vibrocap.numerics.run.budget import Budget
+from vibrocap.numerics.run.budget import COMPILED, Budget, EnsembleStart, Form
 from vibrocap.numerics.run.devices import Device
-from vibrocap.numerics.run.ensemble import (
-    drive_tables,
-    ensemble_order,
-    ensemble_source,
-    prepared_lanes,
-    write_runs,
-)
+from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source, prepared_lanes
 from vibrocap.numerics.run.results import RunResults
 from vibrocap_gpu.driver import Gpu, first_gpu, gpu_problem
 from vibrocap_gpu.ptx import ENTRY, ptx
@@ -84,23 +78,19 @@ def gpu_code(
 
 
 def gpu_ensemble_run(
-    equations: Equations,
-    parameters: np.ndarray,
-    initial: np.ndarray,
+    start: EnsembleStart,
     budget: Budget,
+    form: Form = COMPILED,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
-    order: int | None = None,
-    integrands: Integrands | None = None,
 ) -> RunResults:
     """Run an ensemble to its end on the first GPU; the same contract as `numerics.run.ensemble.ensemble_run`.
 
-    parameters: [runs, parameters]; initial: [runs, states]; progress: called after each launch with the runs begun
-    integrands: with functions of one's own, see `ensemble_source`; threads: of the processor, which has none here
+    progress: called after each launch with the runs begun; threads: of the processor, which has none here
     """
-    order = ensemble_order(budget.tolerance) if order is None else order
-    layout, code = gpu_code(equations, order, integrands, budget.returns)
-    count = len(initial)
+    order = form.order or ensemble_order(budget.tolerance)
+    layout, code = gpu_code(start.equations, order, form.integrands, budget.returns)
+    count = len(start.initial)
     results = np.empty((count, layout.result_size))
     gpu = first_gpu()
     gpu.serve()
@@ -111,9 +101,9 @@ def gpu_ensemble_run(
             part = slice(first, min(first + chunk, count))
             report = None if progress is None else functools.partial(_report, progress, first)
             runs = np.empty((part.stop - first, layout.run_size))
-            write_runs(runs, equations, parameters[part], initial[part])
-            tables = drive_tables(equations, parameters[part])
-            _run_chunk(gpu, function, at_once, layout, runs, tables, budget, report, results[part])
+            some = EnsembleStart(start.equations, start.parameters[part], start.initial[part])
+            some.write(runs)
+            _run_chunk(gpu, function, at_once, layout, runs, some.tables, budget, report, results[part])
     return RunResults(layout, results)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from vibrocap.case.case import Case, read_case
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
-from vibrocap.numerics.api import Budget, recorded_run
+from vibrocap.numerics.api import Budget, Form, MotionStart, recorded_run
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
@@ -103,7 +103,7 @@ def preset_record(preset: Preset) -> dict[str, Any]:
 def end_of(case: Case) -> dict[str, Any]:
     """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
     system, start = case.system, initial_state(case.system, case.initial)
-    run = list(start.values()), system.drive.period, Budget(**case.run)
-    motion = recorded_run(equations(system), parameter_values(system), *run, literal=True)
+    begin = MotionStart(equations(system), parameter_values(system), list(start.values()), system.drive.period)
+    motion = recorded_run(begin, Budget(**case.run), Form(literal=True))
     counts = {"events": len(motion.events), "pieces": len(motion.pieces), "status": motion.status}
     return {"state": motion.final.tolist()} | counts

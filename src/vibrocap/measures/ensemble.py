@@ -159,10 +159,10 @@ def _measured(
             states[:, recording.state_names.index(path.removeprefix(INITIAL))] = column
         elif path in recording.parameter_paths:
             parameters[:, recording.parameter_paths.index(path)] = column
-    integrands = own_integrands(needed, recording)
     if budget.threshold > 0.0 and not recording.timed:
         budget = dataclasses.replace(budget, returns=True, asked=budget.asked | numerics.codes.ASK_EXTREMES)
-    results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
+    begin = numerics.EnsembleStart(recording, parameters, states)
+    results = run_all(begin, budget, numerics.Form(integrands=own_integrands(needed, recording)), progress=progress)
     period, *scales = evaluated([recording.period, *recording.scales], 0.0, states.T, 1.0, parameters.T, (runs,))
     status = STATUS_CODES[results.status]
     finished = status == FINISHED

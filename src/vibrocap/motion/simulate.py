@@ -19,7 +19,7 @@ from vibrocap.motion.observer import Observer
 from vibrocap.motion.recording.equations import equations, integrals, parameter_values
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import Budget, Recorded, codes, recorded_run, series_order
+from vibrocap.numerics.api import Budget, Form, MotionStart, Recorded, codes, recorded_run, series_order
 from vibrocap.physics.dimensions.units import state_keys
 from vibrocap.physics.events import BOUNDS, KINDS
 from vibrocap.physics.names import OUTPUT, numbered
@@ -235,13 +235,13 @@ def simulate(
     Returns the motion; an incomplete one holds its computed part, and its status the reason.
     Raises ValueError or TypeError, naming the argument, before any work.
     """
-    state, time, phase = begun(system, start, initial)
+    begin = state, _, phase = begun(system, start, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     check_whole("samples", samples, 1, MOST_SAMPLES)
     budget = Budget(periods, tolerance, max_events_per_period, max_steps)
     with reporting(progress, "Simulating") as report:
-        recorded = _run(system, state, budget, phase=phase, progress=report)
-    return _trajectory(system, state, budget, time, phase, samples, recorded)
+        recorded = _run(system, state, budget, phase, progress=report)
+    return _trajectory(system, begin, budget, samples, recorded)
 
 
 def period_marks(
@@ -276,10 +276,11 @@ def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_s
     check_whole("max_steps", max_steps, 1, 2**62 - 1)
 
 
-def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) -> Recorded:
-    begin = list(start.values())
+def _run(system: System, state: Mapping[str, float], budget: Budget, phase: float = 0.0, **how: Any) -> Recorded:
+    period = system.drive.period
+    start = MotionStart(equations(system), parameter_values(system), list(state.values()), period, phase)
     try:
-        return recorded_run(equations(system), parameter_values(system), begin, system.drive.period, budget, **how)
+        return recorded_run(start, budget, **how)
     except TooMuchMemory as error:
         fitting = budget.periods * error.available / error.needed
         taken = f"{budget.periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
@@ -292,21 +293,21 @@ def _run(system: System, start: dict[str, float], budget: Budget, **how: Any) ->
         ) from None
 
 
-def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajectory:
-    recording = equations(system)
+def _trajectory(system, begin, budget, samples, recorded) -> Trajectory:
+    recording, (state, time, phase) = equations(system), begin
     period = system.drive.period
-    begun, events = recorded.piece_instants, recorded.event_instants
+    starts, events = recorded.piece_instants, recorded.event_instants
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
         system=system,
-        initial=start,
+        initial=state,
         periods=budget.periods,
         tolerance=budget.tolerance,
         period=period,
         run_status=STATUSES[recorded.status],
         state_names=system.state_names,
         integral_names=tuple(integrals(recording)),
-        piece_start=origin + (begun[:, 0] * period + begun[:, 1]),
+        piece_start=origin + (starts[:, 0] * period + starts[:, 1]),
         piece_length=recorded.piece_lengths,
         piece_sides=recorded.piece_sides,
         piece_implicit=recorded.piece_implicit,
@@ -322,9 +323,9 @@ def _trajectory(system, start, budget, time, phase, samples, recorded) -> Trajec
         samples=samples,
         start_time=time,
         start_phase=phase,
-        piece_drive_time=begun[:, 1] % period,
+        piece_drive_time=starts[:, 1] % period,
     )
-    if phase and len(begun):  # the run's own marks are those of the drive
+    if phase and len(starts):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)
         own = np.minimum(time + np.arange(done + 1) * period, motion.end)
         motion = dataclasses.replace(motion, sections=motion.states(own).T)
@@ -365,6 +366,6 @@ class Certifier:
             return certificate(motion, self.recorded, None, COMPANION)
         own = self.budget
         more = dataclasses.replace(own, tolerance=COMPANION * own.tolerance, max_steps=MORE_STEPS * own.max_steps)
-        how = {"phase": motion.start_phase, "keep_pieces": False, "order": series_order(motion.tolerance)}
-        tighter = _run(motion.system, dict(motion.initial), more, **how)  # of the same kernel
+        form = Form(order=series_order(motion.tolerance))  # of the same kernel
+        tighter = _run(motion.system, motion.initial, more, motion.start_phase, form=form, keep_pieces=False)
         return certificate(motion, self.recorded, tighter, COMPANION)

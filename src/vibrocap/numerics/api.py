@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
     from vibrocap.numerics.kernel.observe.stick_statistics import SLIVER
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
-    from vibrocap.numerics.run.budget import Budget
+    from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
     from vibrocap.numerics.run.devices import device
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import ensemble_run
@@ -47,7 +47,10 @@ __all__ = [
     "Budget",
     "DrivenEquations",
     "DrivenRuns",
+    "EnsembleStart",
+    "Form",
     "Integrands",
+    "MotionStart",
     "PieceSeries",
     "Recorded",
     "RunResults",

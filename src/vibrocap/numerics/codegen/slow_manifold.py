@@ -14,13 +14,13 @@ contact has one for each manifold, and one for both where it creeps: two states 
 equations with the Jacobian of both.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter, shortest
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable, sensitivity
+from vibrocap.numerics.expressions.graph import Expression, derivative, reachable, sensitivity
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
@@ -43,13 +43,9 @@ def pair(layout: Layout) -> bool:
 
 def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
     """The writer of the series of these equations; slow: numbers of the manifolds on which they may be."""
-    recorded = equations.graph, list(equations.rates), code
-    if not slow:
-        return JetWriter(*recorded, shortest(equations))
-    states = {layout.slow[number][1]: number for number in slow}
-    creeping = frozenset(contact.state for contact in equations.contacts if contact.state in states)
-    mechanics = None if creeping else shortest(equations)  # which gives no rate that is slaved
-    return SlowWriter(*recorded, mechanics, states, creeping, layout)
+    if slow:
+        return SlowWriter(equations, layout, code, slow)
+    return JetWriter(equations.graph, list(equations.rates), code, shortest(equations))
 
 
 def bounding_decays(
@@ -141,22 +137,15 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
 class SlowWriter(JetWriter):
     """A writer of the series of lanes of which some are on the manifold."""
 
-    def __init__(
-        self,
-        graph: Graph,
-        rates: list[Expression],
-        code: Code,
-        mechanics: Any,
-        slow: Mapping[int, int],
-        creeping: frozenset[int],
-        layout: Layout,
-    ):
-        """slow: number of its manifold by state; creeping: those of them that are velocities."""
-        super().__init__(graph, rates, code, mechanics)
-        self.slow, self.creeping = slow, creeping
+    def __init__(self, equations: Equations, layout: Layout, code: Code, numbers: Sequence[int]):
+        self.slow = {layout.slow[number][1]: number for number in numbers}  # number of its manifold by state
+        velocities = {contact.state for contact in equations.contacts}
+        self.creeping = frozenset(velocities.intersection(self.slow))
+        mechanics = None if self.creeping else shortest(equations)  # which gives no rate that is slaved
+        super().__init__(equations.graph, list(equations.rates), code, mechanics)
         self.order = layout.order
         self.alone = layout.contacts == 1  # whatever is on a manifold is on all that are given of the one contact
-        self.slow_rates = {rates[state].index: state for state in slow}
+        self.slow_rates = {self.rates[state].index: state for state in self.slow}
         self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}
 
     def trial(self, states: tuple[int, ...], k: int) -> "Trial":

@@ -10,7 +10,6 @@ import functools
 import hashlib
 import pathlib
 import threading
-from collections.abc import Iterable, Mapping, Sequence
 
 from vibrocap.numerics.compiler import cache
 from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
@@ -27,7 +26,6 @@ __all__ = [
     "Kind",
     "Refused",
     "Target",
-    "c_source",
     "compiled",
     "host",
     "ir",
@@ -37,7 +35,6 @@ __all__ = [
     "noted",
     "object_code",
     "source_hash",
-    "webassembly_module",
 ]
 
 WORKING = threading.Lock()
@@ -74,29 +71,6 @@ def literal_ir(text: str, entry: str) -> str:
 
     lowered_text = lowered(with_own_functions(text), entry, host().lanes, short=True, library=LIBRARY)
     return lowered_text.replace(" contract ", " ")
-
-
-def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:
-    """Kernels of one motion as one WebAssembly module, which is the same for the same texts.
-
-    kernels: text of each, and by the name of an export the function of the text and the kinds of its arguments; an
-    array is an address in the module's `memory`, of which the first 64 KiB are its own, an int is one of 32 bits
-    Raises Refused where a text is no kernel of one motion.
-    """
-    from vibrocap.numerics.compiler import webassembly
-
-    return webassembly.module(kernels)
-
-
-def c_source(text: str, entries: Sequence[str], prefix: str) -> str:
-    """A kernel of one motion as C99 that computes as `literal_ir` does, to the last bit; see `c/text.py`.
-
-    prefix: a C identifier with which every name begins, those of the entries too: `PREFIX_ENTRY`. All are static
-    Raises Refused where the text is no kernel of one motion.
-    """
-    from vibrocap.numerics.compiler.c.text import c_text
-
-    return c_text(text, entries, prefix)
 
 
 def compiled(text: str, entry: str, literal: bool = False) -> Compiled:

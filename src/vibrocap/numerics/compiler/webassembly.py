@@ -31,8 +31,13 @@ I32, MUTABLE, CONSTANT, END = b"\x7f", b"\x01", b"\x41", b"\x0b"
 HEAD = b"\0asm\x01\0\0\0"
 
 
-def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:
-    """The module of several kernels, see `webassembly_module` of the room."""
+def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:
+    """Kernels of one motion as one WebAssembly module, which is the same for the same texts.
+
+    kernels: text of each, and by the name of an export the function of the text and the kinds of its arguments; an
+    array is an address in the module's `memory`, of which the first 64 KiB are its own, an int is one of 32 bits
+    Raises Refused where a text is no kernel of one motion.
+    """
     written, entries, exports = SharedModule(0), [], []
     shared: dict[tuple, Function] = {}
     with uncollected():

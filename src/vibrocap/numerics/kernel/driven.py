@@ -34,25 +34,25 @@ LEAPT = 2.0  # the error of a step over which a state changes too much to be sur
 LOCATED = 1e-12  # of the interval: to which a jump is located
 
 
-def switch_fallen(floats, ints, side):
+def switch_fallen(floats, ints):
     """Switch pieces of the law until every guard of the present one is positive."""
     while law.status == RUNNING:
-        least, which = least_guard(floats, at.state, law.velocity, law.load, side)
+        least, which = least_guard(floats, at.state, law.velocity, law.load, law.side)
         if least > 0.0:
             return
-        switch(floats, at.state, which, law.velocity, law.load, side)
+        switch(floats, at.state, which, law.velocity, law.load, law.side)
         law.jumps += 1
         if law.jumps > JUMP_LIMIT:
             law.status = TOO_MANY_EVENTS
 
 
-def guard_after(floats, side, h):
+def guard_after(floats, h):
     """The least guard at the end of a step of length h."""
     v, w = law.velocity + h * law.velocity_rate, law.load + h * law.load_rate
-    return least_guard(floats, at.new, v, w, side)[0]
+    return least_guard(floats, at.new, v, w, law.side)[0]
 
 
-def located(floats, side, h, span):
+def located(floats, h, span):
     """Length within (0, h] of the step that ends where the least guard has just fallen; the step is taken.
 
     The guard is positive at 0 and fallen at h. Regula falsi on repeated steps (Illinois: an end that stays twice counts
@@ -60,16 +60,16 @@ def located(floats, side, h, span):
     """
     low, high = 0.0, h
     moved = 0  # +1, -1: the end that moved last, low or high
-    above = least_guard(floats, at.state, law.velocity, law.load, side)[0]
-    below = guard_after(floats, side, h)
+    above = least_guard(floats, at.state, law.velocity, law.load, law.side)[0]
+    below = guard_after(floats, h)
     within = LOCATED * span
     for i in range(200):
         if not (high - low > within):
             break
         x = low + (high - low) * above / (above - below) if i % 4 < 3 else 0.5 * (low + high)
         x = min(high - 0.4 * within, max(low + 0.4 * within, x))
-        attempt(floats, side, x)
-        value = guard_after(floats, side, x)
+        attempt(floats, law.side, x)
+        value = guard_after(floats, x)
         if value > 0.0:
             low, above = x, value
             if moved == 1:
@@ -80,7 +80,7 @@ def located(floats, side, h, span):
             if moved == -1:
                 above *= 0.5
             moved = -1
-    attempt(floats, side, high)
+    attempt(floats, law.side, high)
     return high
 
 
@@ -92,14 +92,14 @@ def leaps(floats):
     return farthest > law.leap
 
 
-def stretch(floats, ints, side, span, longest, v1, w1):
-    """Follow the law over a time `span` on one side, to velocity v1 and load w1, by steps no longer than `longest`."""
+def stretch(floats, ints, span, longest, v1, w1):
+    """Follow the law over a time `span` on its side, to velocity v1 and load w1, by steps no longer than `longest`."""
     v0, w0 = law.velocity, law.load
     law.velocity_rate = (v1 - v0) / span
     law.load_rate = (w1 - w0) / span
     s = 0.0
     if GUARDS > 0:
-        switch_fallen(floats, ints, side)
+        switch_fallen(floats, ints)
     while law.status == RUNNING:
         remaining = span - s
         h = min(law.step, longest)
@@ -107,7 +107,7 @@ def stretch(floats, ints, side, span, longest, v1, w1):
             h = remaining
         elif 2.0 * h > remaining:
             h = 0.5 * remaining
-        error = attempt(floats, side, h)
+        error = attempt(floats, law.side, h)
         if SHARP_INTERNAL and leaps(floats):
             error = max(error, LEAPT)
         if not (error <= 1.0):
@@ -125,9 +125,9 @@ def stretch(floats, ints, side, span, longest, v1, w1):
                 law.step = proposed
         fallen = False
         if GUARDS > 0:
-            fallen = not (guard_after(floats, side, h) > 0.0)
+            fallen = not (guard_after(floats, h) > 0.0)
             if fallen:
-                h = located(floats, side, h, span)
+                h = located(floats, h, span)
         for i in range(STATES):
             law.state[i] = law.new[i]
         if h == remaining:
@@ -136,30 +136,30 @@ def stretch(floats, ints, side, span, longest, v1, w1):
             s += h
             law.velocity, law.load = v0 + s * law.velocity_rate, w0 + s * law.load_rate
         if fallen:
-            switch_fallen(floats, ints, side)
+            switch_fallen(floats, ints)
         if h == remaining:
             return
 
 
-def cover(floats, ints, side, span, v1, w1):
-    """Follow the law over a time `span` on one side, to velocity v1 and load w1.
+def cover(floats, ints, span, v1, w1):
+    """Follow the law over a time `span` on its side, to velocity v1 and load w1.
 
     Where the contact passes the speed below which friction drops, the time is cut: a long step from rest to far beyond
     would have no stage where friction changes, and not see it. Below that speed steps are bounded for the same reason.
     """
-    visible, v0, end = law.visible_speed, side * law.velocity, side * v1
+    visible, v0, end = law.visible_speed, law.side * law.velocity, law.side * v1
     change = abs(end - v0)
     if change <= RESOLVED * visible or min(v0, end) >= visible:
-        stretch(floats, ints, side, span, math.inf, v1, w1)
+        stretch(floats, ints, span, math.inf, v1, w1)
         return
     longest = RESOLVED * visible / change * span
     share = (visible - v0) / (end - v0)
     if not (0.0 < share < 1.0):
-        stretch(floats, ints, side, span, longest, v1, w1)
+        stretch(floats, ints, span, longest, v1, w1)
         return
     w = law.load + share * (w1 - law.load)
-    stretch(floats, ints, side, share * span, longest if v0 < end else math.inf, side * visible, w)
-    stretch(floats, ints, side, span - share * span, math.inf if v0 < end else longest, v1, w1)
+    stretch(floats, ints, share * span, longest if v0 < end else math.inf, law.side * visible, w)
+    stretch(floats, ints, span - share * span, math.inf if v0 < end else longest, v1, w1)
 
 
 def sign(v):
@@ -189,12 +189,12 @@ def write(floats, ints, trace, i, value):
 
 def follow(floats, ints, trace, samples):
     """Follow the law through all samples, from the states in memory; returns the number of samples completed."""
-    side = first_side(trace, samples)
-    freeze(floats, side)
+    law.side = first_side(trace, samples)
+    freeze(floats, law.side)
     moved = not SET_VALUED
     law.velocity, law.load = trace[samples], trace[2 * samples]
     if GUARDS > 0:
-        switch_fallen(floats, ints, side)
+        switch_fallen(floats, ints)
     for i in range(samples):
         if i > 0:
             law.jumps = 0
@@ -205,21 +205,21 @@ def follow(floats, ints, trace, samples):
             if before * after < 0.0:  # it turns within the interval
                 share = v0 / (v0 - v1)
                 if share > 0.0:
-                    cover(floats, ints, side, share * span, 0.0, w0 + share * (w1 - w0))
+                    cover(floats, ints, share * span, 0.0, w0 + share * (w1 - w0))
                 law.velocity = 0.0
                 span *= 1.0 - share
             present = after if after != 0.0 else before
-            if present * side < 0.0:
-                side = present
-                freeze(floats, side)
-                reverse(floats, at.state, law.load, side)
+            if present * law.side < 0.0:
+                law.side = present
+                freeze(floats, present)
+                reverse(floats, at.state, law.load, present)
             if span > 0.0:
-                cover(floats, ints, side, span, v1, w1)
+                cover(floats, ints, span, v1, w1)
             law.velocity, law.load = v1, w1
         if law.status != RUNNING:
             return i
         moved = moved or law.velocity != 0.0
-        value = force(floats, at.state, law.velocity, law.load, side) if moved else 0.0
+        value = force(floats, at.state, law.velocity, law.load, law.side) if moved else 0.0
         if not (abs(value) <= 1e300):
             law.status = NOT_FINITE
             return i

@@ -30,6 +30,7 @@ class Numbers:
     state: list[float]
     new: list[float]  # states at the end of the step
     inverse_scale: list[float]  # one over tolerance and natural size
+    side: float
     velocity: float
     load: float
     velocity_rate: float

@@ -1,27 +1,27 @@
 """What a kernel gathers over the window of a run: names and sizes, in the order in which they stand in a result."""
 
+from typing import TYPE_CHECKING
+
+from vibrocap.numerics.expressions.traits import Traits
 from vibrocap.numerics.kernel.codes import MODE_PLACES
+
+if TYPE_CHECKING:
+    from vibrocap.numerics.codegen.source import Integrands
 
 
 def gathered_entries(
-    states: int,
-    contacts: int,
-    integrals: int,
-    own_extremes: int,
-    machine_switches: int = 0,
-    watched: int = 0,
-    returns: bool = False,
+    has: Traits, integrands: "Integrands", machine_switches: int = 0, watched: int = 0, returns: bool = False
 ) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
-    integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
     machine_switches: guards of the machine; watched: true loads that are looked at, of those that are held constant
     returns: whether these tell that a motion has settled
     """
+    states, contacts = has.states, has.contacts
     return (
-        ("INTEGRAL", integrals),
+        ("INTEGRAL", integrands.summed),
         ("MAGNITUDE", contacts),  # integral of |R|
-        ("PEAK", contacts + own_extremes),  # largest |R| of each contact, then own ones
+        ("PEAK", contacts + integrands.own_extremes),  # largest |R| of each contact, then own ones
         ("LARGEST", states),
         ("LEAST", states),
         ("STICK_TIME", contacts),

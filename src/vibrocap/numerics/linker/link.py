@@ -21,7 +21,7 @@ import pathlib
 import re
 import symtable
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
@@ -224,28 +224,26 @@ def compiled_kernel(linked: str, literal: bool = False, entry: str = "") -> "Com
 NUMERICS = pathlib.Path(__file__).parents[1]
 
 
-def kernel_key(equations: Any, layout: Any, literal: bool) -> str:
-    """The key of the kernel of one motion of these equations, on this computer and with this version of the code.
+def kernel_key(*records: Any, literal: bool = False) -> str:
+    """The key of the kernel of these records, on this computer and with this version of the code.
 
     literal: see `compiler.literal_ir`
     """
     from vibrocap.numerics.compiler import key_here, source_hash
 
-    return key_here(source_hash(NUMERICS), digest(equations, layout), str(literal))
+    return key_here(source_hash(NUMERICS), digest(*records), str(literal))
 
 
-def known_kernel(key: str) -> "Compiled | None":
-    """The kernel of a key from the disk; None where it has yet to be made."""
-    from vibrocap.numerics.compiler import noted
+def kept_kernel(text: Callable[[], Linked], *records: Any, literal: bool = False) -> "Compiled":
+    """The kernel that follows from these records: from the disk, or of its text, which is written only then."""
+    from vibrocap.numerics.compiler import note, noted
 
-    return noted(key)
-
-
-def note_kernel(key: str, text: Linked, literal: bool) -> None:
-    """Note that this is the kernel of a key."""
-    from vibrocap.numerics.compiler import note
-
-    note(key, text, entry_of(text), literal)
+    key = kernel_key(*records, literal=literal)
+    if (kernel := noted(key)) is None:
+        linked = text()
+        kernel = compiled_kernel(linked, literal)
+        note(key, linked, entry_of(linked), literal)
+    return kernel
 
 
 def digest(*records: Any) -> str:

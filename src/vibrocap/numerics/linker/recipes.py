@@ -33,7 +33,8 @@ LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
     *("square_root", "store", "where"),
 )
-STORED = ("observe.instants", "observe.stored_pieces")
+SHOWING = ("observe.one_instant", "observe.drive_table")
+STORED = ("observe.one_instant", "observe.instants", "observe.stored_pieces")
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 
@@ -47,7 +48,7 @@ def motion_recipe(layout: Layout) -> Recipe:
 def shown_motion_recipe(layout: Layout) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
     own = motion_recipe(layout)
-    return Recipe(own.entry, (*own.modules, *POINT[layout.stiff], "observe.drive_table", "observe.instants"))
+    return Recipe(own.entry, (*own.modules, *POINT[layout.stiff], *SHOWING, "observe.instants"))
 
 
 def stored_motion_recipe(stiff: bool) -> Recipe:
@@ -60,7 +61,7 @@ def stepper_recipe(layout: Layout, held_input: bool = False) -> Recipe:
     """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
     before = _before(layout, ("stepper.event_counts",), layout.corners and not held_input, bool(layout.slow))
     passage = "stepper.held_input" if held_input else "stepper.own_drive"
-    own = (*POINT[layout.stiff], "stepper.clock", passage, "observe.drive_table", "stepper.take_step")
+    own = (*POINT[layout.stiff], "stepper.clock", passage, *SHOWING, "stepper.take_step")
     return Recipe("take_step", (*ALONE, *before, *MOVING, "loop.one_by_one", *own))
 
 

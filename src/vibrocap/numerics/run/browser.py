@@ -4,7 +4,8 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from vibrocap.numerics.codegen.source import Integrands, generated_source, instants_source
-from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
+from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind
+from vibrocap.numerics.compiler.webassembly import webassembly_module
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout

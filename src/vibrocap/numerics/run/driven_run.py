@@ -100,8 +100,7 @@ def _inverse_scales(equations: DrivenEquations, parameters: np.ndarray, load: fl
         scales = evaluate(equations.scales, 0.0, symbols, 1.0, parameters.T)
         inverses = [1.0 / (tolerance * np.maximum(np.abs(scale), 1e-290)) for scale in scales]
     runs = len(parameters)
-    shaped = np.stack([np.broadcast_to(value, runs) for value in inverses]) if inverses else np.empty((0, runs))
-    return shaped
+    return np.stack([np.broadcast_to(value, runs) for value in inverses]) if inverses else np.empty((0, runs))
 
 
 def _over_threads(run: Callable[[int], None], runs: int, threads: int | None) -> None:

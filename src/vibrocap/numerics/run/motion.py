@@ -4,27 +4,18 @@ import dataclasses
 import functools
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import (
-    Linked,
-    compiled_kernel,
-    kernel_key,
-    known_kernel,
-    linked_source,
-    note_kernel,
-    plain_kernel,
-)
+from vibrocap.numerics.linker.link import Linked, kept_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
-from vibrocap.numerics.run.budget import Budget, prepared_memory
+from vibrocap.numerics.run.budget import COMPILED, Budget, Form, MotionStart, prepared_memory
 from vibrocap.numerics.run.results import PieceSeries
 from vibrocap.resources import check_kept, check_memory
 
@@ -159,38 +150,24 @@ def kernel(equations: Equations, order: int, plain: bool = False, literal: bool 
         layout, text = linked_motion(equations, order)
         return layout, plain_kernel(text)["advance"]
     layout = motion_layout(equations, order)
-    key = kernel_key(equations, layout, literal)
-    if (compiled := known_kernel(key)) is None:
-        _, text = linked_motion(equations, order)
-        compiled = compiled_kernel(text, literal)
-        note_kernel(key, text, literal)
-    return layout, compiled
+    return layout, kept_kernel(lambda: linked_motion(equations, order)[1], equations, layout, literal=literal)
 
 
 def recorded_run(
-    equations: Equations,
-    parameters: Sequence[float],
-    initial: Sequence[float],
-    period: float,
+    start: MotionStart,
     budget: Budget,
-    progress: Progress | None = None,
-    plain: bool = False,
+    form: Form = COMPILED,
     keep_pieces: bool = True,
-    order: int | None = None,
-    phase: float = 0.0,
-    literal: bool = False,
+    progress: Progress | None = None,
 ) -> Recorded:
-    """Run one motion to its end, or to where it could not go on.
-
-    phase: of the drive at the start, a share of its period from 0 to 1; times count from where that period began
-    literal: to the last bit what a browser computes, and plain Python with the package's polynomials
-    """
-    periods = budget.periods
-    layout, advance = kernel(equations, order or series_order(budget.tolerance), plain, literal)
-    whole_trace = 8.0 * math.floor(phase + periods + 1e-12) * layout.states
+    """Run one motion to its end, or to where it could not go on."""
+    periods, period = budget.periods, start.period
+    order = form.order or series_order(budget.tolerance)
+    layout, advance = kernel(start.equations, order, form.plain, form.literal)
+    whole_trace = 8.0 * math.floor(start.phase + periods + 1e-12) * layout.states
     check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     room = int(min(PIECE_ROOM, 250 * periods + 200)), EVENT_ROOM
-    floats, ints, trace = motion_memory(equations, layout, parameters, initial, period, budget, room, phase)
+    floats, ints, trace = motion_memory(start, layout, budget, room)
     in_place = False
     place, rows = layout.places, layout.states
     event_start, piece_start = int(ints[place["RECORDED_EVENT_START"]]), int(ints[place["PIECE_START"]])
@@ -216,7 +193,7 @@ def recorded_run(
                 check_memory(held * (2.0 / share - 1.0), held)  # a motion may begin with very many short steps
                 check_kept(held, share, periods)
         if progress is not None:
-            progress((ints[place["PERIOD_COUNT"]] + floats[place["TIME"]] / period - phase) / periods)
+            progress((ints[place["PERIOD_COUNT"]] + floats[place["TIME"]] / period - start.phase) / periods)
     completed = int(ints[place["PERIOD_COUNT"]])
     recorded = Recorded(
         status=status,
@@ -236,42 +213,32 @@ def recorded_run(
 
 
 def motion_memory(
-    equations: Equations,
-    layout: Layout,
-    parameters: Sequence[float],
-    initial: Sequence[float],
-    period: float,
-    budget: Budget,
-    room: tuple[int, int],
-    phase: float = 0.0,
+    start: MotionStart, layout: Layout, budget: Budget, room: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(floats, ints, trace) of one motion that is about to begin; room: pieces and events that the trace holds."""
-    marks = phase + budget.periods  # of the drive, at the end
+    corners, parameters = start.equations.corners, start.parameters
+    marks = start.phase + budget.periods  # of the drive, at the end
     whole_periods = math.floor(marks + 1e-12)
     rest = marks - whole_periods
     table = NO_TABLE
-    if equations.corners is not None:
-        (table,), (present,) = equations.corners.of_one(tuple(parameters))
-        place = equations.corners.place
-        parameters = [*parameters[:place], present, *parameters[place + 1 :]]
+    if corners is not None:
+        (table,), (present,) = corners.of_one(tuple(parameters))
+        parameters = [*parameters[: corners.place], present, *parameters[corners.place + 1 :]]
+        start = dataclasses.replace(start, parameters=parameters)
     (pieces, events), rows = room, layout.states
     event_start = (whole_periods + 1) * rows
     table_start = event_start + events * layout.event_size
     piece_start = table_start + table.size  # the last, so that the trace can be cut
     trace = TRACES.lend(piece_start + pieces * layout.piece_size)
-    trace[:rows] = initial
+    trace[:rows] = start.initial
     trace[table_start:piece_start] = table.ravel()
     floats, ints = prepared_memory(
         layout,
         budget,
         STATUS=codes.BEGINNING,
-        STATE=initial,
-        PARAMETER=parameters,
-        SCALE=evaluate(equations.scales, 0.0, initial, 1.0, parameters),
-        PERIOD=period,
-        TIME=phase * period,
+        **start.entries,
         WHOLE_PERIODS=whole_periods,
-        TAIL=rest * period if rest > 1e-12 else 0.0,
+        TAIL=rest * start.period if rest > 1e-12 else 0.0,
         TABLE_START=table_start,
         SEGMENT_COUNT=len(table),
         PIECE_START=piece_start,

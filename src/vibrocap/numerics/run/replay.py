@@ -8,13 +8,12 @@ import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import plain_kernel
-from vibrocap.numerics.run.budget import Budget, prepared_memory
-from vibrocap.numerics.run.ensemble import drive_tables, ensemble_source
+from vibrocap.numerics.run.budget import Budget, EnsembleStart, MotionStart, prepared_memory
+from vibrocap.numerics.run.ensemble import ensemble_source
 from vibrocap.numerics.run.results import RunResults
 
 
@@ -32,17 +31,15 @@ def replayed(
     switch_times: when each guard of the machine fell to zero
     """
     layout, kernel = _hooks(equations, motion.series.order, integrands)
-    tables = drive_tables(equations, np.array([parameters]))
+    start = MotionStart(equations, parameters, motion.sections[0], motion.period)
+    tables = EnsembleStart(equations, np.array([parameters]), motion.sections[:1]).tables
     trace = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
     place, states, length = layout.places, layout.states, layout.order + 1
     floats, ints = prepared_memory(
         layout,
         budget,
         STATUS=codes.DONE,
-        STATE=motion.sections[0],
-        PARAMETER=parameters,
-        SCALE=evaluate(equations.scales, 0.0, motion.sections[0], 1.0, parameters),
-        PERIOD=motion.period,
+        **start.entries,
         WHOLE_PERIODS=int(budget.periods),
         TABLE_START=layout.result_size,
         SEGMENT_COUNT=tables.shape[1],

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import generated_source, instants_source
-from vibrocap.numerics.compiler import c_source
+from vibrocap.numerics.compiler.c.text import c_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.expressions.traits import traits

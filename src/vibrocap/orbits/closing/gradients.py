@@ -20,7 +20,7 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.measures.of_measure import MeasureInUnit, SlopeInUnit
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import Budget, ensemble_run
+from vibrocap.numerics.api import Budget, EnsembleStart, Form, ensemble_run
 from vibrocap.numerics.expressions.graph import Expression, evaluate, evaluated, sensitivity
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.maps.stroboscopic_map import (
@@ -223,9 +223,9 @@ class _Ends:
         rows[m:, own:] = stretches.directions[k] * self.steps[:, None]
         states = np.concatenate((np.tile(here, (count, 1)), lanes), axis=1)
         budget = Budget(1, self.map.tolerance, MOST_EVENTS, MOST_STEPS)
-        from_, to = np.full(count, start), np.full(count, end)
-        times = {"start": from_, "mark_distance": to, "delay": delay}
-        ended = ensemble_run(self.recording, rows, states, budget, threads=1, order=ORDER, **times)
+        times = np.full(count, start), np.full(count, end), delay
+        begin = EnsembleStart(self.recording, rows, states, *times)
+        ended = ensemble_run(begin, budget, Form(order=ORDER), threads=1)
         if not np.all(ended.finished):
             raise ArgumentError(
                 "orbit", "a run along it did not return; simulate it to see why, or ask for fewer parameters"

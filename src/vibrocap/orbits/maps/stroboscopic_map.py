@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.recording.section import section_states, whole_turns
 from vibrocap.motion.run_evidence import certified
-from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
+from vibrocap.numerics.api import Budget, EnsembleStart, Form, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate, evaluated
 from vibrocap.orbits.maps.variations import variational_equations
@@ -164,27 +164,26 @@ class StroboscopicMap:
         parameters: np.ndarray,
         *,
         recording: Equations | None = None,
-        order: int | None = None,
+        order: int = 0,
         mark_distance: np.ndarray | None = None,
-        start: np.ndarray | None = None,
+        start: np.ndarray | float = 0.0,
         progress: Callable[[int], None] | None = None,
     ) -> RunResults:
         """Run states [runs, states] with parameters, those of all or [runs, parameters], as far as a budget allows.
 
-        recording: equations in place of the map's own; the others as for `numerics.run.ensemble.ensemble_run`
+        recording: equations in place of the map's own; the others as for `EnsembleStart`; start: its time
         """
-        options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording
         parameters = np.ascontiguousarray(in_rows(parameters, states))
         states, moved = states.copy(), np.zeros(len(states), dtype=bool)
         for contact, (velocity, rests) in zip(
-            self.equations.contacts, self._at_rest(states, parameters, 0.0 if start is None else start), strict=True
+            self.equations.contacts, self._at_rest(states, parameters, start), strict=True
         ):
             if not contact.is_state:  # at rest but for rounding, it rests; of several by one state the first
                 states[:, contact.state] -= np.where(rests & ~moved, velocity, 0.0)
                 moved |= rests
-        times = {"mark_distance": mark_distance, "start": start}
-        return ensemble_run(recording, parameters, states, budget, **times, **options)
+        begin = EnsembleStart(recording, parameters, states, start, mark_distance)
+        return ensemble_run(begin, budget, Form(order=order, plain=self.plain), self.threads, progress)
 
     def certified(self, ended: RunResults, parameters: np.ndarray) -> np.ndarray:
         """Whether the evidence of runs, taken as far as their budget asked, is within the bounds of a certificate."""

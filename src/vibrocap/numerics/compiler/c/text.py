@@ -20,7 +20,7 @@ TYPES = {FLOAT: "double", INT: "int64_t", BOOL: "int", NOTHING: "void"}
 ARRAYS = {FLOATS: "double *restrict ", INTS: "int64_t *restrict "}
 
 
-def c_text(
+def c_source(
     text: str, entries: Sequence[str], prefix: str, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)
 ) -> str:
     """The C of a kernel, all of whose functions are static; those that the caller is to call are `PREFIX_ENTRY`.

@@ -45,21 +45,22 @@ def value_and_rate(floats, row, stride, degree, s, of_slope):
     return value, rate
 
 
-def bracketed_root(floats, row, stride, degree, of_slope, level, sign, low, high, s, within):
-    """Where a polynomial passes a level: Newton's method from s, kept between low and high by halving.
+def bracketed_root(floats, series, of_slope, sign, low, high):
+    """Where a polynomial passes zero, to rounding: Newton's method from the middle, kept in the bracket by halving.
 
-    of_slope: where its slope does; sign: positive where it is above the level at low, negative where below
-    within: the error allowed, beside the rounding of the place
+    series: place of its first coefficient, distance to the next, degree; of_slope: where its slope passes zero
+    sign: positive where it is positive at low, negative where it is negative
     """
+    row, stride, degree = series
+    s = 0.5 * (low + high)
     for _ in range(80):
         value, rate = value_and_rate(floats, row, stride, degree, s, of_slope)
-        value -= level
         if sign * value > 0.0:
             low = s
         else:
             high = s
         following = s - value / rate if rate != 0.0 else low
-        if abs(following - s) <= within + 2.0 * EPSILON * s:
+        if abs(following - s) <= 2.0 * EPSILON * s:
             return min(max(following, low), high)
         if not (low < following < high):
             following = 0.5 * (low + high)
@@ -158,14 +159,12 @@ def first_root(floats, row, degree, sign, vanishing, h):
     while True:
         changes = sign_changes(floats, now, n)
         if changes == 1 and floats[now] > 0.0:
-            root = bracketed_root(floats, a, 1, n, False, 0.0, 1.0, low, low + width, low + 0.5 * width, 0.0)
-            return h * root, touch
+            return h * bracketed_root(floats, (a, 1, n), False, 1.0, low, low + width), touch
         if changes >= 2 and (turns(floats, now, n) == 1 or width < NARROWEST):
-            place = bracketed_root(floats, a, 1, n, True, 0.0, -1.0, low, low + width, low + 0.5 * width, 0.0)
+            place = bracketed_root(floats, (a, 1, n), True, -1.0, low, low + width)
             least = value_and_rate(floats, a, 1, n, place, False)[0]
             if least < -noise:
-                root = bracketed_root(floats, a, 1, n, False, 0.0, 1.0, low, place, 0.5 * (low + place), 0.0)
-                return h * root, touch
+                return h * bracketed_root(floats, (a, 1, n), False, 1.0, low, place), touch
             if least <= noise and touch < 0.0:
                 touch = h * place
             changes = 0

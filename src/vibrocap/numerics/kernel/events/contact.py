@@ -10,7 +10,7 @@ open is decided here, contact by contact, as it is of one alone.
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, vanishing_order
-from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE
 from vibrocap.numerics.kernel.events.transitions import (
     MODE_HOLDS,
     arrive,
@@ -18,6 +18,7 @@ from vibrocap.numerics.kernel.events.transitions import (
     give_way,
     open_arrivals,
     slide,
+    too_many_events,
 )
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
@@ -173,9 +174,7 @@ def guard_series(floats, lane, c, direction, h):
 
 def cross(floats, ints, trace, lane, event, c, h):
     """Change the mode at the event of contact c at which the lane stands now, after a step of length h."""
-    lane.events += 1
-    if lane.events > lane.event_limit:
-        lane.status = TOO_MANY_EVENTS
+    if too_many_events(ints, lane):
         return
     hook.note_event(floats, ints, lane, event, c)
     hook.leave_piece(floats, ints, lane, event, c, h)
@@ -288,9 +287,7 @@ def jumped_to(floats, ints, trace, lane, c, v):
     side = 1.0 if v > 0.0 else -1.0
     if side == lane.side[c]:
         return
-    lane.events += 1
-    if lane.events > lane.event_limit:
-        lane.status = TOO_MANY_EVENTS
+    if too_many_events(ints, lane):
         return
     lane.side[c] = side
     if STICKS[c] == 0:

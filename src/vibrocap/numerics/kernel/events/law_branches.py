@@ -16,15 +16,9 @@ too short to matter.
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root, vanishing_order
-from vibrocap.numerics.kernel.codes import (
-    BEYOND_BOUND,
-    BOUND_REACHED,
-    FIRST_SWITCH,
-    MACHINE_SWITCHED,
-    SWITCHED,
-    TOO_MANY_EVENTS,
-)
+from vibrocap.numerics.kernel.codes import BEYOND_BOUND, BOUND_REACHED, FIRST_SWITCH, MACHINE_SWITCHED, SWITCHED
 from vibrocap.numerics.kernel.events.contact import DOUBT, jumped
+from vibrocap.numerics.kernel.events.transitions import too_many_events
 from vibrocap.numerics.kernel.generated.branches import (
     BOUND_KINDS,
     BRANCHES,
@@ -119,17 +113,12 @@ def begin_branch(floats, ints, trace, lane, which):
         hook.on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], -1, 0.0)
         lane.status = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
-    lane.events += 1
-    if lane.events > lane.event_limit:
-        lane.status = TOO_MANY_EVENTS
+    if too_many_events(ints, lane):
         return
     write_state(floats, lane, WORK)
     after_switch(floats, lane.time, WORK, lane, which, WORK + STATES)
-    for i in range(STATES):
-        lane.state[i] = floats[WORK + STATES + i]
-    strikes = False
-    if which >= LAW_BRANCHES:
-        strikes = hits(floats, ints, lane)
+    take_state(floats, lane)
+    strikes = which >= LAW_BRANCHES and hits(floats, ints, lane)
     at_start = lane.taylor_steps + lane.implicit_steps == 0
     if which < LAW_BRANCHES:
         hook.on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
@@ -164,6 +153,11 @@ def turned(floats, lane, contact):
     """The states become those after a reversal of a contact to its present side."""
     write_state(floats, lane, WORK)
     after_reversal(floats, lane.time, WORK, lane, contact, WORK + STATES)
+    take_state(floats, lane)
+
+
+def take_state(floats, lane):
+    """The state behind that in WORK becomes the present one."""
     for i in range(STATES):
         lane.state[i] = floats[WORK + STATES + i]
 

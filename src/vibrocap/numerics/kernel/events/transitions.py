@@ -20,6 +20,7 @@ Two memories of the instant: `came_from`, the side of one that has arrived, unti
 `gave_way`, by which the largest force that friction can hold is the kinetic one until time advances.
 """
 
+from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.generated.facts import SEVERAL
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS
 
@@ -65,3 +66,11 @@ def open_arrivals(ints, lane):
     for c in range(CONTACTS):
         arrived = arrived or lane.transition[c] == ARRIVED
     return arrived
+
+
+def too_many_events(ints, lane):
+    """Count an event of the period; whether it is one too many, which ends the run."""
+    lane.events += 1
+    if lane.events > lane.event_limit:
+        lane.status = TOO_MANY_EVENTS
+    return lane.events > lane.event_limit

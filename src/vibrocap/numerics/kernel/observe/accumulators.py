@@ -16,10 +16,10 @@ from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, value_an
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
-from vibrocap.numerics.kernel.generated.places import FRICTION, PEAK, WORK
+from vibrocap.numerics.kernel.generated.places import FRICTION, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.lane import shared
-from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, sign_change, turning_point
+from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, sign_change, turn_in_cell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 # Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).
@@ -33,6 +33,7 @@ INSTANT = WORK
 VALUES = INSTANT + STATES
 ONCE = VALUES + POINTS * INTEGRANDS
 FITTED = ONCE + INTEGRANDS
+FIT = (FITTED, 1, POINTS - 1)  # as a series
 
 
 def gather_functions(floats, ints, lane, h):
@@ -49,9 +50,11 @@ def gather_functions(floats, ints, lane, h):
             lane.magnitude[c] += magnitude(floats, ints, lane, h, FRICTION + c * FUNCTIONS_PER_CONTACT)
     if asked & ASK_PEAK != 0:
         for c in range(CONTACTS):
-            raise_peak(floats, ints, lane, h, FRICTION + c * FUNCTIONS_PER_CONTACT, PEAK + c * LANES + lane, True)
+            peak = peak_on_piece(floats, ints, lane, h, FRICTION + c * FUNCTIONS_PER_CONTACT, lane.peak[c])
+            lane.peak[c] = peak
         for i in range(INTEGRANDS - SUMMED):
-            raise_peak(floats, ints, lane, h, SUMMED + i, PEAK + (CONTACTS + i) * LANES + lane, False)
+            peak = peak_on_piece(floats, ints, lane, h, SUMMED + i, lane.peak[CONTACTS + i])
+            lane.peak[CONTACTS + i] = peak
 
 
 def look(floats, ints, lane, s, out):
@@ -112,12 +115,12 @@ def magnitude(floats, ints, lane, h, i):
     start, monotone_from = 0.0, 0.0
     for cell in range(CELLS):
         end = (cell + 1.0) / CELLS
-        turn = turning_point(floats, FITTED, 1, POINTS - 1, float(cell) / CELLS, end)
+        turn = turn_in_cell(floats, FIT, cell, 1.0)
         for part in range(2):
             monotone_to = turn if part == 0 else end
             if monotone_to < 0.0:
                 continue
-            cut = sign_change(floats, FITTED, 1, POINTS - 1, monotone_from, monotone_to, False)
+            cut = sign_change(floats, FIT, False, monotone_from, monotone_to)
             if cut >= 0.0:
                 total += abs(friction_impulse(floats, ints, lane, i, start * h, cut * h))
                 start = cut
@@ -134,23 +137,23 @@ def friction_impulse(floats, ints, lane, i, start, end):
     return total * (end - start)
 
 
-def raise_peak(floats, ints, lane, h, i, place, of_magnitude):
-    """Raise the number at a place to the largest value of function i, or of its magnitude, on the piece."""
+def peak_on_piece(floats, ints, lane, h, i, best):
+    """The largest of `best` and all values of function i on the piece; of friction of their magnitudes."""
     here = -math.inf
     for j in range(POINTS):
         value = floats[VALUES + j * INTEGRANDS + i]
-        here = max(here, abs(value) if of_magnitude else value)
-    best = max(floats[place], here)
+        here = max(here, abs(value) if i < SUMMED else value)
+    best = max(best, here)
     if here + largest_change(floats, i) > best:
         fit(floats, i)
-        if may_turn(floats, FITTED, 1, POINTS - 1, 1.0):
+        if may_turn(floats, FIT, 1.0):
             for cell in range(CELLS):
-                turn = turning_point(floats, FITTED, 1, POINTS - 1, float(cell) / CELLS, (cell + 1.0) / CELLS)
+                turn = turn_in_cell(floats, FIT, cell, 1.0)
                 if turn >= 0.0:
                     look(floats, ints, lane, turn * h, ONCE)
                     value = floats[ONCE + i]
-                    best = max(best, abs(value) if of_magnitude else value)
-    floats[place] = best
+                    best = max(best, abs(value) if i < SUMMED else value)
+    return best
 
 
 def gather_extremes(floats, lane, h):
@@ -165,9 +168,9 @@ def gather_extremes(floats, lane, h):
             continue
         end = series_value(floats, row, h)
         largest, least = max(largest, end), min(least, end)
-        if may_turn(floats, row, LANES, ORDER, h):
+        if may_turn(floats, (row, LANES, ORDER), h):
             for cell in range(CELLS):
-                turn = turning_point(floats, row, LANES, ORDER, cell * h / CELLS, (cell + 1.0) * h / CELLS)
+                turn = turn_in_cell(floats, (row, LANES, ORDER), cell, h)
                 if turn >= 0.0:
                     value = value_and_rate(floats, row, LANES, ORDER, turn, False)[0]
                     largest, least = max(largest, value), min(least, value)

@@ -19,7 +19,7 @@ from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
-from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
+from vibrocap.numerics.kernel.observe.turning_points import sign_change
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 # Of the defect, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to 1e-14, from 1e3 to
@@ -74,10 +74,10 @@ def extreme(floats, lane, c, h):
         row, degree = lane.sticking_force_row[c], ORDER - 1
     end, slope = value_and_rate(floats, row, LANES, degree, h, False)
     if STICKS[c] + KINKS[c] == 0 and floats[row] * end < 0.0:
-        return sign_change(floats, row, LANES, degree, 0.0, h, False)
+        return sign_change(floats, (row, LANES, degree), False, 0.0, h)
     if floats[row + LANES] * slope >= 0.0:
         return -1.0
-    return turning_point(floats, row, LANES, degree, 0.0, h)
+    return sign_change(floats, (row, LANES, degree), True, 0.0, h)
 
 
 def sample(floats, ints, lane, s, h):

@@ -1,11 +1,8 @@
 """A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.generated.equations import beginning, observables
-from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
-    OBSERVABLES,
     ORDER,
     PIECE_SIZE,
     RATE_ROWS,
@@ -16,10 +13,8 @@ from vibrocap.numerics.kernel.generated.sizes import (
 )
 from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
+from vibrocap.numerics.kernel.observe.one_instant import INSTANT, OBSERVED, take_sizes, write_observed
 from vibrocap.numerics.kernel.step.taylor import series_value
-
-INSTANT = WORK
-OBSERVED = INSTANT + STATES
 
 
 def begin(floats, ints, trace, out):
@@ -27,13 +22,9 @@ def begin(floats, ints, trace, out):
 
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
-    for i in range(STATES):
-        floats[INSTANT + i] = alone.state[i]
-    beginning(floats, 0.0, INSTANT, 0, OBSERVED)
+    take_sizes(floats)
     for i in range(ROOM + STATES + 1):
         trace[out + i] = floats[OBSERVED + i]
-    for i in range(STATES):
-        alone.scale[i] = floats[OBSERVED + ROOM + i]
 
 
 def take_piece(floats, ints, trace, place):
@@ -67,10 +58,5 @@ def look_at(floats, ints, trace, share, out):
     """
     s = share * alone.step
     for i in range(STATES):
-        state = series_value(floats, alone.row[i], s)
-        trace[out + i] = state
-        floats[INSTANT + i] = state
-    hook.consistent_state(floats, ints, 0, s, INSTANT)
-    observables(floats, alone.time + s, INSTANT, 0, OBSERVED)
-    for i in range(OBSERVABLES):
-        trace[out + STATES + i] = floats[OBSERVED + i]
+        floats[INSTANT + i] = series_value(floats, alone.row[i], s)
+    write_observed(floats, ints, trace, s, out)

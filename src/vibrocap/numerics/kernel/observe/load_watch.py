@@ -9,8 +9,8 @@ from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.equations import reaction
 from vibrocap.numerics.kernel.generated.facts import WATCHED
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.observe.accumulators import FITTED, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
-from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turning_point
+from vibrocap.numerics.kernel.observe.accumulators import FIT, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
+from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turn_in_cell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 
@@ -19,13 +19,8 @@ def watch_load(floats, ints, lane, h):
     if lane.window_start < 0:
         return
     for w in range(WATCHED):
-        if lane.lifted[w] == 0.0 and not (lane.stiff == 0 and line_outweighs(floats, loads_row(lane, w), h)):
+        if lane.lifted[w] == 0.0 and not (lane.stiff == 0 and line_outweighs(floats, lane.load_row[w], h)):
             look_at_load(floats, ints, lane, w, h)
-
-
-def loads_row(lane, w):
-    """Row of the series of a true load."""
-    return lane.load_row[w]
 
 
 def line_outweighs(floats, row, h):
@@ -45,9 +40,9 @@ def look_at_load(floats, ints, lane, w, h):
         least = min(least, value)
     if 0.0 <= least <= largest_change(floats, 0):
         fit(floats, 0)
-        if may_turn(floats, FITTED, 1, POINTS - 1, 1.0):
+        if may_turn(floats, FIT, 1.0):
             for cell in range(CELLS):
-                turn = turning_point(floats, FITTED, 1, POINTS - 1, float(cell) / CELLS, (cell + 1.0) / CELLS)
+                turn = turn_in_cell(floats, FIT, cell, 1.0)
                 if turn >= 0.0:
                     least = min(least, reaction_at(floats, ints, lane, w, turn * h))
     if least < 0.0:

@@ -10,7 +10,7 @@ which have to stand still and begin anew at each return.
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, bracketed_root, value_and_rate
+from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, bracketed_root, value_and_rate
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
 from vibrocap.numerics.kernel.generated.places import RETURN_MARKS
@@ -64,11 +64,12 @@ def place_passed(floats, ints, lane, h):
         target = direction * PLACE_TURN * (math.floor((direction * start + tiny) / PLACE_TURN) + 1.0)
     elif not (floats[row + LANES] * h > SLIGHT * lane.scale[PLACE]):
         return -1.0
-    high = (1.0 - BEFORE) * h
-    there, _ = value_and_rate(floats, row, LANES, ORDER, high, not turns)
-    if direction * (there - target) < 0.0:
-        return -1.0
-    return bracketed_root(floats, row, LANES, ORDER, not turns, target, -direction, 0.0, high, 0.5 * high, EPSILON * h)
+    high, start, root = (1.0 - BEFORE) * h, floats[row], -1.0
+    floats[row] = start - target
+    if direction * value_and_rate(floats, row, LANES, ORDER, high, not turns)[0] >= 0.0:
+        root = bracketed_root(floats, (row, LANES, ORDER), not turns, -direction, 0.0, high)
+    floats[row] = start
+    return root
 
 
 def on_place(floats, ints, lane):
@@ -104,11 +105,10 @@ def count_return(floats, ints, lane):
     lane.return_count = count + 1
     if lane.response == 0 or lane.left > 0:
         remember(floats, RETURN_MARKS, lane, count)
-    threshold, tolerance = lane.threshold, lane.tolerance
     if lane.left > 0:
         lane.left -= 1
         if lane.left == 0:
-            if still_settled(floats, RETURN_MARKS, lane, count, lane.response, threshold, tolerance):
+            if still_settled(floats, RETURN_MARKS, lane, count, lane.response):
                 end_phases(floats, lane)
                 lane.status = DONE
             else:
@@ -120,7 +120,7 @@ def count_return(floats, ints, lane):
     now = elapsed(floats, ints, lane)
     lane.quiet_since = lane.period_count + 1
     lane.return_times[count % MARK_COUNT] = now
-    response, since, remaining = settled_response(floats, RETURN_MARKS, lane, count, MOST_RETURNS, threshold, tolerance)
+    response, since, remaining = settled_response(floats, RETURN_MARKS, lane, count, MOST_RETURNS)
     if response == 0:
         return
     lane.response = response

@@ -39,34 +39,34 @@ def remember(floats, marks, lane, mark):
         floats[place + (STATES + k) * LANES] = radius * math.sin(angle)
 
 
-def settled_response(floats, marks, lane, mark, longest, threshold, tolerance):
+def settled_response(floats, marks, lane, mark, longest):
     """(response period, period since which it was settled, bound of the distance to go); (0, 0, 0.0): not settled.
 
-    mark: the last one; longest: period that is looked for; threshold, tolerance: shares of the natural size of each
-    state
+    mark: the last one; longest: period that is looked for
     """
+    threshold = lane.threshold
     for n in range(1, longest + 1):
         if mark < n + 3 * max(n, 3):
             break
-        if not may_settle(floats, marks, lane, mark, n, threshold, tolerance):
+        if not may_settle(floats, marks, lane, mark, n):
             continue
-        ratio, remaining = distance_to_go(floats, marks, lane, mark, n, tolerance)
+        ratio, remaining = distance_to_go(floats, marks, lane, mark, n)
         if ratio >= 0.0 and remaining <= threshold:
-            period = shortest_period(floats, marks, lane, mark, n, ratio, threshold)
+            period = shortest_period(floats, marks, lane, mark, n, ratio)
             return period, settled_since(floats, marks, lane, mark, period, threshold - remaining), remaining
     return 0, 0, 0.0
 
 
-def still_settled(floats, marks, lane, mark, n, threshold, tolerance):
+def still_settled(floats, marks, lane, mark, n):
     """Whether the marks still look settled at the end of the response that was measured.
 
     Meanwhile fast modes have decayed further, and a slow one that they hid shows itself.
     """
-    ratio, remaining = distance_to_go(floats, marks, lane, mark, n, tolerance)
-    return ratio >= 0.0 and remaining <= threshold
+    ratio, remaining = distance_to_go(floats, marks, lane, mark, n)
+    return ratio >= 0.0 and remaining <= lane.threshold
 
 
-def may_settle(floats, marks, lane, mark, n, threshold, tolerance):
+def may_settle(floats, marks, lane, mark, n):
     """Whether `distance_to_go` over n periods can be within the threshold, from two differences d.
 
     With q = threshold/(d + threshold) for the last one, d r/(1 - r) <= threshold asks for r <= q. Of the two bounds of
@@ -75,6 +75,7 @@ def may_settle(floats, marks, lane, mark, n, threshold, tolerance):
     the last block is w^(n/(block - 1)), w the ratio of its last and first difference: the exponent is 1/2, 1, or for
     n > 2 at most 3/2. Where the last states may be a standstill no rate counts, and SLOWEST may take the place of w.
     """
+    threshold, tolerance = lane.threshold, lane.tolerance
     last = difference(floats, marks, lane, mark, mark - n)
     if last * last * last > FARTHEST * threshold * threshold:
         return False
@@ -91,14 +92,14 @@ def may_settle(floats, marks, lane, mark, n, threshold, tolerance):
     return ratio * ratio * ratio <= enough * enough
 
 
-def distance_to_go(floats, marks, lane, mark, n, tolerance):
+def distance_to_go(floats, marks, lane, mark, n):
     """(contraction r over n periods, bound of the distance still to go); (-1.0, 0.0) where differences do not shrink.
 
     Differences are those of states n periods apart, the largest over the states; a standstill has the contraction 0.
     A slow mode hides below faster ones, most of all one near -1, whose states n = 2 periods apart hardly differ: so the
     distance is at least that to the limit which the last five marks show, n periods apart, with all their multipliers.
     """
-    block = max(n, 3)
+    block, tolerance = max(n, 3), lane.tolerance
     latest = largest_difference(floats, marks, lane, mark, mark - block, n)
     if latest <= STANDSTILL * tolerance and spread(floats, marks, lane, mark, n) <= STANDSTILL * tolerance:
         farther = min(mark // (RANK + 1), LONGEST_PERIOD) // n * n  # a slow mode shows over many periods
@@ -121,13 +122,13 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     return ratio, max(distance, to_limit, UNSEEN * unexplained_step(floats))
 
 
-def shortest_period(floats, marks, lane, mark, n, ratio, threshold):
+def shortest_period(floats, marks, lane, mark, n, ratio):
     """The smallest divisor of n that the settled motion has as its period to within the threshold.
 
     An alternating transient looks settled over two periods a little before it does over one. A motion that is within
     the threshold at its end was further away before, by its contraction, and perhaps on the other side.
     """
-    per_period = max(ratio, FASTEST) ** (1.0 / n)
+    per_period, threshold = max(ratio, FASTEST) ** (1.0 / n), lane.threshold
     before = threshold  # how far away what is within the threshold was so many periods earlier
     for divisor in range(1, n):
         before = before / per_period if ratio > 0.0 else before

@@ -12,7 +12,8 @@ from vibrocap.numerics.kernel.generated.equations import observables, rates
 from vibrocap.numerics.kernel.generated.facts import MAYBE_STIFF
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, ORDER, PIECE_SIZE, PRESENT, STATES
 from vibrocap.numerics.kernel.lane import alone
-from vibrocap.numerics.kernel.observe.instants import INSTANT, OBSERVED, take_piece
+from vibrocap.numerics.kernel.observe.instants import take_piece
+from vibrocap.numerics.kernel.observe.one_instant import INSTANT, OBSERVED
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 STORED_HEAD = 4  # wanted rows, instants, 1 where any row is an observable, bound of what is left of the equations

@@ -59,7 +59,7 @@ def on_period(floats, ints, trace, lane):
         remember(floats, MARKS, lane, mark)
     response = lane.response
     ends = response > 0 and mark >= 0 and lane.on_trial == 0 and done == lane.whole_periods
-    if ends and not still_settled(floats, MARKS, lane, mark, response, threshold, lane.tolerance):
+    if ends and not still_settled(floats, MARKS, lane, mark, response):
         lane.response = 0
         lane.whole_periods = shared.period_budget
         if shared.period_budget - done >= lane.window:  # else the window goes on to the end
@@ -69,7 +69,7 @@ def on_period(floats, ints, trace, lane):
         response, since, remaining = 0, 0, 0.0
         if mark >= 0:
             longest = hook.response_sought(LONGEST_PERIOD)
-            response, since, remaining = settled_response(floats, MARKS, lane, mark, longest, threshold, lane.tolerance)
+            response, since, remaining = settled_response(floats, MARKS, lane, mark, longest)
         if response > 0 and done + response <= lane.whole_periods:
             lane.response = response
             lane.since = done - mark + since

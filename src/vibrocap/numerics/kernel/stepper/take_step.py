@@ -2,22 +2,17 @@
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.equations import beginning, observables
-from vibrocap.numerics.kernel.generated.places import SHOWN, WORK
-from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, OBSERVABLES, PRESENT, STATES, TABLE_NUMBERS
+from vibrocap.numerics.kernel.generated.places import SHOWN
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, PRESENT, TABLE_NUMBERS
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.observe.drive_table import write_table
+from vibrocap.numerics.kernel.observe.one_instant import INSTANT, take_sizes, write_observed
 
 
 def begin_motion(floats, ints, trace, _):
     """The motion begins, of the parameters and states in memory: natural sizes, period, drive and sides follow."""
-    for i in range(STATES):
-        stepper.work[i] = stepper.state[i]
-    beginning(floats, 0.0, WORK, 0, WORK + STATES)
-    for i in range(STATES):
-        stepper.scale[i] = floats[WORK + STATES + i]
-    stepper.period = stepper.work[2 * STATES]
+    stepper.period = take_sizes(floats)
     if COEFFICIENTS > 0:
         stepper.parameter[PRESENT] = stepper.period
     if TABLE_NUMBERS > 0:
@@ -47,12 +42,7 @@ def pass_by(floats, ints, trace, length, to_event):
 
 def look_at(floats, ints, trace, _):
     """Write the states and then the observables at the clock to SHOWN of the trace."""
-    s = hook.show_instant(floats, ints, WORK)
-    for i in range(STATES):
-        trace[SHOWN + i] = stepper.work[i]
+    s = hook.show_instant(floats, ints, INSTANT)
     stepper.step = stepper.piece_length
-    hook.consistent_state(floats, ints, 0, s, WORK)
-    observables(floats, stepper.time + s, WORK, 0, WORK + STATES)
-    for i in range(OBSERVABLES):
-        trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
-    hook.show_instant(floats, ints, WORK)
+    write_observed(floats, ints, trace, s, SHOWN)
+    hook.show_instant(floats, ints, INSTANT)
