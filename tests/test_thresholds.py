@@ -278,3 +278,39 @@ def test_what_multipliers_leave_of_the_last_step_counts_tenfold():
     _, remaining = Stroboscope(marks).distance_to_go(1, 1e-30)
     assert remaining is not None
     assert 9.0 < remaining / np.max(np.abs(left)) < 20.0
+
+
+def asked(steps, question, *arguments, **shares):
+    """Answer to a question about marks of one state, which take these steps from zero."""
+    return Stroboscope(np.cumsum([0.0, *steps])[:, None])._asked(question, *arguments, **shares)
+
+
+@pytest.mark.parametrize(("step", "may"), [(6e-3, True), (1.8e-2, False)])
+def test_states_of_runs_that_may_settle_are_within_a_million_natural_sizes(step, may):
+    """Two blocks before a last step d they would differ by d^3 over the square of the threshold."""
+    assert asked([1e7, 0.0, step], "may_settle", 1, threshold=1e-6, tolerance=1e-12) == may
+
+
+@pytest.mark.parametrize(("size", "ratio"), [(4.0, 0.0), (25.0, -1.0)])
+def test_differences_of_ten_tolerances_are_a_standstill(size, ratio):
+    """Larger ones that do not shrink are none."""
+    steps = size * 1e-9 * (-1.0) ** np.arange(12)
+    assert asked(steps, "distance_to_go", 1, tolerance=1e-9)[0] == ratio
+
+
+def test_what_grew_within_a_block_while_blocks_shrink_contracts_by_a_hundredth():
+    """Slower contraction is not believed from three differences, faster one would settle an oscillation too early."""
+    ratio, _ = asked([4.0] * 6 + [1.0] * 3 + [1e-3, 2e-3, 2e-3], "distance_to_go", 1, tolerance=1e-9)
+    assert ratio == pytest.approx(0.99, abs=2e-3)
+
+
+@pytest.mark.parametrize(("apart", "period"), [(6.0, 1), (20.0, 2)])
+def test_looking_back_a_motion_contracts_by_no_more_than_a_hundred(apart, period):
+    """Over two periods: what is within the threshold was within ten a period earlier."""
+    steps = apart * 1e-6 * (-1.0) ** np.arange(12)
+    assert asked(steps, "shortest_period", 2, 1e-9, threshold=1e-6) == period
+
+
+@pytest.mark.parametrize(("times", "rank"), [(40.0, 1), (250.0, 0)])
+def test_steps_that_change_by_a_hundred_times_the_last_tell_no_multiplier(times, rank):
+    assert asked([0.0, 0.0, 1.0 + times, 1.0], "weights_of", 1) == rank
