@@ -48,7 +48,7 @@ def stored_motion(system, periods) -> Trajectory:
         budget,
         Form(plain=True, order=ORDER),
     )
-    return _trajectory(system, start, budget, 0.0, 0.0, 256, recorded)
+    return _trajectory(system, (start, 0.0, 0.0), budget, 256, recorded)
 
 
 # --- the same as the measures with arrays ----------------------------------------------------------------------------
