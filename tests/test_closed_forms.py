@@ -3,7 +3,6 @@
 Den Hartog's oscillator, the blocks on belts and LuGre's own pulled mass need machines of their own, with their tests.
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -118,45 +117,3 @@ def test_without_load_momentum_is_kept():
     linear = 2.3 * 0.2 - math.sin(0.7) + slope * motion.time
     assert 2.3 * motion["position"] - np.sin(motion["angle"]) == pytest.approx(linear, abs=1e3 * TOLERANCE)
     assert all(phase.side != 0 for phase in motion.phases)
-
-
-# --- travel ----------------------------------------------------------------------------------------------------------
-
-
-def drift_velocity(ratio, second_phase):
-    """(steady mean velocity, -b2 sin(psi)) for Coulomb friction of `ratio` times the force of inertia.
-
-    The capsule's velocity is V + theta'/(lambda+1), and theta' the linear response to both harmonics; friction, if it
-    is weak, only decides V, so that the velocity is positive for half of the time.
-    """
-    mass_ratio, stiffness, damping, frequency = 4.0, 3.0, 0.8, 1.1
-    amplitude, second = 1e-3, 0.25e-3
-
-    def rate_response(drive, omega):
-        """theta' = Re(response e^(i omega t)), the capsule's inertia included: theta'' (1 - 1/(lambda+1))."""
-        inertia = 1.0 - 1.0 / (mass_ratio + 1.0)
-        return 1j * omega * drive / complex(stiffness - 1.0 - inertia * omega**2, damping * omega)
-
-    first = rate_response(amplitude, frequency) / (mass_ratio + 1.0)
-    other = rate_response(second * cmath.exp(1j * second_phase), 2 * frequency) / (mass_ratio + 1.0)
-    # b1 sin(phi) = Re(first e^(i omega t)): phi = omega t + arg(first) + pi/2, and b2 sin(2 phi + psi) the same way
-    psi = cmath.phase(other) + math.pi / 2 - 2.0 * (cmath.phase(first) + math.pi / 2)
-    predicted = -abs(other) * math.sin(psi)
-    coefficient = ratio * (mass_ratio + 1.0) * frequency * abs(first)
-    machine = vc.PendulumCapsule(mass_ratio=mass_ratio, stiffness=stiffness, damping=damping)
-    drive = vc.Biharmonic(amplitude, frequency, second, second_phase)
-    system = vc.System(machine, vc.Exponential(coefficient, coefficient, 0.0), drive)
-    motion = vc.simulate(system, periods=3.0 / ratio, initial={"velocity": predicted}, tolerance=1e-13)
-    position = motion.sections[:, 2]
-    assert all(phase.side != 0 for phase in motion.phases[-10:])
-    return (position[-1] - position[-2]) / motion.period, predicted
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("second_phase", exhaustive_but([1], [0.3, 2.0, 4.0]))
-def test_travel_at_vanishing_friction(second_phase):
-    """V = -b2 sin(psi): the error goes with the friction, down to that of a small pendulum (theta^2 = 1e-7)."""
-    coarse, predicted = drift_velocity(0.01, second_phase)
-    fine, _ = drift_velocity(0.005, second_phase)
-    assert abs(fine - predicted) == pytest.approx(abs(coarse - predicted) / 2.0, rel=0.02)
-    assert 2.0 * fine - coarse == pytest.approx(predicted, rel=1e-3)
