@@ -57,6 +57,9 @@ OWN = {
     ),
     "stops": vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic(amplitude=1.0)),
     "imposed": vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Trapezoid(amplitude=0.6, frequency=1.3)),
+    "walls": vc.System(
+        vc.OscillatorWithStops(gap=0.3, back_gap=0.3, restitution=0.6), vc.LuGre(), vc.Square(-1.2, 0.9)
+    ),
 }
 # Under an input: the same, with drives of segments up to the second power.
 HELD = {
@@ -75,7 +78,7 @@ HELD = {
     "actuator": vc.System(CAPSULE, vc.Exponential(), SQUARE, actuator=vc.Actuator(time_constant=0.3)),
 }
 FAST = ("readme", "several")
-SLOW = ("lugre", "dynamic-load", "stops", "imposed", "actuator")
+SLOW = ("lugre", "dynamic-load", "stops", "imposed", "actuator", "walls")
 
 
 def cases(table):

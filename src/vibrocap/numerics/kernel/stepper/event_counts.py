@@ -40,11 +40,18 @@ def record_sides(floats, ints, trace, lane):
     for c in range(CONTACTS):
         kind = change_of_side(floats, lane, c)
         if kind >= 0:
-            on_event(floats, ints, trace, lane, kind, c, 0.0)
+            notice(floats, ints, kind, c, 0.0)
 
 
 def on_event(floats, ints, trace, lane, kind, contact, s):
-    """An event at time s after the lane's present time. Bounds are none: the status tells them."""
+    """An event at time s after the lane's present time."""
+    if kind >= SWITCHED:
+        record_sides(floats, ints, trace, lane)  # what happened before
+    notice(floats, ints, kind, contact, s)
+
+
+def notice(floats, ints, kind, contact, s):
+    """Keep an event until its instant is passed. Bounds are none: the status tells them."""
     if kind <= SWITCHED or kind >= MACHINE_SWITCHED:
         if kind != GRAZE:
             stepper.noticed += 1
