@@ -224,14 +224,12 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({smooth})"] if smooth else []
         shown = text.name(" | ".join(either))
+        under = reachable(graph, [base]) if op == "power" else ()
         if op == "power":  # without a series nothing of it is shown
             shown = text.name(f"({text.size(start.of(base))} > {zero_of_base(graph, base)!r}) & ({shown})")
-        share = f"{most} * {varies}"
-        # Not a number (0 times infinity) is no proof.
-        under = reachable(graph, [base]) if op == "power" else ()
         speed = next((speed for speed in speeds(equations) if speed.sticks and speed.expression.index in under), None)
-        allowed = near_rest(speed)
-        negligible = text.name(f"{share} <= {allowed}")
+        # Not a number (0 times infinity) is no proof.
+        negligible = text.name(f"{most} * {varies} <= {near_rest(speed)}")
         text.lines.append(f"worst = {text.conditional(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:
             speed, m = lost[node]
