@@ -238,7 +238,10 @@ def test_section_that_is_no_section():
     ("text", "expected"),
     [
         ("[machine\n", "line 1, column 9: "),
-        ("[machine]\nkind = pendulum\n", "line 2, column 8: "),
+        (
+            "[machine]\nkind = pendulum\n",
+            "line 2, column 8: Invalid value: a number such as 0.1, or words in quotation",
+        ),
         ("[run]\nperiods = 1\nperiods = 2\n", "line 3"),
         (f"a = {'[' * 5000}", "TOML: "),
         (f"a = {'1' * 5000}", "TOML: "),

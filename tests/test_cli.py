@@ -105,7 +105,8 @@ def test_version(capsys):
         (["simulte"], 'Did you mean "simulate"?'),
         (["simulate"], "CASE"),
         (["simulate", "x.toml", "--jsn"], "Did you mean --json?"),
-        (["simulate", "x.toml", "--kind", "crawler"], "Unknown option: --kind.\n"),
+        (["simulate", "x.toml", "--kind", "crawler"], "Unknown option: --kind.\nvibrocap simulate --help explains"),
+        (["simulate", "x.toml", "a b", "2"], "There is no place for 'a b' 2.\nvibrocap simulate --help explains"),
         (["simulate", "x.toml", "--periods", "many"], "--periods"),
         (["simulate", "x.toml", "--out"], "--out"),
         (["reproduce", "--only", "fig99"], "fig03"),
@@ -563,7 +564,9 @@ def test_values_of_a_case_are_replaced_by_options(case, lugre, capsys):
 
 
 def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
-    values = "--set machine.mas_ratio=2 --set machine.damping=-1 --set machin.x=1 --set run=3 --set x"
+    values = (
+        "--set machine.mas_ratio=2 --set machine.damping=-1 --set machin.x=1 --set run=3 --set mass_ratio=2 --set x"
+    )
     starts = "--initial angel=2 --initial angle=x --set initial.position=1 --initial position=1 --periods 0"
     message = refused(capsys, "simulate", case, *values.split(), *starts.split())
     for complaint in (
@@ -571,6 +574,7 @@ def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
         "--set machine.damping: should be at least 0, got -1",
         "--set machin.x: no such section of a case; did you mean 'machine'?",
         "--set run: should be a path such as run.NAME",
+        "--set mass_ratio: should be a path such as machine.NAME",
         "--set x: should be PATH=VALUE, such as machine.mass_ratio=2.0",
         "--initial angel: no such state; did you mean 'angle'?",
         "--initial angle: should be a finite number, got 'x'",
@@ -611,11 +615,18 @@ def test_exit_codes_reach_the_shell(case):
 def test_output_without_greek_letters_and_a_closed_pipe(case, lugre):
     environment = {"PYTHONIOENCODING": "ascii", "PATH": "/usr/bin:/bin", "HOME": str(Path.home())}
     assert run("simulate", lugre, env=environment).returncode == OK
-    command = [sys.executable, "-m", "vibrocap", "simulate", str(case)]
+    files = [case.with_name(name) for name in ("run.png", "run.csv", "run.gif")]
+    options = [
+        word for option, path in zip(("--plot", "--out", "--animate"), files, strict=True) for word in (option, path)
+    ]
+    command = [sys.executable, "-m", "vibrocap", "simulate", case, *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
         assert process.wait(timeout=60) == BROKEN_PIPE
         assert b"Traceback" not in process.stderr.read()
+    assert all(path.is_file() for path in files)
+    said = run("simulate", case, *options).stdout
+    assert [line.split()[0] for line in said.splitlines()[-3:]] == ["motion", "film", "picture"]
 
 
 ENGINE = {"llvmlite", "vibrocap.motion.simulate", "vibrocap.numerics.codegen.source", "vibrocap.studies.sweep"}

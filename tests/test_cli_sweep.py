@@ -114,6 +114,9 @@ def test_a_measure_that_the_machine_does_not_have_is_refused_before_any_work(cap
     design = ("--over", "drive.amplitude=1:2", "--for", measure, "--out", "design")
     assert "--for: " in refused(capsys, "optimise", "block.toml", *design)
     assert "--for: " in refused(capsys, "robust", "block.toml", "--uncertain", "drive.amplitude=1:2", "--for", measure)
+    for wrong in ("friction=fit:nowhere.json", "drive.amplitud=1:2", "drive.amplitude=2:1"):
+        message = f"--uncertain: {wrong.partition('=')[0]}: "
+        assert message in refused(capsys, "robust", "block.toml", "--uncertain", wrong, "--for", "stick_fraction")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["block.toml"]
 
 
@@ -217,6 +220,8 @@ WRONG = {
     "--over machine.mass_ratio=1:3:3 --seed 1": "--seed: belongs to --design",
     "--over machine.mass_ratio=1:3:3 --cases x.csv": "--over: does not go with --cases",
     "--cases x.csv": "--cases: x.csv: No such file",
+    "--verify --over machine.mass_ratio=1:3:3": "--over: does not go with --verify, which runs nothing",
+    "--verify --measure drift": "--measure: does not go with --verify, which runs nothing",
     "--over machine.mass_ratio=1:3:3 --adaptive": "--out: an adaptive map is made in one go",
 }
 

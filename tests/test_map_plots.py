@@ -429,7 +429,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
     assert len(lines) == 2  # black with a white rim
     segments = np.array(lines[0].get_segments())
     assert set(segments[:, :, 0].ravel()) == {7.5}
-    assert len(segments) == 12
+    assert (segments[:, :, 1].min(), segments[:, :, 1].max(), len(segments)) == (-0.5, 11.5, 12)  # from wall to wall
     assert "border of mode sequence" in legend_of(figure(dataset, border="mode_sequence"))
     with pytest.raises(Refusal, match="--border: mean_velocity takes real values"):
         figure(dataset, border="mean_velocity")

@@ -579,3 +579,17 @@ def test_the_waveform_of_a_signal_is_named_in_the_head():
     system = vc.read_case("examples/clutch-slips-twice.toml").system
     head = parts_title(system.parts, 10.0).replace("\xa0", " ")
     assert head.splitlines()[-1].startswith("Clamp, harmonic: $h$ = 0.3")
+
+
+def test_what_belongs_to_a_contact_has_the_name_of_its_body():
+    """In the head, in legends and beside the strips of modes."""
+    motion = vc.read_case("examples/plates-creep.toml", periods=6).simulate()
+    lines = parts_title(motion.system.parts, 10.0).splitlines()
+    assert [line.partition(":")[0] for line in lines] == [
+        *("Stacked plates", "Lower plate, exponential", "Harmonic", "Upper plate, exponential")
+    ]
+    axes = {ax.get_title(loc="left"): ax for ax in vc.figure(motion).axes}
+    both = ["lower plate", "upper plate"]
+    for panel in ("Bodies", "Contacts", "Friction, last period"):
+        assert [text.get_text() for text in axes[panel].get_legend().get_texts()] == both
+    assert [label.get_text() for label in axes["Modes"].get_yticklabels()] == both

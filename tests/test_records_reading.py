@@ -215,7 +215,7 @@ def test_usual_names(heading, meant):
 
 
 def test_what_was_guessed_is_said(written):
-    (made,) = written(csv({"Time (s)": TIME, "Load [kN]": FORCE, "vel": VELOCITY}), columns={"force": "Load [kN]"})
+    (made,) = written(csv({"Time (s)": TIME, "Load [kN]": FORCE, "vel": VELOCITY}), columns={"force": "load"})
     assert made.notes == (
         "force: column 'Load [kN]' in kN",
         "time: column 'Time (s)' in s (guessed from its name)",

@@ -161,6 +161,9 @@ def test_the_default_load_without_units_stays_the_weight_of_the_pendulum():
         (("[run]", "[scales]\npendulum_mass_kg = 1\n[run]"),
          "scales: belongs to a case without units; in SI [machine] has to give its units: "
          "pendulum_mass_kg, pendulum_length_m, gravity_m_per_s2"),
+        (('"exponential"', '"exponential2"'),
+         "friction.law: no law is called 'exponential2'; did you mean 'exponential'?"),
+        (('"harmonic"', '"harmonc"'), "drive.waveform: no waveform is called 'harmonc'; did you mean 'harmonic'?"),
         (("[machine]", 'units = "si"\n[machine]'), """units: should be "SI" or "dimensionless", got 'si'"""),
     ],
 )  # fmt: skip

@@ -149,6 +149,7 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
         words = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
         reason, _, place = words.partition(" (at ")
+        reason += ": a number such as 0.1, or words in quotation marks" if reason == "Invalid value" else ""
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
     data, asked = unfolded(data)
     changes, more = unfolded_changes(data, {**(changes or {}), **{f"run.{name}": x for name, x in run.items()}})
@@ -194,8 +195,8 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
     complete = len(classes) == len(wanted) and all(classes.values())
     classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
     scales, section_data, count = None, {}, 0
+    form = form_of(sections, classes, data.get("units"))
     if complete:
-        form = form_of(sections, classes, data.get("units"))
         if form.check(sections, complaints):
             raise CaseError(complaints, source)
         if form.classes["drive"] is DriveTable:
@@ -219,9 +220,10 @@ def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> C
         fields = [f"{name}.{own}" for name, cls in classes.items() for own in undeclared(cls)]
         complaints += [Complaint(field, UNDECLARED) for field in fields if field not in about]
         count = len(complaints)
-    parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
+    readable = complete or not form.si  # in SI, keys of a part depend on the kinds of the others
+    parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls and readable}
     moving = {"machine", "friction", *classes} - {"drive", "environment"}  # the parts that have states
-    states = state_names(classes) if all(classes.get(name) for name in moving) else None
+    states = state_names(classes) if readable and all(classes.get(name) for name in moving) else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None

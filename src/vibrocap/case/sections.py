@@ -5,6 +5,7 @@ case without units may have a section [scales] that says what its units are. Cha
 into the sections before they are read, another kind of part among them.
 """
 
+import collections
 import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -20,12 +21,13 @@ from vibrocap.physics.dimensions.conversion import (
     with_coefficients,
     with_gravity,
 )
-from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.scales import EFFORTS, TURNING, Scales
 from vibrocap.physics.dimensions.units import (
     Key,
     effort_of,
     keys_of,
     one_way,
+    parameter_keys,
     same_without_units,
     state_keys,
     state_units,
@@ -167,14 +169,21 @@ class Form:
         return "machine", {name: x for name, x in sections["machine"].items() if name in fields}
 
 
-def form_of(sections: Sections, classes: Mapping[str, Any], word: Any) -> Form:
-    """In which units a case is given; classes: of the parts, all of them."""
+def form_of(sections: Sections, classes: Classes, word: Any) -> Form:
+    """In which units a case is given; classes: of the parts, None where none is of that kind.
+
+    Where a kind is unknown, so is what the drive exerts: a key carries a unit if it does under any effort.
+    """
     form = Form(classes, word if word in WORDS else "", [])
-    keys: dict[str, Any] = {name: keys_of(name, classes) for name in classes}
-    keys["initial"] = state_keys(state_units(classes))
-    for name, known in keys.items():
+    known = {name: cls for name, cls in classes.items() if cls is not None}
+    complete = len(known) == len(classes) and set(CHOICES) <= set(classes)
+    keys: dict[str, Any] = {"initial": state_keys(state_units(classes)) if complete else {}}
+    for name, cls in known.items():
+        any_effort = collections.ChainMap(*(dict(parameter_keys(cls, effort)) for effort in (*EFFORTS, TURNING)))
+        keys[name] = keys_of(name, classes) if complete else any_effort
+    for name, those in keys.items():
         own = scale_fields(classes) if name == "machine" else ()
-        form.keys += [f"{name}.{key}" for key in sections[name] if key in own or (key in known and known[key].has_unit)]
+        form.keys += [f"{name}.{key}" for key in sections[name] if key in own or (key in those and those[key].has_unit)]
     return form
 
 
@@ -281,7 +290,7 @@ def _in_si(data: Mapping[str, Any]) -> bool:
     """Whether a case is in SI, as far as it can be told."""
     classes = chosen_classes(data)
     sections = {name: section if isinstance(section := data.get(name), dict) else {} for name in (*classes, "initial")}
-    return set(CHOICES) <= set(classes) and form_of(sections, classes, data.get("units")).si
+    return form_of(sections, classes, data.get("units")).si
 
 
 def _kept(section_data: Mapping[str, Any], section: str, before: Classes, after: Classes, si: bool) -> dict[str, Any]:

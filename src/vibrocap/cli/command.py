@@ -297,18 +297,18 @@ def shown(answer: Answer, request: Request) -> int:
     """Show an answer as the request wants it; returns the exit code."""
     page, in_json = Page(), getattr(request, "json", False)
     written = list(answer.written)
+    plot = getattr(request, "plot", None)
+    if plot is not None and answer.drawn is not None:  # before any text: nobody may be there to read that
+        from vibrocap.plotting.plot import sheet
+
+        sheet(answer.drawn, plot, **answer.drawing)
+        written.append(("picture", plot))
     if in_json:
         print(json_text(answer.record))
     elif callable(answer.text):
         answer.text(page)
     elif answer.text:
         page.say(answer.text)
-    plot = getattr(request, "plot", None)
-    if plot is not None and answer.drawn is not None:
-        from vibrocap.plotting.plot import sheet
-
-        sheet(answer.drawn, plot, **answer.drawing)
-        written.append(("picture", plot))
     if not in_json:
         for what, path in written:
             page.say(f"{what:<10} {path}")

@@ -10,11 +10,12 @@ import functools
 import importlib
 import io
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
-from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
+from cyclopts import App, CycloptsError, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from vibrocap import files, inputs
 from vibrocap.arguments import Refusal, SettingError
@@ -115,8 +116,12 @@ def _nothing_read_is_replaced() -> Iterator[None]:
         files.PROTECTED = set()
 
 
-def unknown_option(error: UnknownOptionError) -> str:
-    """An unknown option, and one of a similar name: the dashes, which all have, make none similar."""
+def misunderstood(error: CycloptsError) -> str:
+    """What cannot be read of a line; of an unknown option one of a similar name, as which no dash counts."""
+    if isinstance(error, UnusedCliTokensError):
+        return f"There is no place for {shlex.join(error.unused_tokens or [])}."
+    if not isinstance(error, UnknownOptionError):
+        return str(error)
     word = (error.token.keyword or error.token.value).partition("=")[0]
     names = {
         name.strip("-"): name for argument in error.argument_collection if argument.parse for name in argument.names
@@ -149,8 +154,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CaseError, Refusal, SettingError) as error:
         complain(str(error))
     except CycloptsError as error:
-        message = unknown_option(error) if isinstance(error, UnknownOptionError) else str(error)
-        complain(f"{message}\nvibrocap --help shows the commands with an example each.")
+        known = words[0] in names() if words else False
+        help_ = f"{words[0]} --help explains its options" if known else "--help shows the commands"
+        complain(f"{misunderstood(error)}\nvibrocap {help_}, with examples.")
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
         _silence()
         return BROKEN_PIPE

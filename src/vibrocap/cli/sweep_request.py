@@ -139,6 +139,16 @@ class SweepRequest(WithParts):
                 return study
         raise CaseError(complaints, "the study")
 
+    def plan(self, refused: Complaints) -> None:
+        """--verify runs nothing, so that it goes with no other option."""
+        for name in sorted(self._options() - {"verify", "case", "parts"}) if self.verify else ():
+            refused.add(flag(name), "does not go with --verify, which runs nothing; leave one of them out")
+
+    def _options(self) -> set[str]:
+        """The fields that are not as they are where nothing is asked."""
+        defaults = {field.name: field.default for field in dataclasses.fields(self)}
+        return {name for name, default in defaults.items() if getattr(self, name) not in (default, (), [])}
+
     def _destination_complaints(self) -> list[str]:
         """What is wrong with where results go."""
         complaints = Complaints()
@@ -162,9 +172,7 @@ class SweepRequest(WithParts):
 
     def _option_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
-        defaults = {field.name: field.default for field in dataclasses.fields(self)}
-        options = {name for name, value in vars(self).items() if value not in (defaults[name], (), [])}
-        complaints, apart = Complaints(), ()
+        options, complaints, apart = self._options(), Complaints(), ()
         if self.adaptive:
             apart = tuple(name for name in NOT_ADAPTIVE if name in options)
             for name in apart:

@@ -56,10 +56,11 @@ def changes(
     replaced = {}
     for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
         section, name = split_path(path)
-        if not is_section(section):
+        if not name:
+            like = section if is_section(section) else "machine"
+            complaints.add(f"--set {path}", f"should be a path such as {like}.NAME")
+        elif not is_section(section):
             complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
-        elif not name:
-            complaints.add(f"--set {path}", f"should be a path such as {section}.NAME")
         else:
             replaced[path] = f"--set {path}", value_of(text)
     for name, text in pairs("initial", split(initial), complaints, "NAME=VALUE, such as angle=0.5").items():

@@ -60,6 +60,14 @@ def own_laws(parts: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
     return {name: parts["friction"] for name in names if name not in parts}
 
 
+def owner_of(name: str, parts: Mapping[str, Any]) -> str:
+    """Whose a part is: the signal of a waveform, or the body that rubs under a law where contacts have their own."""
+    number = number_in(name, "friction")
+    if number and any(number_in(other, "friction") > 1 for other in parts):
+        return parts["machine"].contact_names[number - 1]
+    return name.removeprefix(SIGNAL) if name.startswith(SIGNAL) else ""
+
+
 OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
 
 

@@ -357,8 +357,8 @@ def match_figure(match: Match) -> Figure:
         parts = fig.subfigures(*((2, 1) if stacked else (1, len(columns))), squeeze=False, **shape).ravel()
         for part, (x, label) in zip(parts, columns, strict=True):
             upper, lower = part.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-            upper.plot(x, match.target, label=f"{match.to.name}, the target", **TARGET)
-            upper.plot(x, match.matched, label=f"{match.law.name}, matched", **MATCHED)
+            upper.plot(x, match.target, label=f"{law_words(match.to.name)}, the target", **TARGET)
+            upper.plot(x, match.matched, label=f"{law_words(match.law.name)}, matched", **MATCHED)
             lower.plot(x, match.matched - match.target, **DIFFERENCE)
             lower.axhline(0.0, color="#444444", linewidth=0.6)
             upper.set_ylabel("force")
@@ -368,10 +368,13 @@ def match_figure(match: Match) -> Figure:
             else:
                 lower.xaxis.set_major_locator(MaxNLocator(6 if part is parts[0] else 4))
             part.align_ylabels()
-        # above, for loops leave no room within
-        lines = parts[0].axes[0].get_lines()
-        (parts[-1] if page().narrow else fig).legend(handles=lines, loc=_beside_heading(), ncols=2, frameon=False)
-        plots.heading(fig, f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain")
+        if driven:  # above, for loops leave no room within
+            lines = parts[0].axes[0].get_lines()
+            (parts[-1] if page().narrow else fig).legend(handles=lines, loc=_beside_heading(), ncols=2, frameon=False)
+        else:
+            plots.legend(parts[0].axes[0])
+        names = law_words(match.law.name), law_words(match.to.name, first=False)
+        plots.heading(fig, f"{' for '.join(names)}: {percent(match.relative_rmse)} remain")
         plots.footnote(
             fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target."
         )

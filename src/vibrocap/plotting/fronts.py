@@ -36,10 +36,13 @@ def _draw(ax: Axes, front: ParetoFront) -> list[Line2D]:
     others = front.others()[:MOST_OTHERS]
     ax.plot(others[:, 0], others[:, 1], ".", color=GREY, markersize=1.6, rasterized=True, zorder=1)
     ax.plot(front.values[:, 0], front.values[:, 1], ".-", drawstyle="steps-post", color=BLUE, **FRONT)
-    if len(front):  # all of the front, and as much beside it
-        for low, high, keep in zip(front.values.min(0), front.values.max(0), (ax.set_xlim, ax.set_ylim), strict=True):
-            room = 0.6 * (high - low) or 0.1 * abs(high) or 1.0
-            keep(low - room, high + room)
+    if len(front):  # all of the front, and of the other designs as much beside it
+        shown = np.concatenate([front.values, others])
+        for own, column, keep in zip(front.values.T, shown.T, (ax.set_xlim, ax.set_ylim), strict=True):
+            room = 0.6 * np.ptp(own) or 0.1 * abs(own[0]) or 1.0
+            near = column[(column >= own.min() - room) & (column <= own.max() + room)]
+            margin = 0.05 * np.ptp(near) or room
+            keep(near.min() - margin, near.max() + margin)
     for name, unit, keep in zip(front.measures, front.units, (ax.set_xlabel, ax.set_ylabel), strict=True):
         keep(name.replace("_", " ") + bracketed(unit))
     ax.set_title("Pareto front")

@@ -30,6 +30,12 @@ def contacts_of(motion: Trajectory) -> range:
     return range(1, 1 + len(motion.system.machine.contact_states))
 
 
+def contact_labels(motion: Trajectory) -> list[str]:
+    """The names of the bodies that rub, their numbers where a name is but a number."""
+    names = motion.system.machine.contact_names
+    return [name.replace("_", " ") if name.replace(" ", "").isalpha() else f"{i}" for i, name in enumerate(names, 1)]
+
+
 def clock(motion: Trajectory) -> tuple[float, str]:
     """(what times are divided by, the label of their axis): drive periods, or time where nothing drives in time."""
     if equations(motion.system).timed:
@@ -50,11 +56,12 @@ def width_of(number: int, count: int) -> float:
 
 
 def draw_all(motion: Trajectory, names: list[str], label: str, stretch: Stretch, ax: Axes) -> None:
-    """Quantities of one kind over a stretch of time, one line each, named by their numbers."""
+    """Quantities of one kind over a stretch of time, one line for each contact."""
     trace, (unit, time), count = Trace(motion, *stretch), clock(motion), len(names)
+    labels = contact_labels(motion) if count == len(contacts_of(motion)) else [f"{i}" for i in range(1, 1 + count)]
     for number, name in enumerate(names, start=1):
         look = {"color": colour_of(number, count), "linewidth": width_of(number, count)}
-        ax.plot(trace.time / unit, trace[name], label=f"{number}", **look)
+        ax.plot(trace.time / unit, trace[name], label=labels[number - 1], **look)
     ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
     ax.set(xlim=(stretch[0] / unit, stretch[1] / unit), ylabel=with_unit(label, names[0], motion.system), xlabel=time)
     if count > 1:
@@ -74,7 +81,8 @@ def draw_modes(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
                 used.add(phase.side)
                 ax.broken_barh([(low, high - low)], place, facecolors=MODES[phase.side][1], linewidth=0)
     ax.set(xlim=(stretch[0] / unit, stretch[1] / unit), ylim=(contacts[-1] + 0.6, 0.4))
-    ax.set(yticks=list(contacts), ylabel="contact", xlabel=time)
+    ax.set_yticks(list(contacts), contact_labels(motion))
+    ax.set(ylabel="contact", xlabel=time)
     ax.grid(visible=False, axis="y")
     handles = [Patch(color=colour, label=word) for side, (word, colour) in MODES.items() if side in used]
     legend_above(ax, handles=handles, columnspacing=None, handlelength=None)
@@ -90,7 +98,11 @@ def draw_all_loops(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
     for contact in contacts_of(motion):
         velocity, friction = (trace[numbered(name, contact)] for name in ("contact_velocity", "friction"))
         look = {"color": colour_of(contact, count), "linewidth": width_of(contact, count), "solid_capstyle": "butt"}
-        ax.plot(*(np.insert(values, cut, np.nan) for values in (velocity, friction)), label=f"{contact}", **look)
+        ax.plot(
+            *(np.insert(values, cut, np.nan) for values in (velocity, friction)),
+            label=contact_labels(motion)[contact - 1],
+            **look,
+        )
         held = np.unique(np.round(friction[velocity == 0.0], 12))
         if len(held) == 1:
             ax.plot([0.0], held, ".", color=look["color"], markersize=3.0 + 2.0 * look["linewidth"])
@@ -327,7 +339,7 @@ def command_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
         return
     limit *= scale("drive", motion.system)
     if limit > FAR * np.max(np.abs(Trace(motion, *stretch)["drive"])):
-        ax.set_title(f"Actuator, far from its limit {limit:.4g}")
+        ax.set_title(f"Actuator, far from its limit {with_unit(f'{limit:.4g}', 'drive', motion.system)}")
         return
     for sign in (1.0, -1.0):
         ax.axhline(sign * limit, **GIVEN, label="limit" if sign > 0 else None)

@@ -30,9 +30,9 @@ from vibrocap.plotting import laboratory
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.histories import draw_history, draw_load
-from vibrocap.plotting.look.finishing import finished, save
+from vibrocap.plotting.look.finishing import finished, fitted, save
 from vibrocap.plotting.look.page import on_page
-from vibrocap.plotting.look.style import STYLE
+from vibrocap.plotting.look.style import STYLE, style
 from vibrocap.plotting.look.style import figure as empty_figure
 from vibrocap.plotting.motion import draw_friction_loop, draw_phase_plane, motion_figure
 from vibrocap.plotting.motion_fits import motion_fit_figure
@@ -203,10 +203,11 @@ def thumbnail(result: Any) -> str:
         return ""
     fig, axes = empty_figure(size=SMALL)
     ax = plot(drawn, picture.small(drawn), ax=axes[0, 0])
-    ax.set_title("")
+    ax.set_title("", loc="left")
     if legend := ax.get_legend():
         legend.remove()
     file = io.BytesIO()
-    fig.savefig(file, format="png", dpi=SMALL_DPI)
+    with style():
+        fitted(fig).savefig(file, format="png", dpi=SMALL_DPI)
     shown = base64.b64encode(file.getvalue()).decode("ascii")
     return f'<img alt="{type(result).__name__}" src="data:image/png;base64,{shown}">'

@@ -10,7 +10,7 @@ from vibrocap.quantities.dimensional import in_si
 
 class BranchRequest(OfCase, Drawn):
     over: str = OVER
-    plot: Path | None = picture("the mean velocity over the parameter, or the period if the machine cannot travel")
+    plot: Path | None = picture("mean velocity over the parameter; period and multipliers if the machine cannot travel")
     json: bool = JSON
     depth: int = option("recursion depth at branch points", 2, advanced=True)
     points: int = option("points of a branch in each direction, at most", 1000, advanced=True)
@@ -39,7 +39,7 @@ def branch(request: BranchRequest, report: Report) -> Answer:
     settings = request.given("depth", "points", "settle_periods")
     result = branches(setup.system, along.plain, (low, high), initial=setup.initial, **settings)
     shown = in_si(result, over=along.path)
-    quantity = "mean_velocity" if result.system.cyclic is not None else "period"
+    travels = result.system.cyclic is not None
     if not any(len(branch) for branch in result.branches):
         words = "No steady motion closed at the start; simulate the case, or raise --settle-periods."
         return Answer(shown, str(shown), incomplete=words)
@@ -47,5 +47,5 @@ def branch(request: BranchRequest, report: Report) -> Answer:
     wrong = [f"{refused} points are not certified: their motions are not those of the equations."] if refused else []
     early = {end: i for i, branch in enumerate(result.branches) for end in branch.ends if end.early}
     wrong += [f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}" for end, i in early.items()]
-    drawing = {"quantity": quantity, "over": along.path}
+    drawing = {"quantity": "mean_velocity" if travels else "period", "over": along.path, "multipliers": not travels}
     return Answer(shown, str(shown), result, drawing, incomplete="\n".join(wrong))

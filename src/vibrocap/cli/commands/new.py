@@ -1,6 +1,7 @@
 """`vibrocap new`: a case to begin with, or a case in the other form."""
 
 import dataclasses
+import shlex
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
@@ -216,7 +217,7 @@ def new(request: NewRequest) -> Answer:
     if request.out is None:
         return Answer(text=text.removesuffix("\n"))
     write_text(request.out, text)
-    next_ = "" if converted else f"\nNext: vibrocap simulate {request.out}"
+    next_ = "" if converted else f"\nNext: vibrocap simulate {shlex.quote(str(request.out))}"
     return Answer(text=f"Written: {request.out}{next_}")
 
 

@@ -17,7 +17,7 @@ from vibrocap.cli.texts import changes, split
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.stated import parameters_stated
-from vibrocap.physics.names import SIGNAL, name_and_number, numbered
+from vibrocap.physics.names import name_and_number, numbered, owner_of
 from vibrocap.physics.parameters import brief, described, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import without_unit
@@ -48,8 +48,8 @@ def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title
     """The summary of `vibrocap simulate`; record: the view of it."""
     page.say(title, style="bold")
     for name in motion.system.parts:
-        signal = f"{name.removeprefix(SIGNAL)}: " if name.startswith(SIGNAL) else ""
-        page.say(f"  {signal}{in_words(name, motion.system)}", style="dim")
+        owner = owner_of(name, motion.system.parts)
+        page.say(f"  {owner}{': ' * bool(owner)}{in_words(name, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
         page.print(_energy_table(record["energy"]))
@@ -257,14 +257,17 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
     record: dict[str, Any] = {}
     for name, value in view(in_si(motion_summary(computed(motion)), motion.system)).items():
         record |= value if name == "sticking" else {name: value}
+    written = []
     if request.out is not None:
         write_motion(motion, request.out, setup, unit_headings=request.unit_headings)
+        written.append(("motion", request.out))
     moved = len(motion.piece_start) > 0
     if request.animate is not None and moved:
         from vibrocap.plotting.animation import animate_motion
 
         with progress("Filming") as share:
             animate_motion(computed(motion), request.animate, progress=share)
+        written.append(("film", request.animate))
     incomplete = ""
     if not motion.status.ok and motion.run_status.ok:
         incomplete = "\n".join([motion.status.text, *motion.certificate.failures])
@@ -276,4 +279,5 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
         incomplete += "" if moved or not (request.plot or request.animate) else "\nThere is nothing to draw."
     drawn = computed(motion) if moved else None
     title = str(request.case)
-    return Answer(record, lambda page: print_motion(page, motion, record, title), drawn, incomplete=incomplete)
+    text = functools.partial(print_motion, motion=motion, record=record, title=title)
+    return Answer(record, text, drawn, written=tuple(written), incomplete=incomplete)

@@ -63,7 +63,11 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     from vibrocap.records.slips.pull import read_pulls
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
-    complaints, (columns, units) = Complaints(), request.reading
+    (columns, units), complaints = request.reading, Complaints()
+
+    def named(error: RecordError) -> list[str]:
+        return [f"{error.source}:", *(f"  {line}" for line in by_option(error.complaints, request.flags()))]
+
     settings: dict[str, Any] = request.given("stiffness", "mass", "normal_force", "minor")
     settings |= {} if request.speed is None else {"pulling_speed": request.speed}
     settings |= {"coefficient": True} if request.coefficient else {}
@@ -71,7 +75,7 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     try:
         pulls = read_pulls(request.source, request.record, columns, units, request.sampling_rate)
     except (RecordError, FileNotFoundError) as error:
-        raise Refusal(*complaints, str(error)) from None
+        raise Refusal(*(named(error) if isinstance(error, RecordError) else [str(error)])) from None
     if request.coefficient and any("coefficient" not in pull.settings for pull in pulls):
         already = f"the reader of {request.source.name} has made newtons of its coefficients already"
         complaints.append(f"--coefficient: {already}")
@@ -80,7 +84,7 @@ def stick_slip(request: StickSlipRequest) -> Answer:
             arguments = {**pull.settings, **settings, "name": pull.name}
             results.append(stick_slip_of_force(pull.time, pull.force, **arguments))
         except RecordError as error:
-            complaints += [f"{error.source}:", *(f"  {line}" for line in by_option(error.complaints, request.flags()))]
+            complaints += named(error)
     if complaints:
         raise Refusal(*complaints)
 
@@ -128,7 +132,7 @@ def print_stick_slip(page: Page, analysis: "StickSlip") -> None:
         ("level at slip end", _spread_text(analysis.slip_end_level, unit)),
         ("rate over k V", _spread_text(analysis.loading_ratio, "")),
         ("fastest", None if analysis.velocity is None else f"{analysis.velocity.max():.4g} m/s"),
-        ("noise", f"{analysis.noise:.3g}{unit}, {analysis.spikes:,} spikes removed"),
+        ("noise", f"{analysis.noise:.3g}{unit}, {analysis.spikes:,} spike{'s' * (analysis.spikes != 1)} removed"),
     ]
     page.rows(rows, 19)
     for note in analysis.notes:

@@ -1,6 +1,7 @@
 """`vibrocap sweep`: many runs, measured on the way, and the check of a stored study."""
 
 import dataclasses
+import shlex
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -202,4 +203,4 @@ def print_study(page: Page, outcome: Outcome, seconds: float, out: Path | None, 
             page.say(f"  stored in  {place}")
     drawn = out or (export if export is not None and export.suffix.lower() == ".nc" else None)
     if drawn is not None:
-        page.say(f"Next: vibrocap plot {drawn}")
+        page.say(f"Next: vibrocap plot {shlex.quote(str(drawn))}")

@@ -216,8 +216,15 @@ def uncertain_quantities(
             "uncertain", "should name at least one quantity with its distribution, such as machine.damping=0.9:1.1"
         )
         return ()
+    wrong = Complaints()
+    quantities = _quantities(system, asked, wrong, own)
+    complaints += [Complaint("uncertain", text) for text in wrong]
+    return quantities
+
+
+def _quantities(system: System, asked: Mapping[Any, Any], complaints: Complaints, own: bool) -> tuple[Uncertain, ...]:
+    """The same of what is asked by name; each complaint begins with a name."""
     quantities: list[Uncertain] = []
-    begun = len(complaints)
     named: list[str] = []
     for key, text in asked.items():
         paths, factor, law, wrong = factored(key, text)
@@ -244,19 +251,19 @@ def uncertain_quantities(
             complaints.add(kinds[0], "is no uncertain quantity; give the path of a number")
             continue
         complaints += [*wrong, *path_complaints(paths, [system.parts], system.units)]
-        if len(complaints) == begun:
+        if not complaints:
             complaints += [
                 Complaint(path, f"should be a number to be uncertain, got {shown(system.parameter(path))}")
                 for path in paths
                 if not is_number(system.parameter(path))
             ]
-        if len(complaints) == begun:
+        if not complaints:
             one = _quantity(system, paths, factor, law)
             if isinstance(one, str):
                 complaints.add(",".join(paths), one)
             else:
                 quantities.append(one)
-    if len(complaints) == begun and (again := twice([*named], system)):
+    if not complaints and (again := twice([*named], system)):
         complaints.add(again, "is given twice; give it once")
     return tuple(quantities)
 

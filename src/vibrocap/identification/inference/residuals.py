@@ -87,7 +87,8 @@ class ResidualReport:
 
     def sentences(self) -> tuple[str, ...]:
         """The report in words."""
-        phase = f"largest {self.largest}, {self.phases[self.largest]:.2g} times the mean" if self.phases else ""
+        above = self.phases.get(self.largest, 0.0)  # below 1 where a few samples of no phase have most of the errors
+        phase = f"largest {self.largest}, {above:.2g} times the mean" if above >= 1.0 else ""
         if not self.findings:
             return (f"They are as white noise would be ({phase})." if phase else "They are as white noise would be.",)
         return (*(finding.text for finding in self.findings), *((f"They are {phase}.",) if phase else ()))

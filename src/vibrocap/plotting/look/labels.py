@@ -9,7 +9,7 @@ from vibrocap.case.sections import kind_path
 from vibrocap.physics.dimensions.conversion import path_in_si
 from vibrocap.physics.dimensions.stated import Stated, parameters_stated, stated
 from vibrocap.physics.dimensions.units import state_keys, written
-from vibrocap.physics.names import SIGNAL, name_and_number
+from vibrocap.physics.names import name_and_number, owner_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import GREEK, STATES, printed
 from vibrocap.physics.system import System
@@ -81,20 +81,19 @@ def filled(text: str, letters: int, indent: str = "") -> str:
 def parts_title(parts: Iterable[Any] | Mapping[str, Any], width: float, more: str = "", without: str = "") -> str:
     """The parameters of some parts, each on lines of its own, for the head of a picture of that width in inches.
 
-    parts: by name those of a system, whose signals are named
+    parts: by name those of a system, whose signals and contacts are named
     more: what else is said at the end; without: the name of a parameter that is left out, as it varies
     """
     named = parts if isinstance(parts, Mapping) else dict(enumerate(parts))
-    lines = [_part_line(str(name), x, _by_symbol("", x, {f".{without}"}, {})) for name, x in named.items()]
+    lines = [_part_line(name, named, _by_symbol("", x, {f".{without}"}, {})) for name, x in named.items()]
     lines[-1] += f"; {more}" if more else ""
     return "\n".join(filled(line, round(LETTERS_PER_INCH * width), "    ") for line in lines)
 
 
-def _part_line(name: str, part: Any, numbers: Iterable[str]) -> str:
-    """A part in words with its numbers; a signal's waveform with its name: "Clamp, harmonic"."""
-    words = law_words(part.name)
-    if name.startswith(SIGNAL):
-        words = f"{law_words(name.removeprefix(SIGNAL).replace('_', ' '))}, {words[:1].lower()}{words[1:]}"
+def _part_line(name: Any, parts: Mapping[Any, Any], numbers: Iterable[str]) -> str:
+    """A part in words with its numbers, after its owner if it has one: "Clamp, harmonic"."""
+    kind, owner = parts[name].name, owner_of(str(name), parts).replace("_", " ")
+    words = f"{law_words(owner)}, {law_words(kind, first=False)}" if owner else law_words(kind)
     return f"{words}: {', '.join(numbers)}".rstrip(": ")
 
 
@@ -103,11 +102,11 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.1f} %"
 
 
-def law_words(name: str) -> str:
-    """The name of a part in words, as a title begins: "Maxwell slip", "LuGre"."""
+def law_words(name: str, first: bool = True) -> str:
+    """The name of a part in words: "LuGre", "Maxwell slip" where it stands first in a title."""
     words = re.sub(r"\blugre\b", "LuGre", name.replace("-", " "))
     words = re.sub(r"\bpid?\b", lambda match: match[0].upper(), words)
-    return words[0].upper() + words[1:]
+    return words[0].upper() + words[1:] if first else words
 
 
 def _own_label(name: str, machine: Any) -> str:
@@ -180,11 +179,11 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
     without: the path (without units) of a parameter that is left out, as it varies
     """
     lines = []
-    for name, part in system.parts.items():
+    for name in system.parts:
         numbers = _worded(name, parameters_stated(name, system), {without}, {})
         if name == "environment" and not numbers:  # level ground, in which nothing else acts
             continue
-        lines.append(filled(_part_line(name, part, numbers), round(0.85 * LETTERS_PER_INCH * width), "    "))
+        lines.append(filled(_part_line(name, system.parts, numbers), round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)
 
 
@@ -200,12 +199,17 @@ def case_words(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     for name, part in system.parts.items():
         path = kind_path(name)
         kind = fixed.get(path, part.name)
+        owner = owner_of(name, system.parts).replace("_", " ")
         if path and path not in varied:
-            kinds.append(kind if name == "machine" else f"{kind} {name}")
-        if kind == part.name and si:
-            numbers += _worded(name, parameters_stated(name, system), varied, fixed)
-        elif kind == part.name:
-            numbers += _by_symbol(name, part, varied, fixed)
+            what = f"friction of {owner}" if owner and path.endswith(".law") else owner or name
+            kinds.append(kind if name == "machine" else f"{kind} {what}")
+        own = (
+            _worded(name, parameters_stated(name, system), varied, fixed)
+            if si
+            else _by_symbol(name, part, varied, fixed)
+        )
+        if kind == part.name:
+            numbers += [whole(f"{owner} {text}".strip()) for text in own]
     if si:
         states = state_keys(system.si.states)
         starts = stated(written(case.initial, states, system.si, exactly=False) or {}, states)

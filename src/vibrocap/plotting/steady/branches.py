@@ -147,11 +147,13 @@ def fixed_parameters(diagrams: Sequence[Any], width: float) -> str:
     width = width if page().width is None else 1.15 * page().width_or(width)  # in smaller letters
     if diagrams[0].system.units is not None:
         return "\n".join(dict.fromkeys(parts_in_si(branch.system, width * 1.1, branch.over) for branch in diagrams))
-    parts = [
-        part for parts in zip(*(branch.system.parts.values() for branch in diagrams), strict=False) for part in parts
-    ]
-    different = [part for i, part in enumerate(parts) if part not in parts[:i]]
-    return parts_title(different, width * 1.1, without=split_path(diagrams[0].over)[1])
+    parts: Any = diagrams[0].system.parts
+    if len(diagrams) > 1:
+        several = [
+            part for row in zip(*(branch.system.parts.values() for branch in diagrams), strict=False) for part in row
+        ]
+        parts = [part for i, part in enumerate(several) if part not in several[:i]]
+    return parts_title(parts, width * 1.1, without=split_path(diagrams[0].over)[1])
 
 
 def diagram_figure(

@@ -293,7 +293,10 @@ def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: di
 
 
 def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
-    """Where a discrete variable changes over a panel: segments [edges, 2 ends, 2] in the units of the axes."""
+    """Where a discrete variable changes over a panel: segments [edges, 2 ends, 2] in the units of the axes.
+
+    Those that end with the values end with the cells around these.
+    """
     from vibrocap.studies.adaptive import border
 
     if view.points is not None or len(view.axes) < 2:
@@ -306,6 +309,12 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
         sign = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
         dataset = dataset.assign(travel=sign)
     try:
-        return border(dataset.load(), name).segments
+        segments = border(dataset.load(), name).segments
     except ArgumentError as error:
         raise Refusal(error.complaint.about("--border")) from None
+    ends = [[(axis.values[end], axis.edges[end]) for end in (0, -1)] for axis in view.axes]
+    columns = [
+        np.select([column == value for value, _ in pair], [edge for _, edge in pair], column)
+        for column, pair in zip(np.moveaxis(segments, -1, 0), ends, strict=True)
+    ]
+    return np.stack(columns, axis=-1)

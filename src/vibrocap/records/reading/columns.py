@@ -181,14 +181,17 @@ def _tell_normal(
 
 
 def _column_named(wanted: Any, table: Table) -> str | None:
-    """The name of the column that is asked for by name or, counted from 0, by place."""
+    """The name of the column that is asked for by name, with its unit or without, or by place, counted from 0."""
     names = list(table.columns)
     if isinstance(wanted, int) and not isinstance(wanted, bool):
         return names[wanted] if 0 <= wanted < len(names) else None
     if wanted in names:
         return wanted
-    alike = [name for name in names if isinstance(wanted, str) and name.lower() == wanted.lower()]
-    return alike[0] if len(alike) == 1 else None
+    for known in (names, [re.split(r"\s*[\[(]", name)[0] for name in names]):
+        alike = [name for name, as_known in zip(names, known, strict=True) if as_known.lower() == str(wanted).lower()]
+        if alike:
+            return alike[0] if len(alike) == 1 else None
+    return None
 
 
 def missing(wanted: Any, table: Table) -> str:
