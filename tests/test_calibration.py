@@ -168,6 +168,22 @@ def test_parameters_that_share_a_factor(bench):
 
 
 @pytest.mark.slow
+def test_levels_of_friction_that_meet_are_trusted(bench):
+    """No law has a static level below the Coulomb level: differences are taken on the side where it has one."""
+    block = vc.System(bench.machine, vc.Coulomb(0.07, 0.07), bench.drive)
+    runs = {"drive.frequency": FREQUENCIES}
+    speeds = vc.ensemble(block, runs, periods=400, settle=1e-9, tolerance=1e-10)["mean_velocity"]
+    table = runs | {"mean_velocity": speeds, "mean_velocity_error": np.full(12, 1e-6)}
+    levels = {"friction.coulomb_coefficient": (0.02, 0.15), "friction.static_coefficient": (0.02, 0.3)}
+    calibration = vc.calibrate(block, table, levels, starts=8)
+    assert not calibration.not_trusted
+    coulomb, static = calibration.parameters
+    assert (coulomb.verdict, static.verdict) == (Verdict.DETERMINED, Verdict.BOUNDED_ABOVE)
+    assert 0.07 in coulomb
+    assert static.low < 0.07 + 1e-6
+
+
+@pytest.mark.slow
 def test_intervals_end_where_a_part_refuses(bench, speeds):
     """Speeds with errors of a tenth say little of the static level; below the Coulomb level there is no such law."""
     table = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds, "mean_velocity_error": np.full(12, 0.1)}

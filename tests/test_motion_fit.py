@@ -15,6 +15,8 @@ from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.design.calibration.course import Sensor, courses
+from vibrocap.design.calibration.motion_interval import parameter_within
+from vibrocap.design.calibration.record_model import RecordModel
 from vibrocap.design.calibration.unknowns import unknowns
 from vibrocap.identification.inference.identifiability import Verdict
 
@@ -224,6 +226,22 @@ def test_unknowns_of_a_record_are_its_own_or_those_of_its_condition(exact):
     assert [sensor for _, sensor in in_record] == [Sensor(0.1, 0.0, gain) for gain in (1.0, 1.2, 0.8)]
     own, _ = searched.in_record(values | {"machine.damping.hours": 1.0}, whole[-1])
     assert own["machine.damping"] == 1.0
+
+
+def test_levels_of_friction_that_meet_give_way_to_each_other(exact):
+    """No law has a static level below the Coulomb level: slopes are of the side it has, and both intervals go on."""
+    displacement = exact[0].displacement + 0.02 * np.random.default_rng(1).standard_normal(len(TIME))
+    data = [exact[0].replaced(displacement=displacement)]
+    levels = {"friction.coulomb_coefficient": (0.1, 0.9), "friction.static_coefficient": (0.1, 0.9)}
+    whole, complaints = courses(TRUE_BLOCK, data, "position", {}), Complaints()
+    model = RecordModel("position", unknowns(TRUE_BLOCK, whole, levels, (), (), {}, complaints), whole, 1e-9, 1)
+    point, counts = np.array([0.4, 0.4 + 1e-9, 0.0, 0.0]), model.counts(1.0)
+    slopes = model.slopes(point, counts)
+    assert np.all(np.max(np.abs(slopes[:, :2]), axis=0) < 10.0)
+    spread = model.spread(model.residuals(point, counts), slopes)
+    coulomb, static = (parameter_within(model, k, point, slopes, spread, None) for k in range(2))
+    assert coulomb.low < 0.419 < 0.421 < coulomb.high
+    assert static.low < 0.419 < 0.43 < static.high
 
 
 def test_a_sensor_reads_late_what_the_drive_did():

@@ -208,7 +208,7 @@ def calibrate(
 def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
     """The result of a search."""
     space, table, unknowns = model.space, model.table, len(model.space.paths)
-    values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
+    values, trust = model.predicted(np.vstack([shares, *model.beside(shares)]), np.arange(table.rows))
     doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
     reasons = np.array([next(filter(None, doubt), "") for doubt in doubts])
     not_trusted = {str(why): tuple(np.flatnonzero(reasons == why).tolist()) for why in np.unique(reasons) if why}

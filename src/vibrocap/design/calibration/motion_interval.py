@@ -1,17 +1,18 @@
 """Intervals of parameters of a motion, by how far each may go before the squares contradict."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from vibrocap.design.calibration.calibration import CalibratedParameter
+from vibrocap.design.calibration.motion_search import SCANNED
 from vibrocap.design.calibration.record_model import RecordModel
 from vibrocap.identification.inference.identifiability import Verdict, verdict_within
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.priors import SAYS_MORE
-from vibrocap.studies.plan.variation import refusal
 
-HALVINGS = 6  # to where the squares object to a value of a parameter
+HALVINGS, FINEST = 6, 30  # to where the squares object to a value of a parameter; to where a part accepts another
 LEAST = 1e-9  # share of a range: the first step from a value
 FAINT = 1e-9  # change of every error per share, below which a parameter does nothing
 
@@ -37,9 +38,7 @@ def parameter_within(
     reached = []
     for sign in (-1.0, 1.0):
         linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
-        beside = np.where(alone > 0.0, linear, point)
-        tried = (model.parameters(model.pieces(name)[0], beside)[0] for name in model.records)
-        refused = any(refusal(model.system, parameters) for parameters in tried)
+        refused = _refused(model, np.where(alone > 0.0, linear, point))
         ends = [point[k] + sign * _reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
         reached.append(sorted([*ends, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
     low, high = reached
@@ -51,13 +50,38 @@ def parameter_within(
     return CalibratedParameter(path, value, least, most, error, verdict)
 
 
+def _refused(model: RecordModel, point: np.ndarray) -> bool:
+    return model.refuses(point, (model.pieces(name)[0] for name in model.records))
+
+
+def _accepted(model: RecordModel, k: int, point: np.ndarray) -> Iterator[np.ndarray]:
+    """The point; where a part refuses it, those at which another unknown gives way to parameter k, the nearest first.
+
+    A static level gives way to a Coulomb level that rises above it.
+    """
+    if not _refused(model, point):
+        yield point
+        return
+    for i in (i for i in range(model.many) if i != k):
+        line = np.tile(point, (SCANNED, 1))
+        line[:, i] = np.linspace(0.0, 1.0, SCANNED)
+        accepted = sorted((tried for tried in line if not _refused(model, tried)), key=lambda x: abs(x[i] - point[i]))
+        if accepted:
+            inside, outside = accepted[0].copy(), point.copy()
+            for _ in range(FINEST):
+                middle = 0.5 * (inside + outside)
+                inside, outside = (inside, middle) if _refused(model, middle) else (middle, outside)
+            yield from (inside, *accepted[::4])
+
+
 def _reach(model: RecordModel, k: int, point: np.ndarray, along: np.ndarray, begin: float, limit: float) -> float:
     """How far parameter k may go along a direction, in shares of its range, before the squares exceed a limit."""
     counts, (low, high) = model.counts(1.0), model.bounds
     room = (1.0 - point[k]) if along[k] > 0.0 else point[k]
 
     def allowed(change: float) -> bool:
-        return model.squares(np.clip(point + change * along, low, high), counts) <= limit
+        moved = np.clip(point + change * along, low, high)
+        return any(model.squares(tried, counts) <= limit for tried in _accepted(model, k, moved))
 
     inside, step = 0.0, min(max(begin, LEAST), room)
     while allowed(step):

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from vibrocap.design.calibration.course import Course, Sensor
+from vibrocap.design.calibration.table_model import beside
 from vibrocap.design.calibration.unknowns import Unknowns
 from vibrocap.identification.inference.uncertainty import Uncertainty, uncertainty
 from vibrocap.identification.problem.priors import Prior, prior_errors, prior_slopes
 from vibrocap.identification.search.loss import Loss, finite
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.studies.plan.variation import refusal
 
 STEP = 1e-6  # of the differences that give slopes: in shares of the ranges, and of a start's size
 KEPT = 1024  # tables of forces, which runs with other parameters share
@@ -99,6 +101,10 @@ class RecordModel:
         """Samples of each course in a share of its time."""
         return tuple(max(2, round(share * len(course.measured))) for course in self.courses)
 
+    def refuses(self, point: np.ndarray, courses: Iterable[int]) -> bool:
+        """Whether a part refuses the unknowns of a course at a point."""
+        return any(refusal(self.system, self.parameters(k, point)[0]) for k in courses)
+
     def start(self, k: int, point: np.ndarray) -> dict[str, float]:
         """The initial states of a course."""
         course = self.courses[k]
@@ -169,20 +175,20 @@ class RecordModel:
         return finite(np.array([end - start[name] for name, end in zip(after.free, ends, strict=True)]) / after.steps)
 
     def slopes(self, point: np.ndarray, counts: Sequence[int], moving: Any = None) -> np.ndarray:
-        """[residuals, coordinates] by differences within the bounds; what is of one course moves it only.
+        """[residuals, coordinates] by differences within bounds and parts; what is of one course moves it only.
 
         moving: coordinates whose columns are asked for; the others are zero.
         """
-        low, high = self.bounds
+        bounds = self.bounds
         asked, moves = [], []
         for k, count in enumerate(counts):
             for i in (*range(self.shared), *self.places[k]):
                 if moving is not None and i not in moving:
                     continue
-                below, above = point.copy(), point.copy()
-                below[i], above[i] = max(point[i] - STEP, low[i]), min(point[i] + STEP, high[i])
-                asked += [(k, above, count), (k, below, count)]
-                moves.append((k, i, above[i] - below[i]))
+                below, above = beside(point, i, STEP, bounds, lambda moved, k=k: self.refuses(moved, [k]))
+                if below[i] < above[i]:
+                    asked += [(k, above, count), (k, below, count)]
+                    moves.append((k, i, above[i] - below[i]))
         runs = self.at(asked)
         begun, gap_rows = np.cumsum([0, *counts]), self.gap_rows(counts)
         jacobian = np.zeros((gap_rows[-1].stop + len(self.priors), self.coordinates))

@@ -1,6 +1,6 @@
 """A measured table as least squares: its settled runs at any values of the unknowns, and the search for the best."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from vibrocap.measures.ensemble import ensemble
 from vibrocap.motion.status import Status
 from vibrocap.motion.trust import TRAVEL, Trust
 from vibrocap.physics.system import System
+from vibrocap.studies.plan.variation import refusal
 
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
 FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
@@ -112,20 +113,33 @@ class TableModel:
 
     def slopes(self, point: np.ndarray) -> np.ndarray:
         """[measures * rows, coordinates] of the residuals, by differences within the bounds."""
-        steps = self.beside(point)
-        residuals = self.residuals(steps)
-        widths = [steps[2 * i + 1, i] - steps[2 * i, i] for i in range(len(point))]
-        return np.stack([(residuals[2 * i + 1] - residuals[2 * i]) / widths[i] for i in range(len(point))], axis=1)
+        below, above = self.beside(point)
+        residuals = self.residuals(np.concatenate((below, above)))
+        widths = np.diag(above - below)
+        return (residuals[len(point) :] - residuals[: len(point)]).T / np.where(widths > 0.0, widths, np.inf)
 
     def beside(self, point: np.ndarray) -> np.ndarray:
-        """[2 * coordinates, coordinates] the points a step below and above a point along each coordinate."""
-        many = len(point)
-        steps = np.tile(point, (2 * many, 1))
-        for i in range(many):
-            low, high = (0.0, 1.0) if i < len(self.space.paths) else (-np.inf, np.inf)
-            steps[2 * i, i] = max(point[i] - STEP, low)
-            steps[2 * i + 1, i] = min(point[i] + STEP, high)
-        return steps
+        """[2, coordinates, coordinates] the points a step below and above a point along each coordinate."""
+        unbounded = np.arange(len(point)) >= len(self.space.paths)
+        bounds = np.where(unbounded, -np.inf, 0.0), np.where(unbounded, np.inf, 1.0)
+        pairs = [beside(point, i, STEP, bounds, self.refuses) for i in range(len(point))]
+        return np.stack(pairs, axis=1)
+
+    def refuses(self, point: np.ndarray) -> bool:
+        """Whether a part refuses the unknowns at a point."""
+        return bool(refusal(self.system, self.space.parameters(point[: len(self.space.paths)])))
+
+
+def beside(
+    point: np.ndarray, i: int, step: float, bounds: tuple[np.ndarray, np.ndarray], refuses: Callable[..., bool]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The points a step below and above a point along a coordinate, or the point where a bound or a part is nearer."""
+    pair = []
+    for sign in (-1.0, 1.0):
+        moved = point.copy()
+        moved[i] = np.clip(point[i] + sign * step, bounds[0][i], bounds[1][i])
+        pair.append(point if refuses(moved) else moved)
+    return pair[0], pair[1]
 
 
 def searched(model: TableModel, starts: int, seed: int, report: Any) -> np.ndarray:
