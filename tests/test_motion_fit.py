@@ -239,9 +239,26 @@ def test_levels_of_friction_that_meet_give_way_to_each_other(exact):
     slopes = model.slopes(point, counts)
     assert np.all(np.max(np.abs(slopes[:, :2]), axis=0) < 10.0)
     spread = model.spread(model.residuals(point, counts), slopes)
-    coulomb, static = (parameter_within(model, k, point, slopes, spread, None) for k in range(2))
+    coulomb, static = (parameter_within(model, k, point, slopes, spread, None)[0] for k in range(2))
     assert coulomb.low < 0.419 < 0.421 < coulomb.high
     assert static.low < 0.419 < 0.43 < static.high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "weaker", "least"), [(0, 0.4, 0.95), (3, 0.35, 0.8), (6, 0.35, 0.95)])
+def test_a_band_knows_what_slopes_do_not_tell(seed, weaker, least):
+    """A static level that the fitted motion hardly has, or not at all, decides where the predicted one sticks.
+
+    With slopes alone the bands hold 1.0, 0.4 and 0.96 of the samples, the first as it is 1e13 wide.
+    """
+    system, time = TRUE_BLOCK.with_parameters({"friction.static_coefficient": 0.6}), TIME[:201]
+    forces = {"fast": multisine(seed, time), "slow": weaker * multisine(seed + 10, time)}
+    data = [record(system, name, time, force, 0.02) for name, force in forces.items()]
+    levels = {"friction.coulomb_coefficient": (0.1, 1.5), "friction.static_coefficient": (0.1, 2.5)}
+    fitted = vc.fit_motion(TRUE_BLOCK, data, levels, starts=1, held_out="slow")
+    errors, band = np.abs(fitted.predicted["slow"] - fitted.measured["slow"]), fitted.band["slow"]
+    assert np.mean(errors <= band) >= least
+    assert np.max(band) < 2.0
 
 
 def test_a_sensor_reads_late_what_the_drive_did():

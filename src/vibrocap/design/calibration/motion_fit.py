@@ -267,7 +267,7 @@ def _found(
     doubted = bool(pulls) or sensitive or float(np.linalg.norm(errors)) > FAR * model.noise
     doubt = Verdict.UNTRUSTED if any(reasons.values()) else Verdict.DOUBTED if doubted else None
     own = spread.covariance[:many, :many] if doubt is not Verdict.UNTRUSTED else np.full((many, many), np.nan)
-    parameters = [parameter_within(model, k, point, slopes, spread, doubt) for k in range(many)]
+    within = [parameter_within(model, k, point, slopes, spread, doubt) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
     values, _ = model.parameters(0, point)
     sampled = doubt is not Verdict.UNTRUSTED and not model.divided
@@ -275,7 +275,7 @@ def _found(
         system=system.with_parameters({path: value for path, value in values.items() if not path.startswith("drive.")}),
         predict=model.predict,
         unit=system.result_units.unit(model.predict),
-        parameters=tuple(parameters),
+        parameters=tuple(parameter for parameter, _ in within),
         correlation=own / np.outer(deviations, deviations),
         held_out=tuple(other.courses[0].name for other in others),
         **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
@@ -293,7 +293,7 @@ def _found(
         of_record, bands = np.concatenate([of_courses[k] for k in model.pieces(name)], axis=1)
         _add(motion_fit, model, name, point, of_record, bands)
     for other in others:
-        _predict(motion_fit, model, other, point, spread.covariance, deviation)
+        _predict(motion_fit, model, other, point, spread.covariance, deviation, [ends for _, ends in within])
     return motion_fit
 
 
@@ -322,20 +322,30 @@ def _add(
 
 
 def _predict(
-    fit: MotionFit, model: RecordModel, other: RecordModel, fitted: np.ndarray, covariance: np.ndarray, deviation: float
+    fit: MotionFit,
+    model: RecordModel,
+    other: RecordModel,
+    fitted: np.ndarray,
+    covariance: np.ndarray,
+    deviation: float,
+    likely: Sequence[Sequence[np.ndarray]],
 ) -> None:
     """A held-out record: what is its own from its first tenth at the parameters found, and the prediction of the rest.
 
     What is uncertain of its own follows from the noise of that tenth, and with the parameters: ds/dp = -(Js^T Js)^-1
-    Js^T Jp there.
+    Js^T Jp there. A parameter goes no farther than its interval, and the band is wider by what slopes do not tell of
+    points as likely as that found, at the ends of the intervals: whether a contact sticks there.
     """
     many, (place,) = model.shared, other.places
     begun, (whole,) = other.counts(BEGIN), other.counts(1.0)
     point = np.concatenate((fitted[:many], np.zeros(len(place))))
     if other.many > many:
         point[many : other.many] = fitted[model.many - other.many + many : model.many]  # as in the last fitted record
-    if len(place):
-        point = other.refined(point, begun, 30, place).x
+
+    def begin(point: np.ndarray) -> np.ndarray:
+        return other.refined(point, begun, 30, place).x if len(place) else point
+
+    point = begin(point)
     errors, slopes = other.residuals(point, (whole,)), other.slopes(point, (whole,))
     first = slopes[: begun[0]]
     base = inverse(first[:, place].T @ first[:, place])
@@ -345,10 +355,19 @@ def _predict(
     if fit.problem:
         fit.problem.unseen[other.courses[0].name] = Unseen(other, point, follows, own, begun[0])
     joint = np.zeros((len(point), len(point)))
-    joint[:many, :many] = covariance[:many, :many]
+    reach = np.array([max((abs(end[k] - fitted[k]) for end in likely[k]), default=0.0) for k in range(many)])
+    within = np.minimum(1.0, reach / (1.96 * np.sqrt(np.diag(covariance)[:many])))
+    joint[:many, :many] = covariance[:many, :many] * np.outer(within, within)
     joint[np.ix_(place, place)] = own
-    band = _band(np.hstack((total, slopes[:, place])), joint, deviation)
+    band = _band(np.hstack((total, slopes[:, place])), joint, deviation) ** 2
+    for ends in likely:
+        beyond = np.zeros(whole)
+        for end in (end[:many] for end in ends):
+            moved = begin(np.concatenate((end, point[many:])))
+            far = np.abs(other.residuals(moved, (whole,)) - errors) - np.abs(total @ (end - fitted[:many]))
+            beyond = np.maximum(beyond, far)
+        band += beyond**2
     name = other.courses[0].name
     if why := other.distrust(name, point):
         fit.not_trusted[name] = why
-    _add(fit, other, name, point, errors[begun[0] :], band[begun[0] :])
+    _add(fit, other, name, point, errors[begun[0] :], np.sqrt(band[begun[0] :]))

@@ -19,8 +19,8 @@ FAINT = 1e-9  # change of every error per share, below which a parameter does no
 
 def parameter_within(
     model: RecordModel, k: int, point: np.ndarray, slopes: np.ndarray, spread: Uncertainty, doubt: Verdict | None
-) -> CalibratedParameter:
-    """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
+) -> tuple[CalibratedParameter, list[np.ndarray]]:
+    """A parameter with what its records say of it, and points at the ends of its interval, where they are as likely.
 
     It is sought where the others follow the parameter as they are correlated, and where they stay:
     where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
@@ -28,26 +28,29 @@ def parameter_within(
     path, unknown = model.names[k], model.ranges[k]
     value = float(model.values(point)[k])
     if doubt is Verdict.UNTRUSTED:
-        return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt)
+        return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt), []
     limit = model.squares(point, model.counts(1.0)) + spread.unit * spread.threshold[k] ** 2
     error = math.sqrt(spread.covariance[k, k])
     alone = np.eye(len(point))[k]
     acting = np.any(np.abs(slopes) > FAINT, axis=0)
     joint = np.where(acting, spread.covariance[:, k] / spread.covariance[k, k], alone)
     half = error * float(spread.threshold[k] / math.sqrt(spread.inflation[k])) if acting[k] else 0.0
-    reached = []
+    reached: list[float] = []
+    likely: list[np.ndarray] = []
     for sign in (-1.0, 1.0):
         linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
         refused = _refused(model, np.where(alone > 0.0, linear, point))
-        ends = [point[k] + sign * _reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
-        reached.append(sorted([*ends, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
+        ends = [_reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
+        likely += [end for _, end in ends]
+        shares = [point[k] + sign * reach for reach, _ in ends]
+        reached.append(sorted([*shares, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
     low, high = reached
     least, most = map(float, unknown.at(np.array([low, high])))
     of_prior = spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors)
     whole = doubt or (Verdict.PRIOR if of_prior else None)
     verdict = verdict_within(least, most, low <= 0.0, high >= 1.0, whole) if acting[k] else Verdict.NO_EFFECT
     error *= unknown.slope(float(point[k]))
-    return CalibratedParameter(path, value, least, most, error, verdict)
+    return CalibratedParameter(path, value, least, most, error, verdict), likely
 
 
 def _refused(model: RecordModel, point: np.ndarray) -> bool:
@@ -74,22 +77,29 @@ def _accepted(model: RecordModel, k: int, point: np.ndarray) -> Iterator[np.ndar
             yield from (inside, *accepted[::4])
 
 
-def _reach(model: RecordModel, k: int, point: np.ndarray, along: np.ndarray, begin: float, limit: float) -> float:
-    """How far parameter k may go along a direction, in shares of its range, before the squares exceed a limit."""
+def _reach(
+    model: RecordModel, k: int, point: np.ndarray, along: np.ndarray, begin: float, limit: float
+) -> tuple[float, np.ndarray]:
+    """How far parameter k may go along a direction, in shares of its range, before the squares exceed a limit.
+
+    And a point there at which they do not.
+    """
     counts, (low, high) = model.counts(1.0), model.bounds
     room = (1.0 - point[k]) if along[k] > 0.0 else point[k]
 
-    def allowed(change: float) -> bool:
+    def allowed(change: float) -> np.ndarray | None:
         moved = np.clip(point + change * along, low, high)
-        return any(model.squares(tried, counts) <= limit for tried in _accepted(model, k, moved))
+        return next((tried for tried in _accepted(model, k, moved) if model.squares(tried, counts) <= limit), None)
 
-    inside, step = 0.0, min(max(begin, LEAST), room)
-    while allowed(step):
+    inside, end, step = 0.0, point, min(max(begin, LEAST), room)
+    while (further := allowed(step)) is not None:
+        end = further
         if step >= room:
-            return room
+            return room, end
         inside, step = step, min(2.0 * step, room)
     outside = step
     for _ in range(HALVINGS):
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if allowed(middle) else (inside, middle)
-    return outside
+        further = allowed(middle)
+        inside, outside, end = (inside, middle, end) if further is None else (middle, outside, further)
+    return outside, end
