@@ -42,8 +42,8 @@ def parameter_within(
         refused = _refused(model, np.where(alone > 0.0, linear, point))
         ends = [_reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
         likely += [end for _, end in ends]
-        shares = [point[k] + sign * reach for reach, _ in ends]
-        reached.append(sorted([*shares, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
+        shares = [float(point[k]) + sign * reach for reach, _ in ends]
+        reached.append((min if sign < 0.0 else max)([*shares, *([] if refused else [linear])]))
     low, high = reached
     least, most = map(float, unknown.at(np.array([low, high])))
     of_prior = spread.known[k] > SAYS_MORE and any(prior.name == path for prior in model.priors)
