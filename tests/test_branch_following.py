@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -279,6 +280,14 @@ def test_changes_of_the_word_are_named(before, after, change, text):
         assert mode_change(before, after)[0] is change
     else:
         assert mode_change(before, after) == (change, text)
+
+
+def test_a_change_among_a_hundred_phases_is_named_at_once():
+    """Triples of phases are tried only where the difference in length allows them."""
+    begun = time.process_time()
+    assert mode_change("FB" * 60, "FB" * 50)[0] is ModeChange.UNNAMED
+    assert mode_change("FSBS" + "FB" * 50, "FB" * 51) == (ModeChange.CROSSING, "two stick phases vanish")
+    assert time.process_time() - begun < 1.0
 
 
 def test_words_are_cycles():

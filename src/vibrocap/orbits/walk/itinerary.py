@@ -47,22 +47,35 @@ def mode_change(before: str, after: str) -> tuple[ModeChange, str]:
 
 
 def _change(before: str, after: str) -> tuple[ModeChange, str]:
-    """The same of one contact."""
+    """The same of one contact. A phase that vanishes takes one neighbour along where both are alike."""
     longer, shorter = (before, after) if len(before) >= len(after) else (after, before)
-    verb = "vanish" if longer is before else "appear"
-    for count in range(1, MOST_PHASES + 1):
-        for phases in itertools.combinations(range(len(longer)), count):
-            rest = "".join(letter for i, letter in enumerate(longer) if i not in phases)
-            if same_cycle(closed_sequence(rest), shorter):
-                kinds = {_kind(longer, i) for i in phases}
-                letters = {longer[i] for i in phases}
-                if len(kinds) == 1 and len({letter == "S" for letter in letters}) == 1:
-                    phase = "stick phase" if letters == {"S"} else "slip phase"
-                    times = "a" if count == 1 else ("two", "three")[count - 2]
-                    plural = phase if count == 1 else f"{phase}s"
-                    words = verb if count > 1 else f"{verb}es" if verb == "vanish" else f"{verb}s"
-                    return kinds.pop(), f"{times} {plural} {words}"
+    verb, fewer = "vanish" if longer is before else "appear", len(longer) - len(shorter)
+    alike: dict[tuple[ModeChange, bool], list[int]] = {}
+    for i, letter in enumerate(longer):
+        alike.setdefault((_kind(longer, i), letter == "S"), []).append(i)
+    for count in range(max(1, (fewer + 1) // 2), min(fewer, MOST_PHASES) + 1):
+        names = []
+        for (kind, sticks), places in alike.items():
+            choices = itertools.combinations(places, count)
+            if phases := next((left for left in choices if same_cycle(_without(longer, left), shorter)), None):
+                names.append((phases, kind, sticks))
+        if names:
+            _, kind, sticks = min(names, key=lambda change: change[0])
+            phase = "stick phase" if sticks else "slip phase"
+            if count == 1:
+                return kind, f"a {phase} {verb}{'es' if verb == 'vanish' else 's'}"
+            return kind, f"{('two', 'three')[count - 2]} {phase}s {verb}"
     return ModeChange.UNNAMED, "several phases change at once"
+
+
+def _without(sequence: str, phases: tuple[int, ...]) -> str:
+    """The cycle without these phases, whose neighbours become one where they are alike."""
+    starts, ends = (0, *(i + 1 for i in phases)), (*phases, len(sequence))
+    rest = "".join(sequence[start:end] for start, end in zip(starts, ends, strict=True))
+    for letter in "FSB":
+        while 2 * letter in rest:
+            rest = rest.replace(2 * letter, letter)
+    return rest[:-1] if len(rest) > 1 and rest[0] == rest[-1] else rest
 
 
 def _kind(sequence: str, i: int) -> ModeChange:
