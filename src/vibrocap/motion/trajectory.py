@@ -236,7 +236,7 @@ class Trajectory(Result):
                 f"this motion ended where it began ({self.status.value}): it holds its initial condition only"
             )
         if np.any((t < self.start_time - 1e-12 * abs(self.start_time)) | (t > self.end + 1e-12 * abs(self.end))):
-            raise ValueError(f"times should lie within the motion, {self.start_time:g} to {self.end}")
+            raise ValueError(f"times should lie between start_time and end of the motion ({self.status.value})")
         index = self.piece_at(t)
         return t, index, t - self.piece_start[index]
 
