@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -9,6 +10,19 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
+from vibrocap.mechanics import (
+    Contact,
+    Damper,
+    Machine,
+    Mass,
+    Number,
+    Potential,
+    Spring,
+    Stop,
+    coordinate,
+    parameter,
+    parameters,
+)
 from vibrocap.physics.catalogue import law as law_of
 
 
@@ -190,3 +204,35 @@ def test_measures_of_what_an_imposed_motion_takes():
     assert peak == pytest.approx(abs(torque).max(), rel=1e-3)
     with pytest.raises(ValueError, match="'actuator_force' is not known of an instant"):
         vc.measured(run, "peak_actuator_force", window=1)
+
+
+@parameters
+class Tethered(Machine):
+    """A crawler that a spring, a damper, a potential and a stop hold to the ground, on a line that rises."""
+
+    rise: Number = parameter(0.2, "a", "rise of the line", unit="1")
+
+    name: ClassVar[str] = "tethered-crawler"
+    bend: ClassVar[float] = 0.0
+    effort: ClassVar = "displacement"
+    position = coordinate("X", "place of the base", "m")
+
+    def parts(self, q):
+        x = q.position
+        base = Mass("base", 0.5, x=x, z=self.rise * x + self.bend * x * x)
+        inner = Mass("inner mass", 1.5, on=base, x=q.imposed(q.drive), z=0.1 * q.drive)
+        held = Spring(2.0, x, rest=0.1), Damper(0.3, x), Potential(0.4 * x * x * x * x)
+        stop = Stop(x, gap=0.05, back_gap=0.05, stiffness=8.0, damping=0.2)
+        return base, inner, held, stop, Contact(base, load=0.5)
+
+
+def test_a_drive_that_imposes_the_motion_works_against_all_that_holds_the_machine():
+    """The balances of energy and momentum close, by themselves and on a slope."""
+    for environment in (None, vc.Environment(inclination=0.05)):
+        system = vc.System(Tethered(), vc.Coulomb(0.1, 0.2), vc.Harmonic(0.4, 1.3), environment=environment)
+        motion = vc.simulate(system, initial={"position": 0.04}, periods=4)
+        assert motion.certificate.ok, motion.certificate
+        assert {"impact", "stop_opened"} <= {event.kind for event in motion.events}
+    bent = type("Bent", (Tethered,), {"bend": 0.1})
+    with pytest.raises(ValueError, match="moves along straight lines with 'position'"):
+        vc.System(bent(), vc.Coulomb(0.1, 0.2), vc.Harmonic(0.4, 1.3))

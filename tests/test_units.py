@@ -394,3 +394,16 @@ def test_a_declared_unit_and_a_role_give_one_key():
     keys = ["stiffness_N_m_per_rad", "stiffness_2_N_m_per_rad", "damping_N_m_s_per_rad", "damping_2_N_m_s_per_rad"]
     for effort in ("force", "torque"):
         assert list(parameter_keys(Part, effort)) == [*keys, "rate_2_rad_per_s", "friction_2_N_s_per_m"]
+
+
+def test_refusals_of_a_system_in_si_are_in_si():
+    dynamic = case_from_text(CASE.replace('normal_load = "weight"', 'normal_load = "dynamic"'))
+    said = "initial: the normal load is negative at the start, -73.* N: .*angle_rate 40 rad/s"
+    with pytest.raises(ArgumentError, match=said):
+        vc.simulate(dynamic, initial={"angle_rate": 40.0})
+    system = case_from_text(CASE).system
+    with pytest.raises(ArgumentError, match=r"between: drive\.frequency_Hz cannot be -1 Hz: should be greater than 0"):
+        vc.crossing(system, "mean_velocity", over="drive.frequency_Hz", between=(-1.0, 2.0))
+    motion = vc.simulate(system, periods=1)
+    with pytest.raises(ValueError, match="times should lie between start_time and end of the motion"):
+        motion.at(2.0 * motion.end, "angle")

@@ -20,6 +20,7 @@ from vibrocap.motion.recording.equations import equations, integrals, parameter_
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, Form, MotionStart, Recorded, codes, recorded_run, series_order
+from vibrocap.physics.dimensions.conversion import INITIAL, value_in_words
 from vibrocap.physics.dimensions.units import state_keys
 from vibrocap.physics.events import BOUNDS, KINDS
 from vibrocap.physics.names import OUTPUT, numbered
@@ -103,10 +104,12 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
         least, number = max((least, number), load)
         if least >= 0.0:
             return
-    states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
+    words = (f"{name} {value_in_words(INITIAL + name, value, system)}" for name, value in state.items() if value)
+    states = ", ".join(words) or "all at 0"
+    force = said(least * system.result_units.factor("reaction"), system.result_units.unit("reaction"), 4)
     where = f" on contact {number}" if len(contacts) > 1 else ""
-    words = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
-    raise ArgumentError("initial", f"{words} ({states})")
+    what = f"the normal load{where} is negative at the start, {force}: the machine would lift off at once"
+    raise ArgumentError("initial", f"{what} ({states})")
 
 
 def _possible_sides(velocity: float, kind: str) -> tuple[int, ...]:
@@ -171,7 +174,9 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         rest = dict.fromkeys(system.machine.contact_states, -system.machine.ground_speed())
         for locked, value in ((name, where), *((key, rest.get(key, 0.0)) for key in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
-                wanted, got = (_in_words(number, locked, system, 10) for number in (value, start[locked]))
+                wanted, got = (
+                    value_in_words(INITIAL + locked, number, system, 10) for number in (value, start[locked])
+                )
                 what = f"should be {wanted}, as {switch} is {start[switch]:g}, got {got}"
                 raise ArgumentError(f"initial.{locked}", what)
     for name, (low, high) in system.placed.room().items():
@@ -179,14 +184,8 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         if not low - rounding <= start[name] <= high + rounding:
             what = "the actuator has its limit" if name == OUTPUT else "a stop stands"
             side, bound = ("most", high) if start[name] > high else ("least", low)
-            wanted, got = (_in_words(number, name, system, 6) for number in (bound, start[name]))
+            wanted, got = (value_in_words(INITIAL + name, number, system) for number in (bound, start[name]))
             raise ArgumentError(f"initial.{name}", f"should be at {side} {wanted}, where {what}, got {got}")
-
-
-def _in_words(value: float, name: str, system: System, digits: int) -> str:
-    """A value of a state in words, with the unit that results have."""
-    units = system.result_units
-    return said(value * units.factor(name), units.unit(name), digits)
 
 
 MOST_SAMPLES = 2**24  # per period

@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, is_number
+from vibrocap.physics.dimensions.conversion import quantity_in_si, value_in_words
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
@@ -53,4 +54,7 @@ def system_at(system: System, over: str, value: float) -> System:
     try:
         return system.with_parameters({over: float(value)})
     except ValueError as error:
-        raise ArgumentError("between", f"{over} cannot be {value:g}: {error}") from None
+        complaints = getattr(error, "complaints", (str(error),))
+        text = "; ".join(getattr(complaint, "text", complaint) for complaint in complaints)
+        words = f"{quantity_in_si(over, system).path} cannot be {value_in_words(over, value, system)}"
+        raise ArgumentError("between", f"{words}: {text.rpartition(', got ')[0] or text}") from None

@@ -10,6 +10,7 @@ from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.orbits.parameter_range import checked_pair
+from vibrocap.physics.dimensions.conversion import INITIAL, value_in_words
 from vibrocap.physics.system import System
 
 PROBES, PROBE_PERIODS = 16, 20  # runs that look for what motions visit
@@ -32,7 +33,9 @@ def checked_start_range(name: str, system: System, state: str, pair: Any) -> tup
     low, high = checked_pair(name, pair)
     least, most = system.placed.room().get(state, (-np.inf, np.inf))
     if low < least or high > most:
-        raise ArgumentError(name, f"should lie between the stops, {least:g} to {most:g}, got {pair!r}")
+        words = [value_in_words(INITIAL + state, end, system) for end in (least, most, low, high)]
+        between, got = (" to ".join(ends) for ends in (words[:2], words[2:]))
+        raise ArgumentError(name, f"should lie between the stops, {between}, got {got}")
     return low, high
 
 

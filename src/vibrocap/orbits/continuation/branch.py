@@ -25,7 +25,7 @@ from vibrocap.orbits.walk.following import Followed, end_at, followed, started, 
 from vibrocap.orbits.walk.kinds import CORNERS, BranchEnd, SpecialKind
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.orbits.walk.special_points import SpecialPoint
-from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path, value_in_words
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import AlongTurns, ByName, Lengths, Numbers, Over, Speeds, StateColumns, Times
@@ -318,8 +318,8 @@ def first_orbit(
     inside = min(max(value, between[0]), between[1])
     if orbit is not None:
         if value != inside:
-            limits = f"{between[0]:g} to {between[1]:g}"
-            raise ArgumentError("orbit", f"should have its {over} within {limits}, got {value:g}")
+            low, high, got = (value_in_words(over, number, system) for number in (*between, value))
+            raise ArgumentError("orbit", f"should have its {over} within {low} to {high}, got {got}")
         return orbit
     system = system if value == inside else system.with_parameters({over: inside})
     return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)

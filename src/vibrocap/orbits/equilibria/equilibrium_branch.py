@@ -16,7 +16,7 @@ from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.following import Walked, followed, started, walked
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
-from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path, value_in_words
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import AngularFrequencies, Numbers, Over, Speeds, StateColumns
 
@@ -108,7 +108,8 @@ def equilibrium_branch(
         system = start.system
     value = min(max(float(system.parameter(over)), low), high)
     if start is not None and value != float(system.parameter(over)):
-        raise ArgumentError("start", f"should have its {over} within {low:g} to {high:g}")
+        least, most = (value_in_words(over, number, system) for number in (low, high))
+        raise ArgumentError("start", f"should have its {over} within {least} to {most}")
     problem = SteadyEquations(system_at(system, over, value), over)
     state = _start(problem, start)
     mode = Sliding(problem, state.sides, state.switched, (low, high))

@@ -170,6 +170,12 @@ def quantity_in_si(plain: str, system: Any) -> Quantity:
     return Quantity(plain, plain)
 
 
+def value_in_words(path: str, value: float, system: Any, digits: int = 6) -> str:
+    """A value of a parameter or an initial state, in SI where the system knows its scales, with its unit."""
+    known = quantity_in_si(path, system)
+    return f"{value * known.scale:.{digits}g}" + ("" if known.unit == "1" else f" {known.unit}")
+
+
 class Along(Declared):
     """A parameter along which something is known: of a number its value, of a path the path that says its unit.
 

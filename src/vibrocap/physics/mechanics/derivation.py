@@ -276,20 +276,27 @@ class Derivation(Motion):
                 wall = add(wall, mul(mul(touching, touching), force))
         return wall
 
+    def _outer(self, way: Quantity) -> bool:
+        """Whether a way is more than relative motion that the drive imposes, and what acts along it bears itself."""
+        return not self.imposes or bool(way.slope(self.names[0]))
+
     def energy(self) -> Any:
         """Kinetic and potential energy, without that of the weight along a slope."""
         if self.imposes:  # of the common centre: that of all relative motion is the drive's
             (name,) = self.names
-            return written(0.5 * self.inertia(name, name) * (self.speed[name] * Sum.of(self.speed[name])))
-        energy = total(0.5 * size * (x.rate * x.rate) for x, size in self.moved)
-        energy = energy + total(as_sum(m.mass) * (self.normal * m.height.value) for m in self.masses)
+            energy = 0.5 * self.inertia(name, name) * (self.speed[name] * Sum.of(self.speed[name]))
+        else:
+            energy = total(0.5 * size * (x.rate * x.rate) for x, size in self.moved)
+        lifted = (m for m in self.masses if self._outer(m.height))
+        energy = energy + total(as_sum(m.mass) * (self.normal * m.height.value) for m in lifted)
         for spring in self.springs:
-            stretch = self.stretches[id(spring)].value
-            energy = energy + 0.5 * as_sum(spring.stiffness) * (stretch * stretch)
+            if self._outer(way := self.stretches[id(spring)]):
+                energy = energy + 0.5 * as_sum(spring.stiffness) * (way.value * way.value)
         for _, stop, touching in self.switching:
-            if stop.elastic:
+            if stop.elastic and self._outer(stop.way):
                 energy = energy + total(0.5 * k * (pressed * pressed) for _, pressed, k, _ in springs(stop, touching))
-        return written(energy + total(Quantity.of(p.energy).value for p in self.potentials))
+        stored = map(Quantity.of, (p.energy for p in self.potentials))
+        return written(energy + total(energy.value for energy in stored if self._outer(energy)))
 
     def momentum(self, i: Direction) -> Sum:
         """Momentum along a direction."""
@@ -319,10 +326,11 @@ class Derivation(Motion):
         return bent
 
     def line_momentum(self) -> Any:
-        """Momentum of all masses along the line, over the ground at rest."""
-        if self.imposes:
-            return self.common_momentum()
-        return written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
+        """Momentum of all masses along the line, over the ground at rest; the common one where the drive imposes."""
+        if not self.imposes:
+            return written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
+        (name,) = self.names
+        return written(total(as_sum(m.mass) * m.along.slope(name) for m in self.masses) * self.speed[name])
 
     def weight_along(self) -> tuple:
         """What the weight of all pulls along the speed of each contact."""
@@ -342,19 +350,28 @@ class Derivation(Motion):
         return tuple(speeds)
 
     def powers(self) -> tuple:
-        """(of the drive, of dampers, of supports)."""
-        if self.imposes:
-            pairs = zip(self.paths, self.speeds, self.inputs.frictions, strict=True)
-            (name,) = self.names
-            driven = total((path.rate - self.speed[name]) * friction for path, _, friction in pairs)
-            return written(driven), 0.0, 0.0
-        driven = total(as_sum(d.share) * (Quantity.of(d.path).rate * self.drive) for d in self.drives)
-        lost = -total(d.force * Quantity.of(d.stretch).rate for d in self.dampers)
+        """(of the drive, of dampers, of supports).
+
+        A drive that imposes the motion moves places past the common centre, at the speed u, against what acts there.
+        """
+        damped = [(d.force, way) for d in self.dampers if self._outer(way := Quantity.of(d.stretch))]
+        lost = -total(force * way.rate for force, way in damped)
         for _, stop, touching in self.switching:
-            if stop.elastic:
+            if stop.elastic and self._outer(stop.way):
                 rate = stop.way.rate
                 lost = lost - total(c * closed * (rate * rate) for closed, _, _, c in springs(stop, touching))
-        return written(driven), written(lost), self._along(TIME)
+        if not self.imposes:
+            driven = total(as_sum(d.share) * (Quantity.of(d.path).rate * self.drive) for d in self.drives)
+            return written(driven), written(lost), self._along(TIME)
+        (name,) = self.names
+        acting = [*zip(self.inputs.frictions, self.paths, strict=True), *damped]
+        acting += [(as_sum(m.mass) * self.normal, m.height) for m in self.masses]
+        stretches = ((spring, self.stretches[id(spring)]) for spring in self.springs)
+        acting += [(as_sum(spring.stiffness) * stretch.value, stretch) for spring, stretch in stretches]
+        acting += [(elastic_force(stop, touching), stop.way) for _, stop, touching in self.switching if stop.elastic]
+        acting += [(1.0, Quantity.of(p.energy)) for p in self.potentials]
+        past = [(way.rate - way.slope(name) * self.speed[name]) * force for force, way in acting if way.slope(name)]
+        return written(total(past)), written(lost), 0.0
 
     def _along(self, direction: Direction) -> Any:
         """The force that a direction takes along which the motion is imposed."""

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import suggestion
-from vibrocap.physics.mechanics.formulas import Formula, Tape, div
+from vibrocap.physics.mechanics.formulas import Formula, Program, Tape, div
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,
@@ -272,10 +272,13 @@ class Motion:
             self._take(self._space(places, unit, nothing, nothing))
             if self.imposes:
                 (name,) = self.names
-                whole = written(total(as_sum(m.mass) * m.along.slope(name) for m in self.masses))
-                moved = total(as_sum(m.mass) * m.along.rate for m in self.masses)
-                bent = total(as_sum(m.mass) * m.along.curvature for m in self.masses)
-                shifts[name], bends[name] = (-div(written(x), whole) for x in (moved, bent))
+                moved = [(size * x.slope(name), x) for m in self.masses for x, size in m.moved if x.slope(name)]
+                lines = Program(tuple(written(x.slope(name)) for _, x in moved), self.inputs.count)
+                if not lines.inputs.isdisjoint(self.inputs.changing):
+                    raise MechanicsError(f"a machine whose drive is a motion moves along straight lines with {name!r}")
+                whole = written(total(size * x.slope(name) for size, x in moved))
+                along = total(size * x.rate for size, x in moved), total(size * x.curvature for size, x in moved)
+                shifts[name], bends[name] = (-div(written(x), whole) for x in along)
             else:
                 self.folds = [*self._folds()]
                 slopes, shifts = self._kinematics()
