@@ -84,9 +84,9 @@ def test_oddness_is_read_off_the_segments(drive, odd):
 @pytest.mark.parametrize(
     ("times", "values", "complaint"),
     [
-        ((0, 1, 1, 2), (0, 1, 2, 0), r"times: should increase, got 1 after 1 \(number 3\)"),
-        ((0, 2, 1, 3), (0, 1, 2, 0), r"times: should increase, got 1 after 2 \(number 3\)"),
-        ((0, 1, 1.5, 2), (0, 1, 2, 0.5), "values: should end as they begin.*got 0.5 at time 2 and 0 at time 0"),
+        ((0, 1, 1, 2), (0, 1, 2, 0), r"times: should increase: number 3 is not after"),
+        ((0, 2, 1, 3), (0, 1, 2, 0), r"times: should increase: number 3 is not after"),
+        ((0, 1, 1.5, 2), (0, 1, 2, 0.5), "values: should end as they begin"),
         ((0, 1, 2, 3), (0, 1, 0), "values: should be one for each of the 4 times, got 3"),
         ((0, 1), (0, 0), "times: should be at least 4 instants, got 2"),
         ((0, math.nan, 2, 3), (0, 1, 2, 0), "times: should be finite numbers; number 2 is nan"),
@@ -183,7 +183,7 @@ def test_a_file_of_a_case_in_si_is_in_si(tmp_path):
     [
         (CASE, "0, 1\n1, 2, 3\n", "drive.file: line 2 of .*current.csv' should be a time and a value, got '1, 2, 3'"),
         (CASE, "a, b\n", "drive.file: .*current.csv' holds no numbers"),
-        (CASE, "0,0\n2,1\n1,1\n3,0\n", r"drive.times: should increase, got 1 after 2 \(number 3\)"),
+        (CASE, "0,0\n2,1\n1,1\n3,0\n", r"drive.times: should increase: number 3 is not after"),
         (CASE.replace("current", "other"), COLUMNS, "drive.file: there is no file .*other.csv"),
         (CASE + "times = [0, 1]\n", COLUMNS, "drive.file: gives the table once more; give it or times"),
         (CASE.replace('"current.csv"', "3"), COLUMNS, "drive.file: should be the name of a file"),

@@ -302,6 +302,26 @@ def test_stiffness_and_damping_are_over_a_load_that_follows_the_motion():
     assert quantity("friction.viscous_damping_s_per_m", system).unit == "s/m"
 
 
+@pytest.mark.parametrize(("load", "unit"), [("dynamic", "1"), ("weight", "N")])
+def test_states_of_a_law_are_over_a_load_that_follows_the_motion(load, unit):
+    """R/N = sum F_i + delta2 v of a Maxwell-slip law, whose F_i are forces at a constant load only."""
+    over = {"dynamic": ("per_m", "s_per_m"), "weight": ("N_per_m", "N_s_per_m")}[load]
+    elements = {f"stiffness_{i}_{over[0]}": 100.0 * i for i in (1, 2, 3, 4)}
+    levels = {"coulomb_coefficient": 0.1, "static_coefficient": 0.2, "stribeck_velocity_m_per_s": 0.05}
+    law = vc.MaxwellSlip.in_si(**levels, **elements, attraction_rate_per_s=20.0, **{f"viscous_damping_{over[1]}": 0.4})
+    system = in_si(load, law)
+    motion = vc.simulate(system, periods=2, initial={"element_force_1": 0.01})
+    names = [f"element_force_{i}" for i in (1, 2, 3, 4)]
+    per_load = sum(motion[name] for name in names) + 0.4 * motion["velocity"]
+    load_on_it = motion["reaction"] if load == "dynamic" else 1.0
+    np.testing.assert_allclose(motion["friction"], load_on_it * per_load, atol=1e-12)
+    assert motion[names[0]][0] == pytest.approx(0.01)
+    assert motion.unit_of(names[0]) == unit
+    assert motion.unit_of("element_force_1_rate") == {"1": "1/s", "N": "N/s"}[unit]
+    case = Case(system, initial={"element_force_1": 0.01 / system.si.factor("element_force_1")})
+    assert case_from_text(case_text(case)) == case
+
+
 @pytest.mark.parametrize(
     ("load", "keys", "words"),
     [

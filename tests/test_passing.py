@@ -95,7 +95,7 @@ def test_bad_input_is_named(motion):
         motion.crossings("angel", 0.5)
     with pytest.raises(ArgumentError, match=r"direction should be 1 \(upwards\)"):
         motion.crossings("angle", 0.5, direction=0)
-    with pytest.raises(ArgumentError, match="modulo should be a positive number or None, not 0"):
+    with pytest.raises(ArgumentError, match="modulo should be a positive number or None, got 0"):
         motion.crossings("angle", 0.5, modulo=0)
-    with pytest.raises(ArgumentError, match="value should be a finite number, not nan"):
+    with pytest.raises(ArgumentError, match="value should be a finite number, got nan"):
         motion.crossings("angle", float("nan"))

@@ -396,14 +396,43 @@ def test_a_declared_unit_and_a_role_give_one_key():
         assert list(parameter_keys(Part, effort)) == [*keys, "rate_2_rad_per_s", "friction_2_N_s_per_m"]
 
 
-def test_refusals_of_a_system_in_si_are_in_si():
-    dynamic = case_from_text(CASE.replace('normal_load = "weight"', 'normal_load = "dynamic"'))
-    said = "initial: the normal load is negative at the start, -73.* N: .*angle_rate 40 rad/s"
-    with pytest.raises(ArgumentError, match=said):
-        vc.simulate(dynamic, initial={"angle_rate": 40.0})
-    system = case_from_text(CASE).system
-    with pytest.raises(ArgumentError, match=r"between: drive\.frequency_Hz cannot be -1 Hz: should be greater than 0"):
-        vc.crossing(system, "mean_velocity", over="drive.frequency_Hz", between=(-1.0, 2.0))
-    motion = vc.simulate(system, periods=1)
-    with pytest.raises(ValueError, match="times should lie between start_time and end of the motion"):
-        motion.at(2.0 * motion.end, "angle")
+DYNAMIC = CASE.replace('normal_load = "weight"', 'normal_load = "dynamic"')
+REFUSALS = {
+    "initial: the normal load is negative at the start, -73.* N: .*angle_rate 40 rad/s": (
+        lambda motion: vc.simulate(case_from_text(DYNAMIC).system, initial={"angle_rate": 40.0})
+    ),
+    r"between: drive\.frequency_Hz cannot be -1 Hz: should be greater than 0": (
+        lambda motion: vc.crossing(motion.system, "mean_velocity", "drive.frequency_Hz", (-1.0, 2.0))
+    ),
+    "between should be .*, got \\(2.0, 1.0\\)$": (
+        lambda motion: vc.crossing(motion.system, "mean_velocity", "drive.frequency_Hz", (2.0, 1.0))
+    ),
+    "times should lie between start_time and end of the motion": lambda motion: motion.at(2.0 * motion.end, "angle"),
+    "modulo should be .*, got -3.0$": lambda motion: motion.crossings("velocity", 0.1, modulo=-3.0),
+    "window should be .* end of the motion, got \\(0.5, 30.0\\)$": lambda motion: vc.displacement(motion, (0.5, 30.0)),
+    "below should be .*, got -0.5$": lambda motion: vc.stick_fraction(motion, below=-0.5),
+    "ranges: velocity should be .*, got \\(0.1, -0.1\\)$": (
+        lambda motion: vc.attractors(motion.system, ranges={"velocity_m_per_s": (0.1, -0.1)})
+    ),
+    "drive.frequency_Hz: should be greater than 0, got -2.0$": (
+        lambda motion: motion.system.with_parameters({"drive.frequency_Hz": -2.0})
+    ),
+    "integration, .* m/s, got 1e-30 m/s": (
+        lambda motion: vc.width_for(motion.system, "mean_velocity", 1e-30, relative=False, periods=1)
+    ),
+    "sample_time should be a whole part of the period 0.909091 s .*, at least .* s, got 0.5 s": (
+        lambda motion: vc.System(
+            motion.system.machine,
+            motion.system.friction,
+            motion.system.drive,
+            motion.system.units,
+            controller=vc.SampledVelocityPI(sample_time=0.5 / motion.system.si.factor("time")),
+        )
+    ),
+}
+
+
+@pytest.mark.parametrize("words", REFUSALS)
+def test_refusals_of_a_system_in_si_are_in_si(words, motions):
+    with pytest.raises(ValueError, match=words):
+        REFUSALS[words](motions[0])

@@ -24,6 +24,7 @@ METRE, KILOGRAM, GRAVITY = 0.25, 0.2, 9.80665
 SECOND = math.sqrt(METRE / GRAVITY)
 NEWTON, SPEED = KILOGRAM * GRAVITY, METRE / SECOND
 STATES = {"angle": 1.0, "angle_rate": 1 / SECOND, "position": METRE, "velocity": SPEED}
+SCALED = vc.FreeScales(2.0, 0.1, 0.5)
 CLOSE = {"rel": 1e-13, "abs": 1e-15}  # a few roundings of scales that are products of powers
 
 
@@ -216,10 +217,46 @@ def test_orbits_are_in_si_and_say_their_units(orbits):
     assert again.drift == pytest.approx(found.drift, rel=1e-12)
 
 
+def test_rates_of_the_bristles_of_further_contacts_are_speeds():
+    law = vc.LuGre(bristle_stiffness=20.0, bristle_damping=2.0)
+    plain = vc.System(vc.ThreeBodyCrawler(), law, vc.Harmonic(amplitude=0.5))
+    found, same = (vc.simulate(one, periods=1) for one in (dataclasses.replace(plain, units=SCALED), plain))
+    for name in ("bristle_rate", "bristle_rate_2", "bristle_rate_3"):
+        assert found.unit_of(name) == "m/s"
+        assert found[name] == pytest.approx(same[name] * 0.1 / 0.5, **CLOSE)
+
+
+def test_a_width_is_found_for_an_error_in_si():
+    """The same as for that error without units."""
+    runs = {"measure": "mean_velocity", "relative": False, "periods": 3}
+    found = vc.width_for(bench(), error=1e-3, **runs)
+    plain = vc.width_for(bench().dimensionless, error=1e-3 / SPEED, **runs)
+    assert found.error == pytest.approx(1e-3, **CLOSE)
+    assert found.width == pytest.approx(plain.width * SPEED, rel=1e-9)
+
+
+def test_words_of_branches_and_certificates_are_in_si():
+    """A block on a belt beside its Hopf point, and a light capsule that its constant load keeps down."""
+    block = vc.read_case("examples/slides-or-sticks-by-its-start.toml").system
+    sliding = vc.equilibrium_branch(dataclasses.replace(block, units=SCALED), "machine.belt_speed_m_per_s", (0.05, 0.8))
+    born = vc.hopf_cycles(sliding, points=4).special_points[0]
+    assert born.frequency == pytest.approx(1.0 / 0.5, rel=1e-9)
+    assert born.remarks == "omega 2 rad/s; cycles are born; subcritical"
+    still = sliding.system.with_parameters({"machine.belt_speed": 0.0})
+    with pytest.raises(ArgumentError, match="belt_speed = 0 m/s, but no such state was found"):
+        vc.equilibrium_branch(still, "machine.belt_speed", (0.0, 0.1))
+    light = bench().with_parameters({"machine.capsule_mass_kg": 0.02, "drive.amplitude_N_m": 3.0})
+    motion = vc.simulate(light, periods=1)
+    (words,) = motion.certificate.warnings
+    time, force = re.search(r"about time (\S+) s, down to (\S+) N", words).groups()
+    assert float(force) == pytest.approx(motion.certificate.least_reaction * NEWTON, rel=1e-3)
+    assert 0.0 <= float(time) < motion.end
+
+
 def test_equilibria_are_in_si():
     """A block on a belt, whose parameters are the same numbers in SI: with other scales they are not."""
     system = vc.System(vc.Oscillator(stiffness=4.0, damping=0.4, belt_speed=0.5), vc.Coulomb(0.3), vc.Constant())
-    scaled = dataclasses.replace(system, units=vc.FreeScales(2.0, 0.1, 0.5))
+    scaled = dataclasses.replace(system, units=SCALED)
     states, plain = vc.equilibria(scaled), vc.equilibria(system)
     assert len(states) == len(plain) > 0
     for state, same in zip(states, plain, strict=True):

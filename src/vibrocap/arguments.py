@@ -86,6 +86,19 @@ class ArgumentError(ValueError):
         return type(self), (self.complaint.field, self.complaint.text)
 
 
+@contextlib.contextmanager
+def complaints_of(originals: Mapping[str, Any], checked: Mapping[str, Any]) -> Iterator[None]:
+    """What the `with` block says of arguments that were converted, with their originals; both by name."""
+    try:
+        yield
+    except ArgumentError as error:
+        name, complaint = re.split(r"\W", error.complaint.field)[0], error.complaint
+        text = restated(complaint.text, checked.get(name), originals.get(name))
+        if text == complaint.text:
+            raise
+        raise type(error)(complaint.field, text) from error
+
+
 class SettingError(ArgumentError):
     """An environment variable that cannot be used."""
 
@@ -112,6 +125,18 @@ def shown(value: object) -> str:
     except RecursionError:  # sections in sections in sections
         return f"{type(value).__name__} nested too deeply to be shown"
     return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"
+
+
+def restated(text: str, checked: Any, original: Any) -> str:
+    """A complaint that ends with the value, or one of several, that was checked: with the original in its place."""
+    before, got, _ = text.rpartition(f", got {shown(checked)}")
+    if got:
+        return f"{before}, got {shown(original)}"
+    pair = [list(value.values()) if isinstance(value, Mapping) else value for value in (checked, original)]
+    if all(isinstance(value, (list, tuple)) for value in pair):
+        for values in zip(*pair, strict=False):
+            text = restated(text, *values)
+    return text
 
 
 def is_number(value: Any) -> bool:

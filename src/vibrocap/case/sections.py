@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.arguments import Complaint, Complaints, shown
+from vibrocap.arguments import Complaint, Complaints, restated, shown
 from vibrocap.physics.catalogue import controllers, drives, laws, machines
 from vibrocap.physics.closed_loop.actuator import Actuator
 from vibrocap.physics.dimensions.carry_over import carried_names, lacking
@@ -207,7 +207,8 @@ def without_units(
         if name == "environment":
             values = with_gravity(values, form.classes["machine"])
         if name == "initial":
-            states = states_without_units(values, units, bare=bare)
+            own = state_units({**form.classes, **_machine(form.classes, plain)})
+            states = states_without_units(values, dataclasses.replace(units, states=own), bare=bare)
         else:
             states = part_without_units(form.classes[name], values, own_units, bare=bare)
         complaints += [complaint.about(f"{name}.{complaint.field}") for complaint in states.complaints]  # type: ignore[attr-defined]
@@ -234,8 +235,7 @@ def as_given(complaint: str, originals: Mapping[str, tuple[str, Any]], plain: Ma
         return complaint
     key, value = originals[complaint.field]
     section, name = split_path(complaint.field)
-    text, got, _ = complaint.text.rpartition(f", got {shown(plain[section][name])}")
-    return Complaint(key, f"{text}, got {shown(value)}" if got else complaint.text)
+    return Complaint(key, restated(complaint.text, plain[section][name], value))
 
 
 def check_word(word: Any, complaints: Complaints) -> None:

@@ -25,6 +25,7 @@ from vibrocap.physics.dimensions.conversion import Design
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, NumberInUnit, States
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Advised, Result
 
 APART = 0.05  # share of every range within which designs count as the same candidate
@@ -236,7 +237,9 @@ def _refined(
             break
         near, why = closed_near(problem, best_design.shares, best_design.state)
         if near is None:
-            rejected.append(f"{problem.goal.measure} {abs(best_design.cost):.6g}: {why}")
+            unit, scale = measure_unit(problem.system, problem.goal.measure)
+            value = said(abs(best_design.cost) * scale, unit, 6)
+            rejected.append(f"{problem.goal.measure} {value}: {why}")
             continue
         accepted += 1
         near.refine(refinement // len(near.near))

@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.laboratory.driven import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
-from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
+from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure, OneWanted, measure_unit
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.physics.friction.smoothed import smoothed
@@ -156,7 +156,7 @@ def regularisation_error(
 def width_for(
     system: System,
     measure: str | Measure = "displacement",
-    error: float = 0.01,
+    error: OneWanted = 0.01,
     *,
     relative: bool = True,
     shape: Shape = "tanh",
@@ -181,11 +181,10 @@ def width_for(
     if wanted == 0.0:
         raise ArgumentError("relative", f"should be False: the exact {meter.name} is zero, got error {error!r}")
     if wanted <= ABOVE_NOISE * meter.exact.noise:
-        raise ArgumentError(
-            "error",
-            f"should be above that of integration, {ABOVE_NOISE * meter.exact.noise:.2g}, got {wanted:.2g}; "
-            "or choose a smaller tolerance",
-        )
+        unit, scale = measure_unit(measure, system)
+        least, got = (said(x * (scale or 1.0), unit, 2) for x in (ABOVE_NOISE * meter.exact.noise, wanted))
+        what = f"should be above that of integration, {least}, got {got}; or choose a smaller tolerance"
+        raise ArgumentError("error", what)
     runs: list[SmoothedRun] = []
 
     def excess(run: SmoothedRun) -> float:

@@ -19,6 +19,13 @@ class OfMeasure(Declared):
         return _unit(next(iter(context.known("measure")), ""), context)
 
 
+class Wanted(OfMeasure):
+    """The same, or a share of one where the call around says `relative`."""
+
+    def unit(self, context: Context) -> str:
+        return "1" if context.known("relative")[0] else super().unit(context)
+
+
 class OverParameter(OfMeasure):
     """A slope of a measure over the parameter `over`."""
 
@@ -113,6 +120,7 @@ def _unit(measure: str | Measure, context: Context) -> str:
 
 
 OneOfMeasure = Annotated[float, OfMeasure()]
+OneWanted = Annotated[float, Wanted()]
 ManyOfMeasure = Annotated[np.ndarray, OfMeasure()]
 SlopeOfMeasure = Annotated[float, OverParameter()]
 ByMeasure = Annotated[dict[str, Any], OfMeasures()]

@@ -35,9 +35,9 @@ def crossings(
     if direction not in (None, 1, -1):
         raise ArgumentError("direction", f"should be 1 (upwards), -1 (downwards) or None (both), not {direction!r}")
     if not np.isfinite(value):
-        raise ArgumentError("value", f"should be a finite number, not {value!r}")
+        raise ArgumentError("value", f"should be a finite number, got {value!r}")
     if modulo is not None and not (np.isfinite(modulo) and modulo > 0.0):
-        raise ArgumentError("modulo", f"should be a positive number or None, not {modulo!r}")
+        raise ArgumentError("modulo", f"should be a positive number or None, got {modulo!r}")
     times, signs, values = _stretches(motion, name, float(value), modulo)
     other = signs != 0.0  # while the quantity keeps the value it is on no side of it
     times, signs, values = times[other], signs[other], values[other]

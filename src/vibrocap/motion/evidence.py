@@ -14,6 +14,7 @@ from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import derivative, evaluate, evaluated
 from vibrocap.physics.names import numbered
+from vibrocap.quantities.dimensional import said
 
 POINTS = 9  # per piece at which a certificate looks
 FINER = 8  # times closer to the slowest of these points, a still slower one is looked for
@@ -210,8 +211,9 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     together = np.sum(motion.piece_sides[:, can_rest] == 0.0, axis=1) > 1
     if not np.any(together):
         return ()
+    first = _in_units(motion, "time", motion.piece_start[np.argmax(together)])
     return (
-        f"contacts rest together, first from time {motion.piece_start[np.argmax(together)]:.4g}: how they share the "
+        f"contacts rest together, first from time {first}: how they share the "
         "force that is held is open at imposed distances (the motion is not); shown are equal shares of their limits",
     )
 
@@ -233,11 +235,17 @@ def _reaction(motion: Trajectory, observed: Mapping[str, np.ndarray]) -> tuple[f
         if reactions[-1] < 0.0 and not motion.system.machine.follows_load:
             time = motion.piece_start[np.argmax(lows < 0.0)]
             warnings.append(
-                f"the true normal load{where} would be negative, first about time {time:.4g}, "
-                f"down to {reactions[-1]:.4g}: "
+                f"the true normal load{where} would be negative, first about time {_in_units(motion, 'time', time)}, "
+                f"down to {_in_units(motion, name, reactions[-1])}: "
                 f'the machine would lift off, which a constant load hides; use normal_load = "dynamic"'
             )
     return min(reactions, default=None), tuple(warnings)
+
+
+def _in_units(motion: Trajectory, name: str, value: float) -> str:
+    """A value of a quantity in words, in SI where the scales are known."""
+    units = motion.system.result_units
+    return said(value * units.factor(name), units.unit(name), 4)
 
 
 def _least_of_pieces(motion: Trajectory, name: str, values_at: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from pydantic.dataclasses import dataclass as _checked_dataclass
 from pydantic.dataclasses import is_pydantic_dataclass
 from pydantic.fields import FieldInfo
 
-from vibrocap.arguments import Complaint, shown, suggestion
+from vibrocap.arguments import Complaint, restated, shown, suggestion
 
 
 @dataclasses.dataclass(frozen=True)
@@ -205,9 +205,11 @@ class ParameterError(ValueError):
     def __reduce__(self):
         return type(self), (self.owner, self.complaints)
 
-    def within(self, part: str) -> "ParameterError":
-        """The same for a part of a system, with fields such as "machine.mass_ratio"."""
-        return ParameterError("the system", (fault.about(f"{part}.{fault.field}") for fault in self.complaints))
+    def within(self, part: str, asked: Mapping[str, tuple[str, Any, Any]] = {}) -> "ParameterError":
+        """The same for a part of a system. asked: by field the path by which it was set, its value here and there."""
+        fields = ((f"{part}.{fault.field}", fault.text) for fault in self.complaints)
+        faults = ((asked.get(field, (field, None, None)), text) for field, text in fields)
+        return ParameterError("the system", (Complaint(path, restated(text, *x)) for (path, *x), text in faults))
 
 
 @dataclass_transform(frozen_default=True)

@@ -39,6 +39,7 @@ from vibrocap.physics.names import (
 )
 from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
+from vibrocap.quantities.dimensional import said
 
 PARTS = ("machine", "friction", "drive")  # of every system
 # Besides laws of further contacts, each with one that may be given.
@@ -156,14 +157,15 @@ class System:
                 what = f"{wave.name} has breakpoints or no slope; a signal is smooth"
                 raise ArgumentError(f"{SIGNAL}{name}", f"the waveform {what}, such as harmonic")
         if not self.machine.driven_by(self.drive, self.drives).repeats_after(self.drive.period):
-            what = f"has the period {self.drive.period:g}, after which the {self.machine.name} is another"
+            period = said(self.drive.period * self.result_units.factor("time"), self.result_units.unit("time"), 6)
+            what = f"has the period {period}, after which the {self.machine.name} is another"
             raise ArgumentError("drive", f"{what}: choose one in which all that depends on time in its parts repeats")
         if self.machine.imposes_motion and self.actuator is not None:
             what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
             raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.controller is not None:
             if self.controller.sampled:
-                check_samples(self.drive, self.controller)
+                check_samples(self)
             check_controller(self.parts, self.placed)
         if self.environment is not None:
             self.environment.check(self.machine)
@@ -366,16 +368,19 @@ class System:
         if own := own_laws(self.parts, [path for path in values if str(path).startswith(NAMED_LAW)]):
             return self.of_parts(self.parts | own, self.units).with_parameters(values)
         changes: dict[str, dict[str, Any]] = {}
+        asked: dict[str, tuple[str, Any, Any]] = {}
         known = self.parameter_paths
-        for path, value in values_without_units(values, self.units, self.parts).items():
+        plain = values_without_units(values, self.units, self.parts)
+        for original, (path, value) in zip(values, plain.items(), strict=True):
             part, name = split_path(path) if path in known else self._resolved(path)
             changes.setdefault(part, {})[name] = value
+            asked[f"{part}.{name}"] = original, value, values[original]
         parts = self.parts
         for part, fields in changes.items():
             try:
                 parts[part] = dataclasses.replace(parts[part], **fields)
             except ParameterError as error:
-                raise error.within(part) from None
+                raise error.within(part, asked) from None
         return self.of_parts(parts, self.units)
 
     def _resolved(self, path: str) -> tuple[str, str]:

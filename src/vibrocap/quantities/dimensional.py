@@ -11,6 +11,7 @@ import functools
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self, TypeVar
 
+from vibrocap.arguments import complaints_of
 from vibrocap.quantities.declared import Context, WithUnit
 from vibrocap.quantities.hints import call_hints, declared_anywhere, field_hints, fitting, of_elements, undeclared
 
@@ -182,8 +183,9 @@ def _shown_method(cls: type, name: str, function: Any) -> Any:
         named = dict(zip(names, args, strict=False)) | kwargs
         context = self._context.within(self._computed).within({k: x for k, x in named.items() if isinstance(x, str)})
         plain = {key: walked(value, hints.get(key, Any), context, back=True) for key, value in named.items()}
-        rest = args[len(names) :]
-        value = getattr(self._computed, name)(*(plain.pop(key) for key in names[: len(args)]), *rest, **plain)
+        rest, own = args[len(names) :], dict(plain)
+        with complaints_of(named, plain):
+            value = getattr(self._computed, name)(*(own.pop(key) for key in names[: len(args)]), *rest, **own)
         return walked(value, hints.get("return", Any), context)
 
     return method

@@ -12,6 +12,7 @@ import typing
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+from vibrocap.arguments import complaints_of
 from vibrocap.quantities.declared import Context
 from vibrocap.quantities.dimensional import walked
 from vibrocap.quantities.hints import call_hints
@@ -43,10 +44,12 @@ def opened_in_si(function: Function) -> Function:
             _take_cases(bound, hints)
         if context is None:
             return function(*bound.args, **bound.kwargs)
-        inside = context.within(defaults | bound.arguments)
-        for name, value in bound.arguments.items():
+        originals, inside = dict(bound.arguments), context.within(defaults | bound.arguments)
+        for name, value in originals.items():
             bound.arguments[name] = walked(value, hints.get(name, Any), inside, back=True)
-        return walked(function(*bound.args, **bound.kwargs), hints.get("return", Any), inside)
+        with complaints_of(originals, bound.arguments):
+            result = function(*bound.args, **bound.kwargs)
+        return walked(result, hints.get("return", Any), inside)
 
     opened.__module__ = "vibrocap"  # where it is found, also by pickle
     return opened  # type: ignore[return-value]

@@ -1,6 +1,6 @@
 """The stretch of time over which something is measured: named in times, or as the last so many whole periods."""
 
-from vibrocap.arguments import ArgumentError, is_whole
+from vibrocap.arguments import ArgumentError, is_whole, shown
 from vibrocap.motion.trajectory import Trajectory
 
 WINDOW = 10  # whole drive periods
@@ -43,8 +43,8 @@ def window_times(
     except (TypeError, ValueError):
         raise ArgumentError("window", f"should be a pair of times (start, end), got {window!r}") from None
     if not (motion.start_time <= start < end <= motion.end + 1e-12 * abs(motion.end)):
-        limits = f"{motion.start_time:g} <= start < end <= {motion.end}"
-        raise ArgumentError("window", f"should be (start, end) with {limits}, got ({start}, {end})")
+        limits = "start before end, between start_time and end of the motion"
+        raise ArgumentError("window", f"should be (start, end), {limits}, got {shown(window)}")
     return start, end
 
 

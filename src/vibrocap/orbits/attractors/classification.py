@@ -237,7 +237,7 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     if abs(size - 1.0) <= CLOSE_TO_CIRCLE and abs(largest.imag) > CLOSE_TO_CIRCLE:
         reason = f"the pair of multipliers {largest:.9f} is on the unit circle"
         return MotionClass("quasi-periodic", reason, **known)
-    after = f"{n} drive periods" if orbit.response_period else f"the time {orbit.period:.10g}"
+    after = f"{n} drive periods" if orbit.response_period else "its period"
     reason = f"it closes after {after} to {orbit.residual:.2g}; largest multiplier {size:.9g}"
     if known["orbit"].status is OrbitStatus.NOT_CERTIFIED:
         reason += "; not certified: it is no motion of the equations"
@@ -294,7 +294,7 @@ def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays
     stays: whether both halves of them fill the same set. A slow way to or from an orbit has a small exponent too
     """
     value, error = growth.value * period, growth.error * period
-    exponent = f"largest Lyapunov exponent {growth.value:.3g} +- {growth.error:.1g}"
+    exponent = f"largest Lyapunov exponent {value:.3g} +- {error:.1g} per drive period"
     numbers = f"{exponent} over {growth.periods} drive periods, 0-1 test {chaos.value:.3f}"
     if not stays:
         return "not settled", f"the second half of the iterates lies elsewhere than the first: {numbers}"

@@ -63,8 +63,8 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     located = hopf(mode, centre.x, complex(0.0, 2.0 * np.pi / period))
     if located is None or not _belongs(closure, mode, located, state, period, amplitude):
         return None
-    text = f"the cycles shrink to steady sliding; omega {located.frequency:.10g}"
-    return Found.at_end(SpecialKind.HOPF, 1.0, last, located.error, text, mode.parameter(located.x))
+    text, place = "the cycles shrink to steady sliding", mode.parameter(located.x)
+    return Found.at_end(SpecialKind.HOPF, 1.0, last, located.error, text, place, frequency=located.frequency)
 
 
 def _mode(closure: CycleMap, point: BranchPoint) -> Sliding:

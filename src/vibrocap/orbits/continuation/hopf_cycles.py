@@ -13,6 +13,7 @@ from vibrocap.orbits.parameter_range import system_at
 from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
 from vibrocap.orbits.walk.special_points import Found, SpecialPoint
+from vibrocap.physics.dimensions.conversion import value_in_words
 
 FIRST = 1e-2  # amplitude of the first cycle, over the one that would bring a contact to rest
 
@@ -50,8 +51,8 @@ def hopf_cycles(
         raise ArgumentError("at", text)
     closure, first = _first_cycle(branch, at, tolerance)
     walk = cycles_followed(closure, first, 1.0, points, step)
-    text = f"cycles are born; omega {at.frequency:.10g}; {at.criticality}"
-    born = Found.at_end(SpecialKind.HOPF, 0.0, first, at.error, text, at.parameter)
+    text = f"cycles are born; {at.criticality}"
+    born = Found.at_end(SpecialKind.HOPF, 0.0, first, at.error, text, at.parameter, frequency=at.frequency)
     result = joined(closure, None, dataclasses.replace(walk, special=[(0, born), *walk.special]))
     return dataclasses.replace(result, ends=(BranchEnd.HOPF, result.ends[1]))
 
@@ -72,7 +73,8 @@ def _first_cycle(branch: EquilibriumBranch, at: SpecialPoint, tolerance: float) 
     outward = np.concatenate((shape.real[closure.unknowns], (0.0, 0.0)))
     closed, _ = corrected(closure, x, outward, float(outward @ x))
     if closed is None or np.linalg.norm((closed.x - x)[:-2]) > 0.5 * FIRST:
-        where = f"no cycle of a small amplitude closes beside the Hopf point at {at.parameter:.10g}"
+        place = value_in_words(branch.over, at.parameter, branch.system, 10)
+        where = f"no cycle of a small amplitude closes beside the Hopf point at {place}"
         raise ArgumentError("at", f"{where}, which is {at.criticality}")
     along = null_tangent(closed)
     return closure, BranchPoint(closed, along if along @ outward > 0.0 else -along)

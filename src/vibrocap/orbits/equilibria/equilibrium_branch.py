@@ -115,7 +115,7 @@ def equilibrium_branch(
     mode = Sliding(problem, state.sides, state.switched, (low, high))
     begun = started(mode, mode.point(state.y, value))
     if begun is None:
-        why = f"should slide steadily at {over} = {value:g}, but Newton's method leaves the state"
+        why = f"should slide steadily at {_place(problem)}, but Newton's method leaves the state"
         raise ArgumentError("system", why)
     onward, back = followed(mode, begun, 1.0, points, LONGEST), None
     if onward.end is not BranchEnd.CLOSED:
@@ -126,7 +126,7 @@ def equilibrium_branch(
 def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
     """The state from which a branch is followed."""
     moving = [state for state in steady_states(problem) if not state.rests.any() and not state.dimension]
-    value = f"{problem.path} = {problem.system.parameter(str(problem.path)):g}"
+    value = _place(problem)
     if start is not None:
         y = np.array([start.state[name] for name in problem.system.state_names])[problem.unknowns]
         limit = 1e-6 * (1.0 + np.max(np.abs(y)))
@@ -139,6 +139,12 @@ def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
     if len(moving) > 1:
         raise ArgumentError("start", f"should be given: at {value} there are {len(moving)} states of steady sliding")
     return moving[0]
+
+
+def _place(problem: SteadyEquations) -> str:
+    """The value of the parameter, in words."""
+    path = str(problem.path)
+    return f"{path} = {value_in_words(path, problem.system.parameter(path), problem.system)}"
 
 
 def _joined(mode: Sliding, walk: Walked) -> EquilibriumBranch:

@@ -161,8 +161,8 @@ class ClosingMap(Residual):
     def described(self, record: Found) -> dict[str, Any]:
         point, drift = record.point, self.drift(record.point.closing)
         state = named_states(self.system, self.state(point.x, point.closing))
-        none = None if np.isnan(drift) else drift
-        return {"state": state, "drift": none, "multipliers": point.multipliers(self.half)}
+        numbers = {"drift": None if np.isnan(drift) else drift, "frequency": record.frequency or None}
+        return {"state": state, "multipliers": point.multipliers(self.half), **numbers}
 
     def motion(self, closing: Any) -> Trajectory:
         """The motion from a point, over the response of the map."""

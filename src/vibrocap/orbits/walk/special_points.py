@@ -61,11 +61,11 @@ class Found:
 
     @classmethod
     def at_end(
-        cls, kind: SpecialKind, share: float, point: BranchPoint, error: float, text: str, place: float
+        cls, kind: SpecialKind, share: float, point: BranchPoint, error: float, text: str, place: float, **others: Any
     ) -> "Found":
         """Something near a point, at an end of a branch."""
         count, word = point.closing.unstable(), point.closing.mode_sequence
-        return cls(kind, share, point, error, (count, count), (word, word), text=text, place=place)
+        return cls(kind, share, point, error, (count, count), (word, word), text=text, place=place, **others)
 
 
 def flip_test(point: BranchPoint) -> float:

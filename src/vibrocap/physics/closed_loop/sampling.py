@@ -4,6 +4,7 @@ from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.drives.drive import Drive, Piecewise, Segment
+from vibrocap.quantities.dimensional import said
 
 MOST_SAMPLES = 100_000  # samples in a period of the drive
 WHOLE = 1e-9  # how far from a whole number the count of them may be
@@ -76,18 +77,24 @@ def check_smooth(system: Any) -> None:
         raise ArgumentError("controller.quantum", f"should be left out: {what}")
 
 
-def check_samples(drive: Any, controller: Any) -> None:
+def check_samples(system: Any) -> None:
     """ArgumentError for a number of samples in a period that is not whole, a delay that is too long, a reference that
     jumps or has corners."""
+    drive, controller, units = system.drive, system.controller, system.result_units
     h, period = controller.sample_time, drive.period
+
+    def words(time: float) -> str:
+        return said(time * units.factor("time"), units.unit("time"), 6)
+
     count = round(period / h)
     if not (1 <= count < MOST_SAMPLES and abs(count * h - period) <= WHOLE * period):
-        least = f"at least {period / MOST_SAMPLES:g}, got {h:g}"
+        least = f"at least {words(period / MOST_SAMPLES)}, got {words(h)}"
         raise ArgumentError(
-            "controller.sample_time", f"should be a whole part of the period {period:g} of the drive, {least}"
+            "controller.sample_time", f"should be a whole part of the period {words(period)} of the drive, {least}"
         )
     if controller.delay is not None and not controller.delay < h:
-        raise ArgumentError("controller.delay", f"should be less than the sample time {h:g}, got {controller.delay:g}")
+        what = f"should be less than the sample time {words(h)}, got {words(controller.delay)}"
+        raise ArgumentError("controller.delay", what)
     if isinstance(drive, Piecewise):
         smooth = "a constant, harmonic, biharmonic or fourier waveform"
         raise ArgumentError("drive", f"should have no corners, {smooth}, with a {controller.name}; got {drive.name}")

@@ -50,8 +50,7 @@ class FrictionObserver(Linear):
     @model_validator(mode="after")
     def _levels(self):
         if self.static_force < self.coulomb_force:
-            wanted = f"should be at least coulomb_force ({self.coulomb_force})"
-            raise ValueError(f"static_force {wanted}, got {self.static_force}")
+            raise ValueError(f"static_force should be at least coulomb_force, got {self.static_force}")
         return self
 
     @property

@@ -6,7 +6,16 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, is_positive, listed, shown, suggestion
+from vibrocap.arguments import (
+    ArgumentError,
+    Complaint,
+    Complaints,
+    is_number,
+    is_positive,
+    listed,
+    restated,
+    suggestion,
+)
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, TURNING, TURNING_PER_LOAD, Scales
 from vibrocap.physics.dimensions.units import (
     UNDECLARED,
@@ -381,5 +390,4 @@ def _as_given(
     name = complaint.field
     if name not in keys:
         return complaint.about(f"{part}.{name}")
-    text, got, _ = complaint.text.rpartition(f", got {shown(plain[name])}")
-    return Complaint(f"{part}.{keys[name]}", f"{text}, got {shown(values[keys[name]])}" if got else complaint.text)
+    return Complaint(f"{part}.{keys[name]}", restated(complaint.text, plain[name], values[keys[name]]))

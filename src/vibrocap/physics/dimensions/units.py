@@ -216,7 +216,8 @@ class Units:
             return DRIVE_UNITS[self.reference]
         if name.endswith(("_work", "_power")):
             return "J" if name.endswith("_work") else "W"
-        if (state := name.removesuffix("_rate")) in self.states and state != name:
+        stem, number = name_and_number(name)
+        if (state := numbered(stem.removesuffix("_rate"), number)) in self.states:
             return over_seconds(self.states[state])
         return "1"
 
@@ -328,9 +329,11 @@ def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
     for part in (*laws_of(parts)[1:], parts["friction"], parts["machine"]):
         own |= part.state_units
     units = {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
-    turns = turning(parts["machine"])
-    angles = (numbered(name, i) for i, law in laws_by_state(parts) if i in turns for name in law.internal)
-    return units | {name: turned(units[name]) for name in angles}
+    for i, law in laws_by_state(parts):
+        if (effort := effort_of(numbered("friction", i), parts)) != "force":  # the states count as its parameters do
+            names = [numbered(name, i) for name in law.internal]
+            units |= {name: unit_name(dimension_of_unit(units[name]), effort) for name in names}
+    return units
 
 
 def quantity_unit(name: str, own: Mapping[str, str] = {}) -> str | None:
