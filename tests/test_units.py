@@ -404,14 +404,14 @@ REFUSALS = {
     r"between: drive\.frequency_Hz cannot be -1 Hz: should be greater than 0": (
         lambda motion: vc.crossing(motion.system, "mean_velocity", "drive.frequency_Hz", (-1.0, 2.0))
     ),
-    "between should be .*, got \\(2.0, 1.0\\)$": (
+    "between should be .*, got 2 Hz to 1 Hz$": (
         lambda motion: vc.crossing(motion.system, "mean_velocity", "drive.frequency_Hz", (2.0, 1.0))
     ),
     "times should lie between start_time and end of the motion": lambda motion: motion.at(2.0 * motion.end, "angle"),
     "modulo should be .*, got -3.0$": lambda motion: motion.crossings("velocity", 0.1, modulo=-3.0),
     "window should be .* end of the motion, got \\(0.5, 30.0\\)$": lambda motion: vc.displacement(motion, (0.5, 30.0)),
     "below should be .*, got -0.5$": lambda motion: vc.stick_fraction(motion, below=-0.5),
-    "ranges: velocity should be .*, got \\(0.1, -0.1\\)$": (
+    "ranges: velocity should be .*, got 0.1 m/s to -0.1 m/s$": (
         lambda motion: vc.attractors(motion.system, ranges={"velocity_m_per_s": (0.1, -0.1)})
     ),
     "drive.frequency_Hz: should be greater than 0, got -2.0$": (

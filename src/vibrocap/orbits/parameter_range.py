@@ -10,14 +10,15 @@ from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
 
-def checked_pair(name: str, pair: Any) -> tuple[float, float]:
-    """(low, high), finite and in order."""
+def checked_pair(name: str, system: System, path: str, pair: Any) -> tuple[float, float]:
+    """(low, high), finite and in order, of the parameter or the initial state at a path."""
     try:
         low, high = (float(x) for x in pair)
     except (TypeError, ValueError):
         raise ArgumentError(name, f"should be two numbers (low, high), got {pair!r}") from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ArgumentError(name, f"should be finite with low < high, got {pair!r}")
+        words = " to ".join(value_in_words(path, end, system) for end in (low, high))
+        raise ArgumentError(name, f"should be finite with low < high, got {words}")
     return low, high
 
 
@@ -29,7 +30,7 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
         raise ArgumentError("over", f"{error}") from None
     if not is_number(value):
         raise ArgumentError("over", f"should be a parameter that is a number, but {over} is {value!r}")
-    low, high = checked_pair("between", between)
+    low, high = checked_pair("between", system, over, between)
     if system.controller is not None and system.controller.sampled:
         _check_samples(system, over, low, high)
     for end in (low, high):

@@ -224,7 +224,7 @@ def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tu
     pairs: list[tuple[float, float] | None] = []
     for name, pair in plane.items():
         if pair is not None and name == PHASE:
-            pair = checked_pair(f"plane: {name}", pair)
+            pair = checked_pair(f"plane: {name}", system, name, pair)
         elif pair is not None:
             pair = checked_start_range(f"plane: {name}", system, name, pair)
         pairs.append(pair)

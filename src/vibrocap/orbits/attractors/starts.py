@@ -30,7 +30,7 @@ def checked_ranges(system: System, asked: Any) -> dict[str, tuple[float, float]]
 
 def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:
     """(low, high) of the starts of a state; ValueError for what is no range, or lies beyond a rigid stop."""
-    low, high = checked_pair(name, pair)
+    low, high = checked_pair(name, system, INITIAL + state, pair)
     least, most = system.placed.room().get(state, (-np.inf, np.inf))
     if low < least or high > most:
         words = [value_in_words(INITIAL + state, end, system) for end in (least, most, low, high)]

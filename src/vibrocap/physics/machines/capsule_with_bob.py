@@ -9,7 +9,7 @@ from vibrocap.physics.machines.machine import Machine, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, coordinate
 from vibrocap.physics.parameters import MOST, allowed
 
-LOADS = 'a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
+LOADS = 'a finite number >= 0, "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
 Load = Annotated[Any, allowed(LOADS, ("weight", "dynamic"), MOST)]
 CAPSULE = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule")
 SPRING = parameter(2.0, "rho", "torsional spring", "torsional stiffness", over=", k/(m l^2 omega_n^2)")
