@@ -2,6 +2,7 @@
 
 import json
 import re
+import tracemalloc
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,7 +19,7 @@ from vibrocap.design.search.ascent import ascend
 from vibrocap.design.search.population import evaluated
 from vibrocap.design.search.problem import stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns
-from vibrocap.design.search.uncertainty import CRITERIA, Samples
+from vibrocap.design.search.uncertainty import CRITERIA, Samples, sample_points
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -513,11 +514,60 @@ def test_wrong_way_and_the_worst_tenth(biharmonic):
         ({"machine.damping,machine.stiffness": "0.9:1.1"}, "factor:0.9:1.1"),
         ({"friction.law": "0.9:1.1"}, "no uncertain quantity"),
         ({"machine.normal_load": (0.9, 1.1)}, "should be a number to be uncertain"),
+        ({"machine.damping": "normal:0.5:0.5"}, "uncertain: machine.damping: should be at least 0, got -"),
+        ({"friction.coulomb_coefficient": "0.1:0.6"}, "static_coefficient: should be at least coulomb_coefficient"),
     ],
 )
 def test_bad_uncertainties_are_named_before_any_work(biharmonic, uncertain, said):
     with pytest.raises(CaseError, match=said):
         vc.robustness(biharmonic, uncertain)
+
+
+@pytest.mark.parametrize(
+    ("through", "said"),
+    [
+        (lambda half: half, "through: should take arrays of half and return arrays by path"),
+        (lambda whole: {"machine.damping": whole}, "through: should take arrays of half"),
+        (lambda half: {"machine.dampin": half}, "machine.damping"),
+        (lambda half: {"machine.damping": half, "machine.stiffness": -1.0}, "uncertain: machine.stiffness: should be"),
+    ],
+)
+def test_bad_functions_of_uncertain_quantities_are_named_before_any_work(biharmonic, through, said):
+    with pytest.raises(CaseError, match=said):
+        vc.robustness(biharmonic, {"half": (0.5, 0.6)}, through=through)
+
+
+def test_sobol_indices_of_a_sum_in_memory_that_grows_as_its_samples():
+    """f = x + 2 y + 0 z of uniform numbers: shares 1/5, 4/5 and 0, the last without doubt."""
+    samples, names = 4096, ("x", "y", "z")
+    first, second = np.split(sample_points(6, samples, 0), 2, axis=1)
+    points = [first, second, *(np.where(np.arange(3) == i, second, first) for i in range(3))]
+    values = np.concatenate(points) @ [1.0, 2.0, 0.0]
+    tracemalloc.start()
+    alone, total = _sobol_indices(values, samples, [SimpleNamespace(name=name) for name in names], 0)
+    memory = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    for name, share in zip(names, (0.2, 0.8, 0.0), strict=True):
+        for index in (alone[name], total[name]):
+            assert index.share == pytest.approx(share, abs=2e-3)
+            assert index.low <= share <= index.high
+            assert index.high - index.low < 0.1
+    assert memory < 100 * values.nbytes
+
+
+def test_samples_that_a_part_refuses_or_that_newton_leads_astray_decide_as_their_runs_do():
+    """Coulomb friction up to 0.4 with a static one from 0.35: impossible pairs are refused, the others run.
+
+    Newton's method leads from the orbit of the design to an unstable one at the least static friction, where a run
+    settles to the stable one.
+    """
+    system = vc.System(vc.PendulumCapsule(2.5, 2.0, 1.0), vc.Exponential(), vc.Harmonic(1.8, 1.0))
+    asked = {"starts": START[:1], "samples": 4, "evaluations": 32, "refinement": 0, "spread_starts": 0}
+    asked |= {"uncertain": {"friction.static_coefficient": (0.35, 0.5)}}
+    best = optimise(system, {"friction.coulomb_coefficient": (0.1, 0.4)}, **asked)
+    assert best.counts["refused"] == 6
+    assert best.under == ("worst", 1.0)
+    assert best.value == pytest.approx(-np.min(best.population.best_cost), rel=1e-6)
 
 
 def test_command_prints_what_python_has(tmp_path, capsys):

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole
+from vibrocap.arguments import Complaint, Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.search.goal import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
+from vibrocap.design.search.variables import made_through, refusal_among, through_complaints
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import standard_measures, undefined_measures
@@ -21,6 +22,7 @@ from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, 
 from vibrocap.results import Result
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+RESAMPLES = 999  # of the bootstrap of Sobol indices
 
 
 class SobolIndex(NamedTuple):
@@ -186,11 +188,21 @@ def robustness(
     first, second = np.split(sample_points(2 * many, samples, seed), 2, axis=1)
     mixed = [np.where(np.arange(many) == i, second, first) for i in range(many)]
     drawn = sampled(quantities, np.concatenate([first, second, *mixed]))
-    over = drawn if through is None else {path: np.asarray(x, dtype=float) for path, x in through(**drawn).items()}
+    over = drawn
+    if through is not None:
+        many_runs = (2 + many) * samples
+        if wrong := through_complaints(system, drawn, lambda: made_through(through, drawn, many_runs)):
+            raise CaseError(wrong, "the question")
+        over = made_through(through, drawn, many_runs)
     over = {path: np.append(column, system.parameter(path)) for path, column in over.items()}  # the nominal run, last
     until: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
     begun = dict(case.initial if initial is None else initial)
-    runs = ensemble(system, over, measures=measures, initial=begun, **until)
+    try:
+        runs = ensemble(system, over, measures=measures, initial=begun, **until)
+    except ValueError:  # before any work
+        if refused := refusal_among(system, over):
+            raise CaseError([Complaint("uncertain", text) for text in refused], "the question") from None
+        raise
     unit, scale = measure_unit(system, measures[0])
     values = scale * runs[goal.measure].astype(float)
     trust = Trust.of_runs(runs, scale * residue(system, goal.measure, settle))
@@ -227,10 +239,8 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
         S = <b (ab - a)>/s^2,   T = <(a - ab)^2>/(2 s^2)        Saltelli et al. 2010, table 2 (b) and (f)
 
     a, b: values of two samples of all quantities; ab: of the first with one quantity of the second; s^2: variance of
-    both. The intervals are those of a bootstrap of the samples.
+    both. The intervals are those of a bootstrap of the samples (percentiles).
     """
-    from scipy.stats import bootstrap
-
     if np.any(np.isnan(values)):
         return None, None
     if len(quantities) == 1:  # all variance is its own
@@ -242,9 +252,10 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
         a, b, ab = first[members], second[members], np.stack(mixed)[:, members]
         return np.array([np.mean(b * (ab - a), axis=-1), 0.5 * np.mean((a - ab) ** 2, axis=-1)]) / np.var([a, b])
 
-    every, generator = np.arange(samples), np.random.default_rng(seed)
-    low, high = bootstrap((every,), indices, n_resamples=999, vectorized=False, rng=generator).confidence_interval
-    rows = np.stack([indices(every), low, high], axis=-1).tolist()
+    generator = np.random.default_rng(seed)
+    drawn = [indices(generator.integers(samples, size=samples)) for _ in range(RESAMPLES)]
+    ends = np.quantile(drawn, (0.025, 0.975), axis=0)
+    rows = np.stack([indices(np.arange(samples)), *ends], axis=-1).tolist()
     return tuple(
         {quantity.name: SobolIndex(*row) for quantity, row in zip(quantities, table, strict=True)} for table in rows
     )  # type: ignore[return-value]

@@ -155,7 +155,8 @@ def _fill(
         try:
             results = _run(problem, system, rest, members, begun)
         except ValueError:  # a part refuses some designs: they are left out
-            accepted = [k for k in members if not refusal(system, {path: _plain(x[k]) for path, x in rest.items()})]
+            designs = {k: problem.variants({path: _plain(x[k]) for path, x in rest.items()}) for k in members}
+            accepted = [k for k, variants in designs.items() if not any(refusal(system, one) for one in variants)]
             if len(accepted) == len(members):
                 raise
             members = np.array(accepted, dtype=int)

@@ -17,6 +17,7 @@ from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.recorded.sticking import spelled_all
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.closing.orbit import orbit
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
@@ -72,8 +73,11 @@ class ClosedDesigns:
     def __init__(self, problem: Problem, solution: PeriodicSolution, shares: np.ndarray):
         self.problem = problem
         self.map_ = StroboscopicMap(solution.system, TOLERANCE)
-        many = 1 if problem.samples is None else 1 + len(problem.samples)
-        self.near: tuple[PeriodicSolution | None, ...] = (solution,) * many
+        variants = problem.variants(problem.space.parameters(shares))
+        self.near: tuple[PeriodicSolution | None, ...] = (
+            solution,
+            *(self._near_sample(values, solution) for values in variants[1:]),
+        )
         self.known: dict[bytes, Refined | None] = {}
         self.gradients: dict[bytes, np.ndarray | None] = {}
         self.best: Refined | None = self.at(shares)
@@ -113,6 +117,17 @@ class ClosedDesigns:
         if not np.isfinite(merit) or not np.all(np.isfinite(margins)):
             return None
         return Refined(shares, tuple(solutions), values, np.array(margins), merit)
+
+    def _near_sample(self, values: Mapping[str, Any], solution: PeriodicSolution) -> PeriodicSolution | None:
+        """The orbit of a sample, near that of the design; where Newton's method leaves stable motions, by a run."""
+        near = self._steady(values, solution)
+        if near is not None and self._room(near[0]) >= 0.0:
+            return near[0]
+        try:
+            settled = orbit(self.problem.of(values), initial=solution.state)
+        except ValueError:  # a part refuses it, or it may not start there
+            return None
+        return settled if settled.closes else None
 
     def _room(self, solution: PeriodicSolution) -> float:
         """By how much the largest multiplier is below its limit."""
@@ -241,10 +256,12 @@ class ClosedDesigns:
         return 2.0 * secant - float(there[place])
 
     def _beside(self, variable: int, sign: float) -> Refined | None:
-        """The design a little below or above the best one; None beyond a bound."""
+        """The design a little below or above the best one; None beyond a bound, or where a sample's orbit is lost."""
         shares = self.top.shares.copy()
         shares[variable] += sign * STEP
-        return self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None
+        near = self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None
+        lost = near is None or any(a and not b for a, b in zip(self.top.solutions, near.solutions, strict=True))
+        return None if lost else near
 
     def limits(self) -> tuple[str, ...]:
         """The active limits of the best design, by name."""
@@ -265,7 +282,8 @@ class ClosedDesigns:
             if len(words) > 1:
                 limits.append(f"change of mode sequence over {space.paths[i]} ({' to '.join(words)})")
             elif any(self._beside(i, s) is None and 0.0 <= best.shares[i] + s * STEP <= 1.0 for s in (-1.0, 1.0)):
-                limits.append(f"no closed orbit beyond it over {space.paths[i]}")
+                kind = "closed orbit" if self.problem.samples is None else "stable orbit of every sample"
+                limits.append(f"no {kind} beyond it over {space.paths[i]}")
         return tuple(limits) or (self._flatness(),)
 
     def _flatness(self) -> str:

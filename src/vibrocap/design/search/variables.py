@@ -1,7 +1,7 @@
 """Design variables, with their bounds or choices."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -75,10 +75,7 @@ class DesignSpace:
 
     def _made(self, own: dict[str, np.ndarray], designs: int) -> dict[str, np.ndarray]:
         """Values [designs] of the parameters by path, of those of the variables."""
-        if self.through is None:
-            return own
-        values = self.through(**own)
-        return {path: np.broadcast_to(np.asarray(x, dtype=float), designs) for path, x in values.items()}
+        return own if self.through is None else made_through(self.through, own, designs)
 
     def made(self, values: Mapping[str, float]) -> dict[str, float | str]:
         """The parameters of one design by path, of its variables by path."""
@@ -146,6 +143,28 @@ class DesignSpace:
             return words
         ends = self.values(np.linspace(0.0, 1.0, 3)[:, None] * np.ones(len(self.variables)))
         return words | {path: list(map(float, x)) for path, x in ends.items()}
+
+
+def made_through(through: Callable[..., Any], own: Mapping[str, np.ndarray], many: int) -> dict[str, np.ndarray]:
+    """Values [many] by path that a function makes of quantities of one's own."""
+    return {path: np.broadcast_to(np.asarray(x, dtype=float), many) for path, x in through(**own).items()}
+
+
+def through_complaints(system: System, names: Iterable[str], values: Callable[[], Mapping[str, Any]]) -> list[str]:
+    """What is wrong with the function of quantities of one's own that gives these values by path."""
+    try:
+        return path_complaints(values(), [system.parts], system.units)
+    except (TypeError, ValueError, AttributeError) as error:
+        text = f"should take arrays of {', '.join(names)} and return arrays by path; it ends in: {error}"
+        return [Complaint("through", text)]
+
+
+def refusal_among(system: System, columns: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """What a part refuses of one of many variations, columns [variations] by path; the extremes are asked first."""
+    ends = (int(end(column)) for column in columns.values() for end in (np.argmin, np.argmax))
+    order = dict.fromkeys((*ends, *range(len(next(iter(columns.values()))))))
+    asked = (refusal(system, {path: float(column[k]) for path, column in columns.items()}) for k in order)
+    return next(filter(None, asked), ())
 
 
 def _first(values: Mapping[str, np.ndarray]) -> dict[str, float | str]:
@@ -234,12 +253,7 @@ def _function_complaints(system: System, space: DesignSpace) -> list[str]:
     words = [variable.path for variable in space.variables if isinstance(variable, Column) and variable.is_text]
     if words:
         return [Complaint(words[0], "should be numbers, as the function `through` takes them")]
-    try:
-        values = space.values(np.full((1, len(space.variables)), 0.5))
-    except (TypeError, ValueError, AttributeError) as error:
-        asked = ", ".join(space.paths)
-        return [Complaint("through", f"should take arrays of {asked} and return arrays by path; it ends in: {error}")]
-    return path_complaints(values, [system.parts], system.units)
+    return through_complaints(system, space.paths, lambda: space.values(np.full((1, len(space.variables)), 0.5)))
 
 
 def _is_choice(path: str, ends: Any) -> bool:
