@@ -220,6 +220,8 @@ def test_synthetic_laboratories(seed):
         ({"mean_velocity_error": [0.0] * 12}, "positive standard errors"),
         ({"mean_velocity": [0.1] * 11}, "columns of one length"),
         ({"machine.damping": [1.0] * 12}, "machine.damping: is a column of the table"),
+        ({"drive.frequency": [*FREQUENCIES[:11], -1.0]}, r"greater than 0, got -1\.0 in row 12"),
+        ({"friction.static_coefficient": [0.2, 0.01] * 6}, r"at least coulomb_coefficient .*, got 0\.01 in row 2"),
     ],
 )
 def test_bad_tables_are_named_before_any_work(bench, change, said):

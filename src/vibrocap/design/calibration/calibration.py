@@ -15,7 +15,7 @@ from vibrocap.arguments import Complaints, check_whole, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
 from vibrocap.design.calibration.table import MeasuredTable, read_table
-from vibrocap.design.calibration.table_model import TableModel, improbable, searched
+from vibrocap.design.calibration.table_model import TableModel, improbable, refused_rows, searched
 from vibrocap.design.search.goal import asked_case, measure_unit
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import Direction, Verdict, combinations, verdict_within
@@ -195,6 +195,8 @@ def calibrate(
         if fitted <= len(space.paths):
             need = f"more than {len(space.paths)} measured values for so many parameters, got {fitted}"
             complaints.add("table", f"should hold {need}")
+        if not complaints:
+            complaints += refused_rows(system, measured, space)
     if complaints or measured is None:
         raise CaseError(complaints, "the calibration")
     fixed = dict(case.initial if initial is None else initial)

@@ -1,10 +1,12 @@
 """A measured table as least squares: its settled runs at any values of the unknowns, and the search for the best."""
 
+import itertools
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaint
 from vibrocap.design.calibration.table import MeasuredTable
 from vibrocap.design.search.goal import measure_unit
 from vibrocap.design.search.uncertainty import sample_points
@@ -18,6 +20,7 @@ from vibrocap.studies.plan.variation import refusal
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
 FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
 REFUSED = list(Status).index(Status.NOT_FINITE)  # status of the runs at a point that a part refuses
+REFUSALS = 64  # points of the unknowns at which a part has to refuse a row
 BEGUN, FIRST_STEPS = 4, 15  # candidates that are refined; steps of each, before the best goes on
 ROUNDS = 3  # of the search at most, each from twice as many points, until chance explains the misfit or two agree
 AGREE = 0.01  # mean squares by which rounds that end in the same minimum may differ: a tenth of a standard error
@@ -128,6 +131,20 @@ class TableModel:
     def refuses(self, point: np.ndarray) -> bool:
         """Whether a part refuses the unknowns at a point."""
         return bool(refusal(self.system, self.space.parameters(point[: len(self.space.paths)])))
+
+
+def refused_rows(system: System, table: MeasuredTable, space: DesignSpace) -> list[str]:
+    """What a part refuses of the conditions of a row, whatever the unknowns are; of each quantity the first row."""
+    points = [np.full(len(space.paths), 0.5), *sample_points(len(space.paths), REFUSALS, 0)]
+    complaints: dict[str, Complaint] = {}
+    for row in map(int, np.unique(table.alike)):
+        conditions = {path: float(column[row]) for path, column in table.conditions.items()}
+        refusals = (refusal(system, space.parameters(point) | conditions) for point in points)
+        refused = list(itertools.takewhile(bool, refusals))
+        texts = refused[0] if len(refused) == len(points) else ()
+        for old in (text for text in texts if isinstance(text, Complaint)):
+            complaints.setdefault(old.field, Complaint(old.field, f"{old.text} in row {row + 1}"))
+    return list(complaints.values())
 
 
 def beside(
