@@ -35,7 +35,7 @@ def laboratory(seed: int) -> tuple[list[vc.Record], dict[str, float]]:
     for name in ("fitted", "predicted"):
         waves = [rng.uniform(0.5, 1.5) * np.sin(w * TIME + rng.uniform(0.0, 6.0)) for w in rng.uniform(0.2, 2.5, 5)]
         force = np.sum(waves, axis=0)
-        drive = vc.DriveTable((*TIME, 2 * TIME[-1] - TIME[-2]), (*force, force[0]), interpolation="linear")
+        drive = vc.DriveTable((*TIME, 2 * TIME[-1] - TIME[-2]), (*force, force[0]))
         motion = vc.simulate(vc.System(system.machine, system.friction, drive), periods=TIME[-1] / drive.period)
         position = motion.at(TIME, "position") + NOISE * rng.standard_normal(len(TIME))
         records.append(vc.Record(name, TIME, force, displacement=position))

@@ -58,10 +58,19 @@ def test_bouc_wen_level():
     law = vc.BoucWen(amplitude=1.5, dissipative_shape=0.4, elastic_shape=0.2, knee_exponent=3.0)
     found = stroke(law, -SPEED, 5.0, load=0.8)
     assert found.friction[-1] == pytest.approx(-0.8 * 0.15 * 2.5 ** (1 / 3), rel=1e-9)
-    with pytest.raises(ValueError, match=r"elastic_shape: should be greater than -dissipative_shape, -0\.5, got -0\.6"):
-        vc.BoucWen(elastic_shape=-0.6)
+    with pytest.raises(ValueError, match=r"elastic_shape: should not be -dissipative_shape, got -0\.5"):
+        vc.BoucWen(elastic_shape=-0.5)
     with pytest.raises(ValueError, match="knee_exponent"):
         vc.BoucWen(knee_exponent=0.5)
+
+
+def test_bouc_wen_that_hardens_grows_exponentially():
+    """beta + gamma = -s: z = (A/s) (exp(s x/Y) - 1), without a steady force."""
+    law = vc.BoucWen(amplitude=1.5, dissipative_shape=0.4, elastic_shape=-0.9, knee_exponent=1.0)
+    pulled = stroke(law, SPEED, 0.005)
+    expected = 0.15 * 3.0 * np.expm1(0.5 * pulled.displacement / (0.15 / 100.0))
+    assert pulled.friction == pytest.approx(expected, rel=1e-9)
+    assert law.steady_force(1.0, 1.0) == math.inf
 
 
 @pytest.mark.parametrize("elastic_shape", [-0.1, 1.5])

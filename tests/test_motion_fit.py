@@ -47,12 +47,11 @@ def multisine(seed: int, time: np.ndarray, lowest: float = 0.2, highest: float =
 
 
 def record(system, name: str, time, force, noise: float = 0.0, predict: str = "position", **start) -> vc.Record:
-    """What a laboratory would measure of a system, with straight lines between the samples of the force."""
+    """What a laboratory would measure of a system under a force that goes on straight before and after the record."""
     units = system.result_units
     instants, values = time / units.factor("time"), force / units.factor("drive")
-    table = vc.DriveTable(
-        times=(*instants, 2 * instants[-1] - instants[-2]), values=(*values, values[0]), interpolation="linear"
-    )
+    step, ends = instants[1] - instants[0], (2 * values[-1] - values[-2], 2 * values[0] - values[1], values[0])
+    table = vc.DriveTable((*instants, *(instants[-1] + k * step for k in (1, 2, 3))), (*values, *ends))
     driven = dataclasses.replace(system, drive=table)
     motion = vc.simulate(driven, periods=instants[-1] / table.period, initial=start)
     assert motion.status.ok
@@ -153,7 +152,7 @@ waveform = "harmonic"
 def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_path):
     """Eight turns in 40 s, over which a change of the start grows more than 1e9 times.
 
-    From one start, up to 25 % off, the whole record ends 12 % and 17 % off; in segments within 0.01 %.
+    From one start, up to 25 % off, the whole record ends 2 % and 16 % off; in segments within 0.01 %.
     """
     (tmp_path / "arm.toml").write_text(ARM)
     arm = vc.read_case(tmp_path / "arm.toml").system
@@ -167,7 +166,7 @@ def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_
     whole, divided = (
         vc.fit_motion(arm, data, within, predict="angle", starts=1, segments=count) for count in (1, None)
     )
-    assert min(abs(whole[path].value / value - 1.0) for path, value in truth.items()) > 0.1
+    assert max(abs(whole[path].value / value - 1.0) for path, value in truth.items()) > 0.1
     assert not [path for path, value in truth.items() if abs(divided[path].value / value - 1.0) > 1e-3]
     assert all(parameter.verdict is Verdict.DETERMINED for parameter in divided.parameters)
     assert divided.segments > 10
@@ -273,7 +272,49 @@ def test_a_sensor_reads_late_what_the_drive_did():
         np.interp(time[2:-3], time - 0.15, late), abs=1e-12
     )
     drive = course.driven().drive
-    assert drive.values[:-1] == tuple(read)
+    assert drive.values[: len(read)] == tuple(read)
+
+
+@pytest.mark.slow
+def test_a_structure_with_hysteresis_is_identified_from_force_and_position():
+    """The benchmark of Noel and Schoukens (2016), z' = 5e4 v - 800 |v| z + 1100 v |z|, from few samples.
+
+    All six numbers, though the force between them, five a period at the highest frequency, is unknown. Runge-Kutta
+    makes the record.
+    """
+    rng, count, steps = np.random.default_rng(0), 640, 20
+    frequencies = np.arange(5.0, 150.0, 750.0 / 8192.0)
+    phases, fine = rng.uniform(0.0, 2.0 * np.pi, len(frequencies)), np.arange(2 * steps * count) / (1500.0 * steps)
+    force = sum(np.cos(2.0 * np.pi * f * fine + phase) for f, phase in zip(frequencies, phases, strict=True))
+    force = 50.0 * force / np.std(force)
+
+    def rates(y, u):
+        x, v, z = y
+        return np.array([v, (u - 10.0 * v - 5e4 * x - z) / 2.0, 5e4 * v - 800.0 * abs(v) * z + 1100.0 * v * abs(z)])
+
+    y, h, places = np.zeros(3), 1.0 / (750.0 * steps), [0.0]
+    for i in range(steps * (count - 1)):
+        before, halfway, after = force[2 * i : 2 * i + 3]
+        one = rates(y, before)
+        two = rates(y + 0.5 * h * one, halfway)
+        three = rates(y + 0.5 * h * two, halfway)
+        y = y + h / 6.0 * (one + 2.0 * two + 2.0 * three + rates(y + h * three, after))
+        places += [y[0]] if (i + 1) % steps == 0 else []
+    record = vc.Record("structure", fine[:: 2 * steps], force[:: 2 * steps], displacement=np.array(places))
+    law = vc.BoucWen(4e4, 20.0, elastic_shape=-0.2, knee_exponent=1.0)
+    case = vc.System(vc.Oscillator(mass=1.5, stiffness=4e4, damping=15.0), law, vc.Harmonic(50.0, 200.0))
+    truth = {
+        "machine.mass": (2.0, (1, 4)),
+        "machine.stiffness": (5e4, (2e4, 9e4)),
+        "machine.damping": (10.0, (1, 40)),
+        "friction.bristle_stiffness": (5e4, (1e4, 1e5)),
+        "friction.coulomb_coefficient": (31.25, (5, 200)),  # 5e4/800 times beta
+        "friction.elastic_shape": (-0.6875, (-1.5, 1)),
+    }
+    fitted = vc.fit_motion(case, record, {path: within for path, (_, within) in truth.items()}, starts=4)
+    for path, (value, _) in truth.items():
+        assert value in fitted[path]
+        assert fitted[path].value == pytest.approx(value, rel=5e-3)
 
 
 @pytest.mark.slow

@@ -1,8 +1,10 @@
 """A course: a record, or a segment of it, as a case lives through it under the measured force."""
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -61,17 +63,29 @@ class Course:
         """Time from the start of the course to that of the next one of the same record."""
         return float(self.time[self.first + len(self.measured)] - self.time[self.first])
 
+    @functools.cached_property
+    def interpolation(self) -> Literal["cubic", "linear"]:
+        """Between samples of the force: cubic where its neighbours tell each sample better so than by straight lines,
+        as of a smooth force, not of one with jumps or much noise."""
+        f = self.force
+        lines = 0.5 * (f[2:-4] + f[4:-2])
+        curves = 1.125 * lines - (f[:-6] + f[6:]) / 16.0
+        return "cubic" if np.sum((f[3:-3] - curves) ** 2) < np.sum((f[3:-3] - lines) ** 2) else "linear"
+
     def driven(self, sensor: Sensor = Sensor()) -> System:
-        """The case under the force, with straight lines from sample to sample, behind whose end the course is over."""
+        """The case under the force, behind whose end the course is over."""
         begin, last = self.time[self.first], min(self.first + len(self.measured), len(self.time) - 1)
         end = self.time[last]
-        moments, values = self.time - sensor.delay, self.force / sensor.gain - sensor.offset
+        moments, values = (2.0 * np.pad(x, 1, "edge") - np.pad(x, 1, "reflect") for x in (self.time, self.force))
+        moments, values = moments - sensor.delay, values / sensor.gain - sensor.offset
         within = (moments > begin) & (moments < end)
-        knots = np.array([begin, *moments[within], end])
-        forces = np.interp(knots, moments, values)
-        closed = 2.0 * end - self.time[last - 1] - begin
-        times, values = (*(knots - begin), closed), (*forces, forces[0])
-        return dataclasses.replace(self.system, drive=DriveTable(times=times, values=values, interpolation="linear"))
+        before, after = begin - moments[1] + moments[0], end + moments[-1] - moments[-2]
+        knots = np.array([begin, *moments[within], end, after])
+        first, *forces = np.interp([before, *knots], moments, values)
+        close = 2.0 * after - end - begin  # behind the end: the neighbours of both ends, between which nothing is asked
+        times, values = (*(knots - begin), close, close + begin - before), (*forces, first, forces[0])
+        drive = DriveTable(times=times, values=values, interpolation=self.interpolation)
+        return dataclasses.replace(self.system, drive=drive)
 
 
 def measured_column(system: System, predict: str) -> str | None:

@@ -147,11 +147,12 @@ def fit_motion(
 ) -> MotionFit:
     """Parameters of machine, friction and actuator from measured motions under a measured force or torque.
 
-    The case is simulated under the force of each record, straight lines between its samples, and the squared errors
-    of what it predicts are minimised: from Sobol points over the first eighth of the records, then over longer ones
-    (SciPy's trust region). Each record has a start of its own, which is found too. Where changes of it grow along the
-    measured motion, records are divided into segments with starts of their own, which have to join (multiple shooting;
-    Bock 1981). Errors that follow from a wrong model are correlated, and intervals widen with their correlation time.
+    The case is simulated under the force of each record, cubic between its samples or, where jumps or noise make that
+    better, straight. The squared errors of what it predicts are minimised: from Sobol points over the first eighth of
+    the records, then over longer ones (SciPy's trust region). Each record has a start of its own, which is found too.
+    Where changes of it grow along the measured motion, records are divided into segments with starts of their own,
+    which have to join (multiple shooting; Bock 1981). Errors that follow from a wrong model are correlated, and
+    intervals widen with their correlation time.
 
     system: in SI where the records are; its drive is replaced, and the start of a case is not taken; it may be any
         machine, a `[mechanism]` of one's own too

@@ -1,21 +1,19 @@
+import math
 from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.elementary import power
+from vibrocap.physics.elementary import power, sqrt
 from vibrocap.physics.friction.law import AtLeastOne, Law, NonNegative, Number, Positive, parameter, parameters
 
 MARGIN = 1e-8  # of the yield deflection, by which the deflection passes zero before its sign is changed
 
 
 @model_validator(mode="after")
-def bounded(law):
-    """Refuse parameters with which the deflection would grow without bound."""
-    if not law.dissipative_shape + law.elastic_shape > 0.0:
-        raise ValueError(
-            f"elastic_shape should be greater than -dissipative_shape, -{law.dissipative_shape}, "
-            f"got {law.elastic_shape}"
-        )
+def yields_or_hardens(law):
+    """Refuse a law that does neither, whose deflection has no natural size."""
+    if law.dissipative_shape + law.elastic_shape == 0.0:
+        raise ValueError(f"elastic_shape should not be -dissipative_shape, got {law.elastic_shape}")
     return law
 
 
@@ -29,9 +27,10 @@ class BoucWen(Law):
         xi' = A v - beta |v| |z|^(n-1) z - gamma v |z|^n                                   Bouc 1967, Wen 1976
 
     Steady sliding gives the largest force, R = N eta_c (A/(beta + gamma))^(1/n), and |z| <= (A/(beta + gamma))^(1/n) is
-    invariant. The stiffness at z = 0 is A delta0. n = 1 with gamma = 0 is Dahl's law; a large n is an elastic,
-    perfectly plastic contact. The sign of z is a switched state, 0 at the start, which changes where z has passed zero
-    by 1e-8; |z|^n is off by at most 2e-8 until then, which leaves some 1e-16 in z.
+    invariant. With beta + gamma < 0 the law hardens, as joints of structures do: there is no steady sliding, and the
+    stiffness has doubled at |z| = (A/|beta + gamma|)^(1/n). The stiffness at z = 0 is A delta0. n = 1 with gamma = 0 is
+    Dahl's law; a large n is an elastic, perfectly plastic contact. The sign of z is a switched state, 0 at the start,
+    which changes where z has passed zero by 1e-8; |z|^n is off by at most 2e-8 until then, which leaves 1e-16 in z.
 
     Limits: no static level, no Stribeck droop and no lag. The law creeps, and more so for small n: unloading and
     reloading over a short way does not close the loop (Thyagarajan and Iwan 1990).
@@ -60,17 +59,20 @@ class BoucWen(Law):
     source: ClassVar[str] = "bouc1967; wen1976; constantinou1990"
     creeps: ClassVar[bool] = True
 
-    _bounded = bounded
+    _yields_or_hardens = yields_or_hardens
 
     def _yield_deflection(self, load):
         return load * self.coulomb_coefficient / self.bristle_stiffness
 
-    def _largest(self):
-        """(A/(beta + gamma))^(1/n), the largest |z|."""
-        return power(self.amplitude / (self.dissipative_shape + self.elastic_shape), 1.0 / self.knee_exponent)
+    def _size(self):
+        """(A/|beta + gamma|)^(1/n), the largest |z|, or that at which a law that hardens is twice as stiff."""
+        ratio = self.amplitude / (self.dissipative_shape + self.elastic_shape)
+        return power(sqrt(ratio * ratio), 1.0 / self.knee_exponent)
 
     def steady_force(self, speed, load):
-        return load * self.coulomb_coefficient * self._largest()
+        """Infinite of a law that hardens."""
+        shape = self.dissipative_shape + self.elastic_shape
+        return math.inf if isinstance(shape, float) and shape < 0.0 else load * self.coulomb_coefficient * self._size()
 
     def force(self, velocity, internal, side, load):
         bristle, sign = internal
@@ -90,7 +92,7 @@ class BoucWen(Law):
         return internal[0], (-1.0, 1.0)[which]
 
     def internal_scales(self, load):
-        return self._yield_deflection(load) * self._largest(), 1.0
+        return self._yield_deflection(load) * self._size(), 1.0
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy, R (v - xi'/A): all of it counts as lost by sliding."""
