@@ -314,3 +314,11 @@ def test_looking_back_a_motion_contracts_by_no_more_than_a_hundred(apart, period
 @pytest.mark.parametrize(("times", "rank"), [(40.0, 1), (250.0, 0)])
 def test_steps_that_change_by_a_hundred_times_the_last_tell_no_multiplier(times, rank):
     assert asked([0.0, 0.0, 1.0 + times, 1.0], "weights_of", 1) == rank
+
+
+def test_the_error_of_an_implicit_step_is_held_to_the_tolerance():
+    """Some 900 of them: the end is within five tolerances; fourteen where a hundredth of the error counts."""
+    law = vc.RateAndStateAgeing(0.3, 0.03, 0.06, 1e-4, 0.1)
+    system, start = vc.System(vc.Oscillator(belt_speed=0.5), law, vc.Harmonic(0.8)), {"log_age": 0.5}
+    rough, fine = (vc.simulate(system, periods=4, tolerance=tolerance, initial=start) for tolerance in (1e-7, 1e-11))
+    assert np.max(np.abs(rough.sections[-1] - fine.sections[-1])) <= 5e-7
