@@ -35,6 +35,8 @@ TRUTH = {
     "stribeck_velocity": 0.02,  # m/s
 }
 LOAD = 6.865  # N, the weight of the prototype
+# Under a load that follows the motion, as the prototype's, stiffness and damping are over the load, in these units.
+OVER_LOAD = {"bristle_stiffness": "per_m", "bristle_damping": "s_per_m", "viscous_damping": "s_per_m"}
 NOISE = 0.02  # of the standard deviation of the force
 STROKES = {"creep": (0.0005, 1.0), "slow": (0.05, 1.0), "fast": (0.2, 2.0)}  # amplitude of the velocity (m/s), Hz
 
@@ -112,8 +114,12 @@ def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict,
     fit.save(folder / "fit")  # fit.json, and friction.toml: the section [friction] of a case in SI
 
     before, _, rest = (folder / "prototype-in-si.toml").read_text(encoding="utf-8").partition("[friction]")
-    fitted = (folder / "fit" / "friction.toml").read_text(encoding="utf-8")
-    case = f'units = "SI"\n{before}{fitted}\n{rest[rest.index("[drive]") :]}'  # keys of the fit stand without units
+    values = {name: fit[name].value / (LOAD if name in OVER_LOAD else 1.0) for name in TRUTH}
+    keys = {"stribeck_velocity": "stribeck_velocity_m_per_s"} | {
+        name: f"{name}_{unit}" for name, unit in OVER_LOAD.items()
+    }
+    fitted = "\n".join(f"{keys.get(name, name)} = {value!r}" for name, value in values.items())
+    case = f'{before}[friction]\nlaw = "lugre"\n{fitted}\n{rest[rest.index("[drive]") :]}'
     (folder / "fitted.toml").write_text(case, encoding="utf-8")
     orbit = json.loads(command("vibrocap orbit fitted.toml --json", folder))
     inside = [fit[name].low <= true <= fit[name].high for name, true in TRUTH.items()]
