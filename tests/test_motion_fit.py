@@ -150,7 +150,7 @@ waveform = "harmonic"
 
 @pytest.mark.slow
 def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_path):
-    """Eight turns in 40 s, over which a change of the start grows more than 1e9 times.
+    """Eight turns in 40 s, over which a change of the start grows more than 1e5 times.
 
     From one start, up to 25 % off, the whole record ends 2 % and 16 % off; in segments within 0.01 %.
     """
@@ -170,7 +170,7 @@ def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_
     assert not [path for path, value in truth.items() if abs(divided[path].value / value - 1.0) > 1e-3]
     assert all(parameter.verdict is Verdict.DETERMINED for parameter in divided.parameters)
     assert divided.segments > 10
-    assert divided.growth > 1e9
+    assert divided.growth > 1e5
     assert divided.rms["turns"] < 0.006
     assert "segments a record, as a change of the start grows" in divided.facts["search"]
     with pytest.raises(ValueError, match="in segments is not sampled"):
