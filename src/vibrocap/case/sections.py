@@ -192,13 +192,14 @@ def without_units(
 ) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[str, Any]]]:
     """(the sections without units, under which key and with which value each field was given)."""
     units = units_of(form.classes, scales)
-    plain, originals = {}, {}
+    plain, originals, there = {}, {}, dict[str, Any]()
     for name in sorted((*form.classes, "initial"), key=lambda section: section not in ("machine", "environment")):
         aside = {kind_key(name), *(scale_fields(form.classes) if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
+        if name not in ("machine", "environment") and not there:
+            there = _machine(form.classes, plain)
         bare, asked, own_units = form.said == SI, {}, units.of_part(name)
         if _pattern(name) == "friction":
-            there = _machine(form.classes, plain)
             load = constant_load(there, number_in(name, "friction"), scales) if there else 1.0
             own_units = dataclasses.replace(units, effort=effort_of(name, {**form.classes, **there}))
             known = with_coefficients(values, form.classes[name], load, own_units.effort)
@@ -207,7 +208,7 @@ def without_units(
         if name == "environment":
             values = with_gravity(values, form.classes["machine"])
         if name == "initial":
-            own = state_units({**form.classes, **_machine(form.classes, plain)})
+            own = state_units({**form.classes, **there})
             states = states_without_units(values, dataclasses.replace(units, states=own), bare=bare)
         else:
             states = part_without_units(form.classes[name], values, own_units, bare=bare)
