@@ -33,6 +33,7 @@ angle = 1.0471975511965976
 periods = 40
 tolerance = 1e-10
 """
+SHORT = ("--help", "new", "--completion bash")  # commands that compute nothing
 BYTECODE = tempfile.TemporaryDirectory()
 SWEEP = ("--tolerance", "1e-8", "--over", "drive.amplitude=1:2:8", "--out")
 PEERS = {
@@ -50,8 +51,9 @@ def main() -> None:
     print("\nThe first call of a new process, seconds: by the clock, of the processor")
     with tempfile.TemporaryDirectory() as folder:
         _warm(folder)
-        for words in ("-c import vibrocap", "-m vibrocap --help", "-m vibrocap new", "-m vibrocap --completion bash"):
-            _row(words[3:], "", _seconds(folder, *words.split(maxsplit=1 if words.startswith("-c") else -1)))
+        _row("import vibrocap", "", _seconds(folder, "-c", "import vibrocap"))
+        for words in SHORT:
+            _row(f"vibrocap {words}", "", _seconds(folder, "-m", "vibrocap", *words.split()))
         for law in ("exponential", "lugre"):
             for command in ("simulate", "orbit", "sweep"):
                 kept = str(pathlib.Path(folder, f"kernels-{law}-{command}"))
@@ -73,7 +75,7 @@ def _warm(folder: str) -> None:
     for command in ("simulate", "orbit", "sweep"):
         more = (*SWEEP, str(pathlib.Path(folder, "warm"))) if command == "sweep" else ("--json",)
         _seconds(str(pathlib.Path(folder, "kernels-warm")), "-m", "vibrocap", command, str(case), *more)
-    for words in ("--help", "new", "completion bash"):
+    for words in SHORT:
         _seconds(folder, "-m", "vibrocap", *words.split())
 
 
