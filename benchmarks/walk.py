@@ -2,8 +2,8 @@
 
     python -m benchmarks.walk
 
-Once with no kernel kept, so that the run writes and compiles its own, and once with the kernel found. Each in a process
-of its own; functions within functions and comprehensions count as the functions that they stand in, bodies of classes not.
+Once with no kernel kept, so that the run writes and compiles its own, and once with the kernel found, each in a process
+of its own. Functions within functions count as the functions that they stand in, bodies of classes do not count.
 """
 
 import json
