@@ -88,7 +88,7 @@ def kernel_decision(problem, asked, came, sides):
         floats[out : out + len(values)] = values
 
     likes = [next(j for j in range(n) if np.array_equal(problem.response[j], problem.response[i])) for i in range(n)]
-    settings = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any()), "ROW_LIKE": tuple(likes)}
+    settings = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any())}
     settings |= {"GROUP": (0,) * n} if problem.raised.any() else {"GROUP": groups(problem.response)}
     settings |= {"SHARED": len(set(likes)) < n, "STICKS": (1,) * n}
     with mock.patch.dict(names, settings):

@@ -1,12 +1,13 @@
 """Contacts that act on one another: closed forms, all ways in which they can go on, and what is made of them."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
-from plain_kernels import kernel_of
+from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
 from vibrocap.numerics.kernel.events.transitions import ARRIVED
 from vibrocap.physics.catalogue import machines
@@ -135,6 +136,22 @@ def test_bodies_at_a_distance_that_stays_are_one_block():
     (found,) = vc.contact_modes(system, motion.state)
     assert found.sides == (0, 0)
     assert not found.determined
+
+
+@pytest.mark.parametrize("rotated", [0.0, 1.2])
+def test_bodies_that_rest_together_part_however_slowly_their_distance_begins_to_change(rotated):
+    """z' = z'' = 0 at the start: the body whose friction is larger stays, the other goes ahead by z."""
+    waves: dict[str, float] = {}
+    for k, amplitude in ((1, 0.4), (2, -0.2)):
+        waves |= {f"cosine_{k}": amplitude * math.sin(k * rotated), f"sine_{k}": amplitude * math.cos(k * rotated)}
+    system = worm(vc.FourierSeries(**waves))
+    start = vc.Start(0.0, phase=-0.5 * rotated / math.pi)
+    with running_on(kernel_of(system, order=8)):
+        motion = vc.simulate(system, periods=0.05, tolerance=1e-8, start=start)
+    assert sides_after(motion, 0.0) == (0, 1)
+    assert motion.events[0].kind == "slip_back"
+    assert motion.at([motion.events[0].time], "position") == pytest.approx(0.0, abs=1e-12)
+    assert motion.certificate.ok
 
 
 def test_a_load_that_is_negative_at_a_further_contact_is_refused_at_the_start():

@@ -236,3 +236,8 @@ def test_a_drive_that_imposes_the_motion_works_against_all_that_holds_the_machin
     bent = type("Bent", (Tethered,), {"bend": 0.1})
     with pytest.raises(ValueError, match="moves along straight lines with 'position'"):
         vc.System(bent(), vc.Coulomb(0.1, 0.2), vc.Harmonic(0.4, 1.3))
+    pair = type(
+        "Pair", (Tethered,), {"parts": lambda self, q: [*(parts := Tethered.parts(self, q)), Contact(parts[1])]}
+    )
+    with pytest.raises(ValueError, match="'inner mass' follows the motion: at imposed distances give a constant one"):
+        vc.System(pair(), vc.Coulomb(0.1, 0.2), vc.Harmonic(0.4, 1.3))

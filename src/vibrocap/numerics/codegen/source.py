@@ -156,7 +156,7 @@ def decision_source(rows: DecisionRows) -> str:
     for i in range(n):
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
     values += [entry for row in rows.load_response for entry in row]
-    constants = {"DYNAMIC": bool(rows.loads), "GROUP": rows.groups, "ROW_LIKE": rows.alike}
+    constants = {"DYNAMIC": bool(rows.loads), "GROUP": rows.groups}
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     return "\n".join([*lines, "", stored_source("contact_rows", graph, values)])
 

@@ -60,12 +60,6 @@ class DecisionRows:
     bounds: tuple[tuple[Expression, ...] | None, ...]
 
     @property
-    def alike(self) -> tuple[int, ...]:
-        """Of each contact the first that answers to all friction as it does, so that their distance is imposed."""
-        rows = [tuple(entry.index for entry in row) for row in self.response]
-        return tuple(map(rows.index, rows))
-
-    @property
     def groups(self) -> tuple[int, ...]:
         """Of each contact the first of those with which the friction of one on another connects it."""
         groups = list(range(len(self.b)))

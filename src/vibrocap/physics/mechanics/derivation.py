@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
-from vibrocap.physics.mechanics.parts import Contact, Drag, Mass, Support, as_sum, is_word
+from vibrocap.physics.mechanics.parts import Contact, Drag, Mass, MechanicsError, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
 from vibrocap.physics.mechanics.stops import elastic_force, springs, stopped
@@ -216,6 +216,9 @@ class Derivation(Motion):
     def contact_results(self) -> tuple:
         """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction, its factor)."""
         k = len(self.rubbing)
+        if len(self.contacts) > k and self.moving_loads:
+            name = next(contact.body.name for contact in self.contacts if self._moves(contact))
+            raise MechanicsError(f"the load on {name!r} follows the motion: at imposed distances give a constant one")
         own = [row[len(self.order) - k :] for row in self.reduced[-k:]]
         alone = len(self.contacts) == k and (k == 1 or not self.moving_loads)
         alone = alone and not any(own[i][j] for i in range(k) for j in range(k) if i != j)

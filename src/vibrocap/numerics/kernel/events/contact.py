@@ -13,6 +13,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, vanishing
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE
 from vibrocap.numerics.kernel.events.transitions import (
     MODE_HOLDS,
+    TIED,
     arrive,
     await_decision,
     give_way,
@@ -41,6 +42,8 @@ def sides_hold(floats, ints, trace, lane):
         for c in range(CONTACTS):  # the forces on those that rest depend on the sides of these
             if STICKS[c] == 0 and KINKS[c] == 1 and not side_holds(floats, ints, trace, lane, c):
                 return False
+        if SHARED:
+            part(floats, ints, lane)
         if open_still(floats, ints, lane):
             lane.zero_progress += 1
             hook.decide_together(floats, ints, lane)
@@ -50,6 +53,15 @@ def sides_hold(floats, ints, trace, lane):
         if asked and not side_holds(floats, ints, trace, lane, c):
             return False
     return True
+
+
+def part(floats, ints, lane):
+    """Contacts that rest together move apart where their distance begins to change, however slowly."""
+    for c in range(CONTACTS):
+        if lane.transition[c] == TIED:
+            vanishing = beyond_rounding(floats, ints, lane, c)
+            if vanishing < ORDER:
+                lane.transition[c] = TIED - vanishing
 
 
 def open_still(floats, ints, lane):

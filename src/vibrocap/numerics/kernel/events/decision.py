@@ -19,12 +19,14 @@ The problem is that of the contacts at rest that are to be asked, and of those a
 contacts that slide is known where loads are constant, and else unknown as well. Contacts that do not act on one another
 (`GROUP`) are decided apart.
 
-What is too near a limit to be decided by forces alone is left at rest, TIED: then the series of the force
-that holds it decides, see `contact.decide`.
+What is too near a limit to be decided by forces alone is left at rest, TIED: then the series of the force that holds it
+decides, see `contact.decide`. So it is of all that rest together at imposed distances, each with a share of one force.
+Where their distances begin to change they part: small accelerations to the sides to which the first coefficients of
+their velocities move them decide who stays.
 """
 
 from vibrocap.numerics.kernel.codes import AMBIGUOUS_CONTACTS, BEYOND_BOUND, UNDECIDED
-from vibrocap.numerics.kernel.events.transitions import ARRIVED, MODE_HOLDS, TIED, give_way
+from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS, TIED, give_way, is_open
 from vibrocap.numerics.kernel.events.tried_mode import (
     ACCELERATIONS,
     AT_REST,
@@ -43,17 +45,19 @@ from vibrocap.numerics.kernel.events.tried_mode import (
     SLOWING,
     TRIED,
     find_forces,
+    half_width,
     sliding_force,
     sticking_range,
 )
 from vibrocap.numerics.kernel.generated.equations import contact_rows
 from vibrocap.numerics.kernel.generated.facts import DYNAMIC, GROUP, SHARED, STICKS
 from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import write_state
 
 UNDECIDED_SHARE = 1e-9  # of forces and of accelerations: what is nearer to a limit, or to none, is left to the series
 FITTING = 1e-11  # of them: what is within while pivoting
+PARTING = 1e-4  # of what contacts at imposed distances hold: accelerates those that part
 MOST_TRIED = 6  # contacts at rest of which all modes are tried
 MOST_PIVOTS = 20  # per contact
 NONE_FITS, ONE_FITS, SEVERAL_FIT = 0, 1, 2
@@ -91,10 +95,11 @@ def decide_together(floats, ints, lane):
             if floats[OPEN_FORCES + c] == 1.0:
                 lane.transition[c] = TIED
                 continue
+            vanishing = max(TIED - lane.transition[c], 1)
             lane.came_from[c] = 0.0
             lane.transition[c] = MODE_HOLDS
             if floats[TRIED + c] != 0.0:
-                give_way(floats, ints, lane, c, floats[TRIED + c], 1)
+                give_way(floats, ints, lane, c, floats[TRIED + c], vanishing)
 
 
 def pose(floats, ints, lane):
@@ -102,7 +107,7 @@ def pose(floats, ints, lane):
     for c in range(CONTACTS):
         floats[OPEN_GROUP + c] = 0.0
     for c in range(CONTACTS):
-        if lane.transition[c] == ARRIVED:
+        if is_open(ints, lane, c):
             floats[OPEN_GROUP + GROUP[c]] = 1.0
     count = 0
     for c in range(CONTACTS):
@@ -129,7 +134,25 @@ def pose(floats, ints, lane):
                 floats[FREE_ROWS + c] -= term
                 size += abs(term)
         floats[KNOWN_SIZE + c] = size
+    if SHARED:
+        accelerate_parting(floats, ints, lane, count)
     return count
+
+
+def accelerate_parting(floats, ints, lane, count):
+    """Let contacts that part accelerate as the first coefficients of their velocities that do not vanish move them."""
+    widest, fastest, first = 0.0, 0.0, ORDER
+    for i in range(count):
+        c = int(floats[OPEN + i])
+        widest = max(widest, half_width(floats, c))
+        if lane.transition[c] < TIED:
+            first = min(first, TIED - lane.transition[c])
+    for i in range(count):
+        fastest = max(fastest, abs(floats[lane.velocity_row[int(floats[OPEN + i])] + first * LANES]))
+    for i in range(count):
+        c = int(floats[OPEN + i])
+        if lane.transition[c] < TIED:
+            floats[FREE_ROWS + c] += PARTING * widest * (floats[lane.velocity_row[c] + first * LANES] / fastest)
 
 
 def solve_modes(floats, count):
@@ -152,7 +175,7 @@ def solve_modes(floats, count):
             else:
                 least, most = sticking_range(floats, c)
                 size = UNDECIDED_SHARE * (abs(least) + abs(most) + abs(floats[FORCES + c]))
-                if most - floats[FORCES + c] <= size or floats[FORCES + c] - least <= size:
+                if SHARED or most - floats[FORCES + c] <= size or floats[FORCES + c] - least <= size:
                     floats[OPEN_FORCES + c] = 1.0
     return fits
 
@@ -167,11 +190,9 @@ def pivot(floats, count):
     for i in range(count):
         expected = expected or floats[TRIED + int(floats[OPEN + i])] != 0.0
     for _ in range(MOST_PIVOTS * count):
-        unknown = find_forces(floats, count, SHARED)
+        find_forces(floats, count)
         misfit = first_misfit(floats, count, UNDECIDED_SHARE if expected else -FITTING)
         if misfit < 0:
-            if SHARED and unknown > 1:
-                find_forces(floats, count, False)
             return True
         if expected:
             expected = False
@@ -229,7 +250,7 @@ def try_all(floats, count):
                     if rest % 3 == 2:
                         floats[TRIED + c] = -1.0
                     rest = rest // 3
-            find_forces(floats, count, False)
+            find_forces(floats, count)
             if first_misfit(floats, count, -FITTING) >= 0 or (lifting == 0 and not presses(floats, count)):
                 continue
             if consistent == 0:
@@ -244,7 +265,7 @@ def try_all(floats, count):
             for i in range(count):
                 c = int(floats[OPEN + i])
                 floats[TRIED + c] = floats[CONSISTENT_SIDE + c]
-            find_forces(floats, count, False)
+            find_forces(floats, count)
             return ONE_FITS
     return NONE_FITS
 

@@ -6,13 +6,15 @@
     0       MODE_HOLDS      sticks
     0       ARRIVED         rests; forces are to decide whether it sticks (`decision.py`; of one alone, its series)
     0       TIED            rests; forces are too near a limit, so the series of the sticking force decides
+    0       TIED - k        rests beside others at a distance that changes: k coefficients of its velocity vanish
 
     from            by                                     to
     slides          `arrive`: its velocity vanishes        ARRIVED
     slides          `slide`: a kinked law passes rest      k = 1 of the other side
     sticks          `await_decision`: its force jumped     ARRIVED
     sticks          `give_way`: its limit is reached       k = 2
-    ARRIVED, TIED   the decision                           TIED, sticks, or `give_way` with k = 1 or more
+    TIED            its distance to others changes         TIED - k
+    any below 0     the decision                           TIED, sticks, or `give_way` with k = 1 or more
     leaves rest     the velocity grows to the other side   ARRIVED, or k = 1 of the other side
     any             `settle`: a step                       MODE_HOLDS
 
@@ -61,11 +63,16 @@ def settle(ints, lane):
 
 
 def open_arrivals(ints, lane):
-    """Whether a contact has come to rest and is still to be decided."""
+    """Whether a contact has come to rest, or parts from others, and is still to be decided."""
     arrived = False
     for c in range(CONTACTS):
-        arrived = arrived or lane.transition[c] == ARRIVED
+        arrived = arrived or is_open(ints, lane, c)
     return arrived
+
+
+def is_open(ints, lane, c):
+    """Whether the decision is to be asked about a contact at rest."""
+    return lane.transition[c] < MODE_HOLDS and lane.transition[c] != TIED
 
 
 def too_many_events(ints, lane):

@@ -1,15 +1,14 @@
 """A mode of several contacts that is tried: its forces, accelerations and loads, one linear problem, see `decision.py`.
 
 Contacts at imposed distances answer alike (rows of A are the same): they rest together only if their accelerations free
-of friction are the same, and then hold one force in equal shares of their limits. While pivoting, a little more on the
-diagonal keeps them apart.
+of friction are the same. A little more on the diagonal keeps them apart, and divides the one force that they hold then.
 """
 
-from vibrocap.numerics.kernel.generated.facts import DYNAMIC, ROW_LIKE, SHARED
+from vibrocap.numerics.kernel.generated.facts import DYNAMIC, SHARED
 from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, STATES
 
-SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal while pivoting, for contacts at imposed distances
+SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal for contacts at imposed distances
 
 # Places in the work space: a state; b, A, n, seven numbers of each contact, and where loads follow the motion C, as
 # `contact_rows` writes them.
@@ -47,13 +46,10 @@ def sticking_range(floats, c):
     return least * floats[NORMALS + c] - applied, most * floats[NORMALS + c] - applied
 
 
-def find_forces(floats, count, soft):
-    """Write the forces, accelerations and loads of the mode that is tried; how many forces were unknown.
+def find_forces(floats, count):
+    """Write the forces, accelerations and loads of the mode that is tried.
 
     The force of a contact that slides is known where loads are constant; one linear problem gives all others.
-
-    soft: with a little more on the diagonal of A, so that contacts at imposed distances differ; else those that rest
-    together have equal shares of what they can hold
     """
     unknown = 0
     for i in range(count):
@@ -65,7 +61,7 @@ def find_forces(floats, count, soft):
             level, applied = sliding_force(floats, c)
             floats[FORCES + c] = level * floats[LOAD_ROWS + c] - applied
     for i in range(unknown):
-        write_row(floats, i, unknown, count, soft)
+        write_row(floats, i, unknown, count)
     eliminate(floats, unknown)
     largest = 0.0
     for i in range(count):
@@ -84,7 +80,6 @@ def find_forces(floats, count, soft):
         floats[NORMALS + c] = normal
         largest = max(largest, size)
     floats[LARGEST_SIZE] = largest
-    return unknown
 
 
 def rests(floats, c):
@@ -101,7 +96,7 @@ def sliding_force(floats, c):
     return floats[levels + first + (1 if floats[TRIED + c] > 0.0 else 0)], floats[levels + APPLIED_AT_REST]
 
 
-def write_row(floats, i, unknown, count, soft):
+def write_row(floats, i, unknown, count):
     """Write row i of the linear problem for so many unknown forces."""
     row, c = MATRIX_ROWS + i * (CONTACTS + 1), int(floats[UNKNOWN + i])
     if not rests(floats, c):
@@ -111,21 +106,6 @@ def write_row(floats, i, unknown, count, soft):
         floats[row + i] += 1.0
         floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - applied
         return
-    head = i
-    if SHARED and not soft:
-        for k in range(i - 1, -1, -1):
-            other = int(floats[UNKNOWN + k])
-            if rests(floats, other) and ROW_LIKE[other] == ROW_LIKE[c]:
-                head = k
-    if head != i:
-        first = int(floats[UNKNOWN + head])
-        own, other_width = half_width(floats, c), half_width(floats, first)
-        for k in range(unknown):
-            floats[row + k] = 0.0
-        floats[row + i] = other_width
-        floats[row + head] = -own
-        floats[row + CONTACTS] = other_width * middle_force(floats, c) - own * middle_force(floats, first)
-        return
     known = floats[FREE_ROWS + c]
     if unknown < count:
         for k in range(count):
@@ -134,7 +114,7 @@ def write_row(floats, i, unknown, count, soft):
                 known -= floats[SLOWING + c * CONTACTS + j] * floats[FORCES + j]
     for k in range(unknown):
         floats[row + k] = floats[SLOWING + c * CONTACTS + int(floats[UNKNOWN + k])]
-    if soft and unknown > 1:
+    if SHARED and unknown > 1:
         largest, widest = 0.0, 0.0
         for k in range(count):
             j = int(floats[OPEN + k])
@@ -148,12 +128,6 @@ def half_width(floats, c):
     """Of the forces that a contact can hold, with a little more so that one which holds nothing has a share."""
     levels = LEVELS + LEVEL_COUNT * c
     return 0.5 * (floats[levels + MOST_STICKING] - floats[levels + LEAST_STICKING]) + 1e-150
-
-
-def middle_force(floats, c):
-    """Middle of what a contact takes at rest."""
-    levels = LEVELS + LEVEL_COUNT * c
-    return 0.5 * (floats[levels + MOST_STICKING] + floats[levels + LEAST_STICKING]) - floats[levels + APPLIED_AT_REST]
 
 
 def eliminate(floats, unknown):

@@ -26,7 +26,6 @@ STATE_OF = (3,)  # of each contact: the state that moves one to one with its vel
 SHARED = False  # whether some share one state, as their distances are imposed
 DYNAMIC = False  # whether the loads of several contacts follow the motion
 GROUP = (0,)  # of each of several contacts: the first one of those that act on one another
-ROW_LIKE = (0,)  # of each of several contacts: the first one whose row of A is the same
 SLOWED = False  # whether bristles of a contact may be on a slow manifold, see `step/slow_manifold.py`
 MANIFOLDS = 1  # number of slow manifolds
 SLOW_CONTACT = (0,)  # of each: number of its contact
