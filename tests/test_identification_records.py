@@ -11,6 +11,7 @@ from vibrocap.identification.experiments.posterior import posterior
 from vibrocap.identification.experiments.term_choice import choose_terms
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.inference.sampling import Source, chain
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.friction.coulomb import Coulomb
 from vibrocap.physics.machines.oscillator import Oscillator
@@ -151,6 +152,25 @@ def test_samples_scatter_as_the_covariance_of_a_linear_fit_says(drawn):
         assert np.std(samples[name]) == pytest.approx(error, rel=apart / np.sqrt(2.0))
     again = posterior(found, samples=400, seed=3)
     assert np.array_equal(again.values, samples.values)
+
+
+def test_draws_have_the_covariance_of_a_normal_density():
+    """Of ten coordinates; one has no effect, and its deviation of 1e15 stands for all within its bounds."""
+    pytest.importorskip("emcee")
+
+    class Normal(Source):
+        def cost(self, table):
+            return 0.5 * np.sum((table[:, :-1] @ root) ** 2, axis=1)
+
+    root = np.tril(np.ones((9, 9)))
+    spread = np.pad(np.linalg.inv(root @ root.T), (0, 1))
+    spread[-1, -1] = 1e30
+    ends = np.full(10, 20.0)
+    draws, _, settled = chain(Normal(("x",) * 10, np.zeros(10), spread, (-ends, ends), 1.0, np.ones(10)), 2000, 1)
+    assert settled
+    deviations = np.std(draws, axis=0)
+    assert np.mean(deviations[:-1] / np.sqrt(np.diag(spread)[:-1])) == pytest.approx(1.0, abs=0.03)
+    assert deviations[-1] == pytest.approx(40.0 / np.sqrt(12.0), rel=0.1)
 
 
 def test_the_bands_are_those_of_the_samples(drawn):
