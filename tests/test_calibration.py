@@ -12,7 +12,7 @@ from thinned import exhaustive_but
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
-from vibrocap.design.calibration.calibration import calibrate
+from vibrocap.design.calibration.calibration import CalibratedParameter, Calibration, calibrate
 from vibrocap.design.calibration.table import read_table
 from vibrocap.identification.inference.identifiability import Verdict
 
@@ -293,13 +293,50 @@ def test_bad_questions_are_named_before_any_work(bench, asked, said):
         vc.calibrate(bench, ANY_TABLE, **({"over": WITHIN} | asked))
 
 
+def test_picture_of_rows_residuals_and_intervals(bench):
+    """Of rows in errors of 0.001; an untrusted row has no prediction, and the interval of a value below 0 its ends."""
+    table = read_table(ANY_TABLE, bench, Complaints())
+    predicted = np.linspace(0.099, 0.101, 12)
+    predicted[2] = np.nan
+    calibration = Calibration(
+        system=bench,
+        parameters=(
+            CalibratedParameter("machine.damping", 1.0, 0.9, 1.3, 0.1, Verdict.DETERMINED),
+            CalibratedParameter("drive.second_amplitude", -2.0, -2.2, -1.2, 0.3, Verdict.WIDE),
+        ),
+        correlation=np.eye(2),
+        directions=(),
+        measured=table,
+        predicted={"mean_velocity": predicted},
+        residuals={"mean_velocity": (0.1 - predicted) / ERROR},
+        misfit=4.0,
+        held_out_misfit=2.0,
+        rms={},
+        held_out=(1,),
+        doubt=None,
+        not_trusted={"not settled": (2,)},
+        initial={},
+    )
+    rows, residuals, intervals = vc.figure(calibration).axes
+    drawn = {line.get_label(): line.get_xydata() for line in rows.get_lines()}
+    assert drawn["predicted (held out)"].tolist() == [[2.0, predicted[1]]]
+    assert drawn["fitted"][:, 0].tolist() == [1.0, *range(3, 13)]
+    assert np.array_equal(drawn["measured"][:, 1], ANY_TABLE["mean_velocity"])
+    held_out = residuals.get_lines()[-1].get_xydata()
+    assert held_out[:, 1] == pytest.approx([(0.1 - predicted[1]) / ERROR])
+    ends = [line.get_xdata() for line in intervals.get_lines() if len(line.get_xdata()) == 2][:2]
+    assert np.concatenate(ends) == pytest.approx([-10.0, 30.0, -10.0, 40.0])
+    assert vc.plot(calibration).get_ylabel() == "mean velocity"
+
+
 @pytest.mark.slow
 def test_command_writes_a_case_in_si(tmp_path, capsys):
     """The example's truth: 0.0575 and 0.095 N m s/rad."""
     asked = ["calibrate", "examples/bench-in-si.toml", "--to", "examples/bench-in-si-speeds.csv"]
     asked += ["--over", "friction.coulomb_coefficient=0.02:0.2", "--over", "machine.damping_N_m_s_per_rad=0.02:0.3"]
-    asked += ["--starts", "32", "--periods", "400", "--json", "--out", str(tmp_path)]
+    asked += ["--starts", "32", "--periods", "400", "--json", "--out", str(tmp_path), "--plot", str(tmp_path / "a.svg")]
     assert main(asked) == 0
+    assert "mean velocity [m/s]" in (tmp_path / "a.svg").read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
     record = json.loads(capsys.readouterr().out)
     assert record["rows_not_trusted"] == {}
     assert 0.0 < record["rms"]["mean_velocity"]["value"] < 0.01

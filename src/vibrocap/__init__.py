@@ -169,9 +169,11 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.system import System
-    from vibrocap.plotting.fits import draw_forces, draw_intervals
+    from vibrocap.plotting.calibrations import draw_calibration
+    from vibrocap.plotting.fits import draw_forces
     from vibrocap.plotting.fronts import draw_front
     from vibrocap.plotting.histories import draw_history, draw_load
+    from vibrocap.plotting.intervals import draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.look.style import style
     from vibrocap.plotting.motion import draw_friction_loop, draw_phase_plane
@@ -282,7 +284,7 @@ __all__ += ["candidate_motions"]
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front", "draw_calibration"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport", "PartsError"]
 

@@ -1,4 +1,4 @@
-"""Pictures of fits: measured and fitted force, loops, residuals, intervals; laws compared, and laws matched."""
+"""Pictures of fits: measured and fitted force, loops, residuals; laws compared, and laws matched."""
 
 import math
 import textwrap
@@ -12,11 +12,11 @@ from matplotlib.ticker import MaxNLocator
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
-from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
+from vibrocap.identification.result.fit_result import Fit, MeasuredUnits, RecordResult
+from vibrocap.plotting.intervals import forest, forest_height, intervals
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLUE, GREEN, GREY, VERMILION
-from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
+from vibrocap.plotting.look.colours import BLUE, GREY, VERMILION
+from vibrocap.plotting.look.labels import law_words, percent, whole
 from vibrocap.plotting.look.page import page
 
 MOST_RECORDS, MOST_IN_COLUMN = 6, 3  # of one sheet
@@ -24,8 +24,6 @@ HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as
 MOST_POINTS = 6000  # of a line
 BINS = 60
 PRINTED = 1.6  # inches: the height of a row of panels on a page
-NEGLIGIBLE = 1e-4  # of the upper end: a value that is as good as zero has no place on a logarithmic scale
-WIDEST = 10.0  # of a parameter's value: what is shown of an interval
 MEASURED = {"color": GREY, "linewidth": 1.6, "label": "measured"}
 FITTED = {"color": BLUE, "linewidth": 1.0, "label": "fitted"}
 HELD_OUT = {"color": VERMILION, "linewidth": 1.0, "label": "predicted (held out)"}
@@ -37,15 +35,13 @@ DIFFERENCE = {"color": VERMILION, "linewidth": 1.0}
 def fit_figure(fit: Fit) -> Figure:
     """A row for each record, force over time, displacement and velocity; below, the intervals of the parameters."""
     shown = _chosen(fit.records)
-    searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
+    searched = intervals(fit)
     method = fit.options.get("method", "")
     steady = method.startswith("steady")  # samples at rest are left out: no loops
     # the load point's velocity through a spring is made of noise, and its loops tell nothing
     loops = 0 if steady else 1 if method.endswith("spring") else 2
     stacked = page().narrow and loops > 0
-    lines = max((_words(p).count("\n") + 1 for p in searched), default=1)  # in a column they stand above the intervals
-    forest = 0.9 + len(searched) * (0.22 + 0.12 * lines if page().narrow else 0.24)
-    heights = (_row_height(1 + stacked) * len(shown) + 0.25, forest)
+    heights = (_row_height(1 + stacked) * len(shown) + 0.25, forest_height(searched))
     with plots.new_figure((page().width_or(11.0), sum(heights) + 0.5)) as fig:
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         rows = _rows(top, len(shown), loops, stacked)
@@ -57,7 +53,7 @@ def fit_figure(fit: Fit) -> Figure:
         top.align_ylabels()
         handles = {h.get_label(): h for axes in rows for h in axes[0].get_lines()}
         top.legend(handles=list(handles.values()), loc=_beside_heading(), ncols=3, frameon=False)
-        _forest(bottom.subplots(), searched)
+        forest(bottom.subplots(), searched)
         held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {percent(fit.held_out_relative_rmse)}"
         error = f"error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard deviation{held}"
         plots.heading(fig, f"{law_words(fit.law_name)}: {error}")
@@ -203,81 +199,6 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
         (_curve if fit.options.get("method", "").startswith("steady") else _over_time)(ax, forces, fit.units)
         plots.legend(ax, ncols=2)
     return ax
-
-
-def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
-    """The 95 % interval of each searched parameter, as its distance from the fitted value in percent.
-
-    The scale is linear about zero and logarithmic beyond, so that an interval of a tenth of a percent is seen beside
-    one of a hundred percent. Arrows stand where the data leave an end open, or where it lies beyond the scale.
-    """
-    searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
-    with plots.drawing(ax, (7.5, 1.2 + 0.26 * len(searched))) as ax:
-        _forest(ax, searched)
-    return ax
-
-
-def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
-    """The interval of each parameter about its value; arrows where the data leave an end open."""
-    linear, widest = _interval_scale(parameters)
-    for place, p in zip(range(len(parameters))[::-1], parameters, strict=True):
-        firm = p.determined
-        colour = GREEN if firm else VERMILION
-        if _has_size(p):
-            ends = [(end / p.value - 1.0) * 100.0 for end in (p.low, p.high)]
-            low, high = max(ends[0], -widest), min(ends[1], widest)
-            ax.plot((low, high), (place, place), color=colour, linewidth=1.4, solid_capstyle="butt")
-            for end, shown, open_mark in ((ends[0], low, "<"), (ends[1], high, ">")):
-                beyond = end != shown or (open_mark == "<" and p.low <= 0.0)
-                ax.plot(shown, place, open_mark if beyond else "|", color=colour, markersize=6, clip_on=False)
-            face = colour if firm else "white"
-            ax.plot(0.0, place, "o" if firm else "s", color=colour, markersize=4, markerfacecolor=face)
-        else:
-            ax.text(0.0, place, "as good as zero", ha="center", va="center", fontsize=plots.letters(8), color=colour)
-        look: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": plots.letters(8), "color": "#222222"}
-        x, y, upright = (0.01, place + 0.2, "bottom") if page().narrow else (1.02, place, "center")
-        ax.text(x, y, _words(p), va=upright, linespacing=1.1, **look)
-    ax.axvline(0.0, color="#999999", linewidth=0.7)
-    ax.set_xscale("symlog", linthresh=linear, linscale=0.6)
-    powers = [linear * 10.0**k for k in range(round(math.log10(widest / linear)) + 1)]
-    powers = powers[:: -(-len(powers) // 3)] if page().narrow else powers
-    ticks = [-power for power in powers[::-1]] + [0.0] + powers
-    ax.set_xticks(ticks, [f"{tick:+g}".replace("-", "\N{MINUS SIGN}") if tick else "0" for tick in ticks])
-    ax.minorticks_off()
-    ax.set_yticks(range(len(parameters))[::-1], [p.name.replace("_", " ") for p in parameters])
-    if page().narrow:
-        ax.set_yticklabels([])
-        ax.grid(visible=False, axis="y")
-    ax.set(xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4 + 0.3 * page().narrow))
-    ax.set_xlabel("95 % interval about the fitted value [%]")
-    ax.set_title("Parameters: green and filled where the data determine them")
-
-
-def _words(p: FittedParameter) -> str:
-    """Value, interval and verdict of a parameter, in a column with its name, in lines that fit there."""
-    text = f"{number(p.value, 4)} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
-    words = text.replace("-", "\N{MINUS SIGN}") + ("" if p.determined else f"  {p.verdict}")
-    if page().narrow:
-        return filled(f"{p.name.replace('_', ' ')}: {words}", round(LETTERS_PER_INCH * page().width_or(0.0)))
-    return words
-
-
-def _has_size(p: FittedParameter) -> bool:
-    """Whether a parameter is more than as good as zero, so that its interval can be seen over it."""
-    return p.value > (NEGLIGIBLE * p.high if p.low <= 0 and math.isfinite(p.high) else 0.0)
-
-
-def _interval_scale(parameters: list[FittedParameter]) -> tuple[float, float]:
-    """(end of the linear part, end of the scale) in percent: powers of ten about all closed ends."""
-    ends = [abs(end / p.value - 1.0) for p in parameters if _has_size(p) for end in (p.low, p.high)]
-    sizes = [100.0 * end for end in ends if 0.0 < end <= WIDEST]
-    low, high = min(sizes, default=1.0), max(sizes, default=1.0)
-    linear = 10.0 ** max(math.floor(math.log10(low)), -3)
-    return linear, max(10.0 ** math.ceil(math.log10(high)), 10.0 * linear)
-
-
-def _end(value: float) -> str:
-    return number(value, 4) if math.isfinite(value) else "open"
 
 
 def _chosen(records: tuple[RecordResult, ...]) -> list[RecordResult]:

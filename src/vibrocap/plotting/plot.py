@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.design.calibration.calibration import Calibration
 from vibrocap.design.calibration.motion_fit import MotionFit
 from vibrocap.design.front import ParetoFront
 from vibrocap.identification.experiments.comparison import Comparison
@@ -27,9 +28,11 @@ from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting import laboratory
-from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
+from vibrocap.plotting.calibrations import calibration_figure, draw_calibration
+from vibrocap.plotting.fits import comparison_figure, draw_forces, fit_figure, match_figure
 from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.histories import draw_history, draw_load
+from vibrocap.plotting.intervals import draw_intervals
 from vibrocap.plotting.look.finishing import finished, fitted, save
 from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import STYLE, style
@@ -58,14 +61,15 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         a dataset of a study: the name of a measure
         a branch or a diagram of branches: "mean_velocity", "drift", "period", "multipliers"
         a branch of equilibria: the name of a state, "eigenvalues"
-        a fit: "intervals", or the name of a record
+        a fit: "intervals", or the name of a record; a calibration: the name of a measure, "intervals"
         basins: "direction", "attractor"
         a friction law: "steady", "presliding"
     ax: axes to draw into, by default those of a new figure (`.figure` of what is returned, and a notebook shows it;
         pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
-        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`,
+        `draw_calibration`
 
     The style of the package holds for this drawing only. Raises TypeError for a result that cannot be drawn.
     """
@@ -96,8 +100,8 @@ def figure(
 ) -> Figure:
     """The whole sheet of a result, all its panels, as the command line draws it.
 
-    result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
-        bifurcation diagram, a Pareto front, a friction law, a sheet of its tests, a report on
+    result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a calibration, a comparison, a
+        match, basins, a bifurcation diagram, a Pareto front, a friction law, a sheet of its tests, a report on
         smoothing, a stick-slip record, a regime diagram, a dataset of a study
     path: a file to write it to as well (.png, .svg or .pdf)
     width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
@@ -171,6 +175,9 @@ PICTURES: dict[type, Picture] = {
         small=lambda fit: fit.records[0].name,
     ),
     MotionFit: Picture(motion_fit_figure),
+    Calibration: Picture(
+        calibration_figure, draw_calibration, lambda of: of.measured.measures, {"intervals": draw_intervals}
+    ),
     Comparison: Picture(comparison_figure),
     Match: Picture(match_figure),
     Basins: Picture(basin_figure, draw_basins, style=PRINT),

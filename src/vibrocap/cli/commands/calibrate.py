@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.cli import completers
-from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import JSON, SEED, folder, option, required
+from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
+from vibrocap.cli.options import JSON, SEED, folder, option, picture, required
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
@@ -15,7 +15,7 @@ from vibrocap.quantities.dimensional import in_si
 from vibrocap.quantities.json_text import json_text
 
 
-class CalibrateRequest(OfCase):
+class CalibrateRequest(OfCase, Drawn):
     to: Path = required("the table, a CSV file with a line of headings", sets=("table",))
     over: list[str] = required(
         "PATH=LEAST:LARGEST, an unknown parameter and its bounds; PATH,PATH=factor:LEAST:LARGEST for one factor of "
@@ -27,6 +27,7 @@ class CalibrateRequest(OfCase):
         "a folder for calibration.json, residuals.csv and calibrated.toml, the calibrated case",
         *("calibration.json", "residuals.csv", "calibrated.toml"),
     )
+    plot: Path | None = picture("measured and predicted rows, residuals and intervals")
     json: bool = JSON
     starts: int = option("points from which the search begins", 256, advanced=True)
     seed: int = SEED
@@ -68,7 +69,7 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
         page.rows(list(result.facts.items()), 2 + max(map(len, result.facts)))
         page.rows([("not determined", str(line)) for line in result.directions if not line.determined], 16)
 
-    return Answer(record, text, written=tuple(written))
+    return Answer(record, text, result, written=tuple(written))
 
 
 def _residuals(calibration: Any) -> dict[str, list[float]]:

@@ -83,7 +83,7 @@ class Calibration(Calibrated):
     misfit: mean square of the fitted residuals, over the degrees of freedom; about 1 where errors were given and the
         model holds; held_out_misfit: mean square of the rows that were held out, None where there are none
     rms: root mean square of the residuals by measure, in the units of the table
-    doubt: the column that explains a misfit, None where none does
+    held_out: rows, from 0, that the fit has not seen; doubt: the column that explains a misfit, None where none does
     not_trusted: rows, from 0, by the reason why the run at the optimum, or a step beside it, is not to be trusted
     """
 
@@ -97,6 +97,7 @@ class Calibration(Calibrated):
     misfit: Number
     held_out_misfit: Number | None
     rms: MeasuresInUnits
+    held_out: tuple[int, ...]
     doubt: ColumnDoubt | None
     not_trusted: dict[str, tuple[int, ...]]
     initial: ByName
@@ -246,6 +247,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         misfit=misfit,
         held_out_misfit=_mean(squares) if len(held) else None,
         rms={name: math.sqrt(_mean(left[name][model.rows] ** 2)) for name in table.measures},
+        held_out=tuple(held.tolist()),
         doubt=doubt,
         not_trusted=not_trusted,
         initial=dict(initial),

@@ -8,8 +8,9 @@ coordinate j and T, the geometric mean of all,
 
 has the covariance of `uncertainty` where the fit is linear, and the shape of the cost elsewhere.
 
-Walkers move by differences of others (ter Braak 2006), every tenth time by a whole one, from mode to mode, which takes a
-third of the steps of stretches near a normal density; the program is emcee (Foreman-Mackey et al. 2013).
+Walkers move by differences of others (ter Braak 2006), at times by a whole one, from mode to mode. Near a normal
+density this takes a third of the steps of stretches; the program is emcee (Foreman-Mackey et al. 2013). Its snooker
+moves are left out: they draw towards the mean, and deviations come out small.
 """
 
 import importlib
