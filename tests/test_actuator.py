@@ -106,24 +106,6 @@ def test_every_machine_that_a_force_drives_takes_an_actuator():
         assert (flow.powers, flow.contacts[0].held) == (expected.powers, expected.contacts[0].held)
 
 
-@pytest.mark.slow
-def test_branches_basins_and_crossings_go_along_the_lag():
-    system = capsule(TWO_TONES, **LIMITS)
-    branch = vc.branch(system, over="actuator.limit", between=(0.75, 0.85), initial=START)
-    assert (branch.parameter.min(), branch.parameter.max()) == (0.75, 0.85)
-    at = int(np.argmin(abs(branch.parameter - 0.8)))
-    one = vc.orbit(system.with_parameters({"actuator.limit": float(branch.parameter[at])}), initial=START)
-    assert branch.mean_velocity[at] == pytest.approx(one.mean_velocity, abs=1e-9)
-    middle = 0.5 * (branch.mean_velocity.min() + branch.mean_velocity.max())
-    branch = vc.crossing(
-        system, "mean_velocity", over="actuator.limit", between=(0.75, 0.85), value=middle, points=3, initial=START
-    )
-    assert len(branch.found) == 1
-    vc.basins(system, {"angle": (-1.0, 1.0), "actuator_output": (-0.8, 0.8)}, 5)
-    with pytest.raises(ValueError, match=r"should lie between the stops, -0\.8 to 0\.8"):
-        vc.basins(system, {"angle": (-1.0, 1.0), "actuator_output": (-0.9, 0.8)}, 5)
-
-
 # --- cases, units and refusals ----------------------------------------------------------------------------------------
 
 CASE = f"""{DEFAULTS.replace("harmonic", "square")}

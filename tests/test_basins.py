@@ -97,22 +97,6 @@ def test_bad_input_is_refused(arguments, complaint):
 # --- basins ----------------------------------------------------------------------------------------------------------
 
 
-def turned(picture):
-    """A picture of a plane that is symmetric about the origin, mirrored."""
-    return -picture[::-1, ::-1]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.Exponential(), pytest.param(vc.LuGre(), marks=pytest.mark.exhaustive)])
-def test_mirrored_start_half_a_period_later_goes_the_other_way(law):
-    system = capsule(law)
-    first = basins(system, PLANE, 40, phase=0.15)
-    later = basins(system, PLANE, 40, phase=0.65)
-    assert {*np.unique(first.direction)} == {-1, 1}
-    assert np.array_equal(later.direction, turned(first.direction))
-    assert np.mean(basins(system, PLANE, 40).direction == first.direction) < 0.98  # the phase matters
-
-
 @pytest.mark.slow
 def test_phase_as_an_axis_has_the_same_symmetry():
     cells = basins(capsule(), {"phase": (0.0, 1.0), "angle": (-3.0, 3.0)}, (40, 41))
@@ -139,14 +123,6 @@ def test_directions_are_those_of_single_runs():
         assert path[-1][2] - path[-2][2] == pytest.approx(cells.drift[i, j], abs=1e-6)
         assert cells.direction[i, j] == np.sign(cells.drift[i, j])
     assert cells.x[0] == pytest.approx(-2.75)  # the middle of the first cell
-
-
-@pytest.mark.slow
-def test_symmetric_motions_do_not_travel():
-    system = capsule(**{"machine.stiffness": 4.0, "machine.damping": 1.2})
-    cells = basins(system, PLANE, 10)
-    assert np.all(cells.direction == 0)
-    assert [attractor.motion.symmetric for attractor in cells.attractors] == [True]
 
 
 # --- datasets and pictures -------------------------------------------------------------------------------------------

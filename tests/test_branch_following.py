@@ -45,20 +45,6 @@ def pieces(u, p):
     return "FB" if u[0] < 0.0 else "FSB"
 
 
-@pytest.mark.exhaustive
-def test_a_stick_of_a_further_contact_that_ends_nearby_makes_no_special_points():
-    """Contact 2 no longer sticks above 0.8652191: until there the branch is smooth, whatever a nudge beyond it does."""
-    system = vc.System(
-        vc.TwoBodyCrawler(mass_2=1.5, stiffness=1.3, damping=0.25),
-        [vc.Coulomb(0.3, 0.45), vc.Coulomb(0.15, 0.3)],
-        vc.Biharmonic(1.5, 0.8645, 0.7, 0.5),
-    )
-    branch = vc.branch(system, "drive.frequency", (0.864, 0.866))
-    assert branch.special_points == ()
-    assert branch.parameter[-1] == pytest.approx(0.8652191, abs=1e-7)
-    assert np.ptp(np.abs(branch.multipliers[:, 0])) < 5e-3
-
-
 def test_fold_and_flip_of_henons_map():
     map_ = PlainMap(henon, (-1.0, 1.0))
     found = way(map_, (0.4, 0.4), 0.2, towards=-1.0)

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
@@ -88,47 +87,6 @@ def test_the_branch_ends_where_the_block_slips_for_good():
     assert branch.parameter[-1] == pytest.approx(0.71015782933, abs=1e-6)
     assert "Try another" in str(branch)
     assert branch.kind(vc.SpecialKind.FOLD) == ()  # the multiplier stays zero: the cycle ceases, it does not turn back
-
-
-@pytest.mark.slow
-def test_leines_block_over_the_speed_of_its_belt():
-    """Its cycle at both ends of the branch and between, by another integrator: slip from x = 1, then stick."""
-    system = vc.System(
-        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.2),
-        vc.HyperbolicStribeck(coulomb_coefficient=0.0, static_coefficient=1.0, stribeck_velocity=1.0 / 3.0),
-        vc.Constant(),
-    )
-    branch = vc.branch(system, "machine.belt_speed", (0.05, 0.5), settle_periods=200)
-    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    assert np.all(branch.multipliers == 0.0)
-    for i in (0, len(branch) // 2, len(branch) - 1):
-        v = branch.parameter[i]
-
-        def rates(_t, y, v=v):
-            return y[1], -y[0] + 1.0 / (1.0 + 3.0 * (v - y[1]))
-
-        def caught(_t, y, v=v):
-            return y[1] - v if y[0] < 0.9 else -1.0
-
-        caught.terminal, caught.direction = True, 1
-        start = (1.0, v - 1e-14)
-        slip = solve_ivp(rates, (0.0, 30.0), start, events=caught, method="DOP853", rtol=1e-13, atol=1e-14)
-        period = slip.t_events[0][0] + (1.0 - slip.y_events[0][0][0]) / v
-        assert branch.period[i] == pytest.approx(period, abs=1e-8)
-
-
-@pytest.mark.slow
-def test_cycle_without_sticking():
-    """LuGre on a belt: no set-valued contact, five states' worth of tangents; the period is that of a long run."""
-    system = vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), vc.LuGre(), vc.Constant())
-    branch = vc.branch(system, "machine.belt_speed", (0.08, 0.12), settle_periods=400)
-    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    for i in (0, len(branch) - 1):
-        at = system.with_parameters({"machine.belt_speed": float(branch.parameter[i])})
-        orbit = vc.orbit(at, settle_periods=400)
-        assert orbit.status is vc.OrbitStatus.CONVERGED
-        assert branch.period[i] == pytest.approx(orbit.period, abs=1e-9)
-        assert np.abs(branch.multipliers[i]) == pytest.approx(np.abs(orbit.multipliers), abs=1e-6)
 
 
 def test_a_block_that_comes_to_rest_has_no_branch():

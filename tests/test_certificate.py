@@ -49,18 +49,6 @@ def test_a_run_may_end_within_a_period():
     assert vc.simulate(system, periods=0.25, initial=start).end == pytest.approx(0.25 * short.period, rel=4 * EPSILON)
 
 
-def restarted(system, start, first, then):
-    before = vc.simulate(system, periods=first, initial=start)
-    names = before.state_names
-    return vc.simulate(system, periods=then, initial=dict(zip(names, before.sections[-1], strict=True)))
-
-
-def test_three_and_four_periods_are_seven_exactly():
-    """The Taylor method has no memory but the state: the same bits."""
-    whole = vc.simulate(stick_slip(), periods=7, initial={"angle": 1.0})
-    assert np.array_equal(restarted(stick_slip(), {"angle": 1.0}, 3, 4).sections[-1], whole.sections[-1])
-
-
 def test_a_shift_of_position_changes_nothing_else():
     """X is cyclic: nothing depends on it."""
     here = vc.simulate(stick_slip(), periods=3, initial={"angle": 1.0})

@@ -53,17 +53,6 @@ def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
-def test_no_control_point_at_the_printed_parameters(law):
-    """The paper's O1 and O2: every steady motion is symmetric, so that the drift is nothing throughout."""
-    crossings = vc.crossing(capsule(law, 4.0), "drift", RATIO, PRINTED_RANGE, initial=START, points=40)
-    assert crossings.found == ()
-    assert crossings.equal == (PRINTED_RANGE,)
-    assert crossings.unsettled == ()
-    assert np.max(np.abs(crossings.differences)) < 1e-9
-
-
-@pytest.mark.slow
 def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
     lm, em = capsule("lugre"), capsule("exponential")
     crossings = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)
@@ -236,19 +225,6 @@ def test_crossings_along_a_branch_are_those_of_the_sweep(law):
     assert branch.crossings("drift", 100.0) == ()
     (own,) = branch.crossings(lambda orbit: orbit.drift)
     assert own.at == place.at
-
-
-@pytest.mark.slow
-def test_crossings_are_found_where_the_branch_is_unstable():
-    system = capsule("exponential", 2.0, 1.0)
-    symmetric = vc.branches(system, "drive.amplitude", (1.3, 2.0), initial=START).branches[0]
-    assert symmetric.crossings("drift") == ()  # nothing all along
-    at = int(np.argmin(np.abs(symmetric.parameter - 1.6)))
-    speed = vc.measured(symmetric.orbit(at).motion(), ["largest_velocity"], window=1)["largest_velocity"]
-    (place,) = symmetric.crossings("largest_velocity", speed + 1e-4)
-    assert not place.orbit.stable
-    again = vc.measured(place.orbit.motion(), ["largest_velocity"], window=1)["largest_velocity"]
-    assert again == pytest.approx(speed + 1e-4, abs=1e-10)
 
 
 @pytest.mark.slow

@@ -235,43 +235,12 @@ def test_error_bars_of_special_points_hold_the_exact_place(made, seed):
     assert off <= special.error < 1e-6 * float(place)
 
 
-@pytest.mark.slow
-def test_canonical_places():
-    """BEYOND sections 4 and 5: the belt oscillator, and the LuGre block with the numbers of Canudas de Wit."""
-    system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
-    (special,) = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0)).special_points
-    assert abs(special.parameter - math.log(10.0) / 2.0) <= special.error < 1e-12
-    assert special.frequency == pytest.approx(1.0, abs=1e-12)
-    assert special.criticality == "subcritical"
-    assert special.remarks == "omega 1; subcritical; stability gained"
-    law = vc.LuGre(
-        bristle_stiffness=1e5, bristle_damping=math.sqrt(1e5), viscous_damping=0.4, coulomb_coefficient=1.0,
-        static_coefficient=1.5, stribeck_velocity=1e-3,
-    )  # fmt: skip
-    hopf_points = vc.equilibrium_branch(
-        belt(law, stiffness=2.0, belt_speed=1e-3), "machine.belt_speed", (1e-7, 1e-2)
-    ).hopf_points
-    assert [point.parameter for point in hopf_points] == pytest.approx(
-        [4.36353084743738e-6, 2.98631636013495e-3], rel=1e-11
-    )
-    assert [point.frequency for point in hopf_points] == pytest.approx([0.92033558, 1.4141608], rel=1e-7)
-
-
 def test_frequencies_that_meet_without_damping():
     system = vc.System(vc.ModeCouplingBlock(), vc.Coulomb(0.3, 3.0), ZERO_PROGRESS)
     (special,) = vc.equilibrium_branch(system, "friction.coulomb_coefficient", (0.1, 1.0)).special_points
     assert special.kind is vc.SpecialKind.MODE_COUPLING
     assert abs(special.parameter - ((2.0 - 1.6) ** 2 / (4.0 * 0.5) + 0.5) / 1.2) <= special.error < 1e-12
     assert special.frequency == pytest.approx(math.sqrt(1.8), abs=1e-12)
-
-
-def test_idle_duration_of_the_drive_changes_no_place():
-    places = []
-    for duration in (0.1, 1.0, 37.0):
-        system = belt(vc.Exponential(0.5, 1.0, 2.0), vc.Constant(duration=duration), damping=0.1, belt_speed=1.5)
-        branch = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0))
-        places.append(branch.hopf_points[0].parameter)
-    assert places == pytest.approx([math.log(10.0) / 2.0] * 3, abs=1e-13)
 
 
 def test_branch_ends_by_name_and_is_a_result():

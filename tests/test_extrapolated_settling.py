@@ -189,19 +189,6 @@ def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
         assert np.array_equal(found[taken].entries(name), long.entries(name))
 
 
-@pytest.mark.slow
-def test_a_limit_that_is_not_checked_is_off():
-    """By more than the threshold, in some runs of the same map: that is what the check is for."""
-    given = grid(EM, np.linspace(0.1, 8.0, 20), np.linspace(1.0, 3.0, 20))
-    long = numerics.ensemble_run(
-        numerics.EnsembleStart(*given), numerics.Budget(600, 1e-8, 10_000, 10**9, window=1), threads=1
-    )
-    with faulty(given, (RETURNS, "if True:"), (CHECK, "if True:")):
-        found = settled(given, True)
-    off = distances(EM, given, found, long) > THRESHOLD
-    assert np.sum(off & (found.head("extrapolated") == 1)) > 3
-
-
 def test_no_refused_trial_leaves_a_trace(stand):
     """Where every trial is refused, runs are those that try nothing, to the last bit of all that they end with."""
     system, over = stand

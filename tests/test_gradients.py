@@ -266,15 +266,6 @@ def test_what_has_no_gradient_is_named_before_any_work(over, measures, said, fir
         first.gradients(over, measures)
 
 
-@pytest.mark.exhaustive
-def test_a_word_has_no_slope():
-    dynamic = vc.orbit(SYSTEMS["dynamic load"])
-    with pytest.raises(
-        ValueError, match=r"machine\.normal_load should be a number to have a gradient, it is 'dynamic'"
-    ):
-        dynamic.gradients(["machine.normal_load"])
-
-
 @pytest.mark.parametrize(
     ("name", "said"),
     [("worm-of-two-bodies", "turn at one instant"), ("sticks-and-slips-on-a-belt", "nothing drives it in time")],

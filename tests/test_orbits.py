@@ -202,29 +202,19 @@ def test_a_run_that_fails_is_no_orbit(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "complaint"),
+    ("function", "arguments", "complaint"),
     [
-        ({"start": {"speed": 1.0}}, "start should name states"),
-        ({"response_period": 0}, "response_period should be a whole number"),
-        ({"response_period": 2, "half": True}, "response_period should be odd"),
+        (shoot, {"start": {"speed": 1.0}}, "start should name states"),
+        (shoot, {"start": START, "response_period": 0}, "response_period should be a whole number"),
+        (shoot, {"start": START, "response_period": 2, "half": True}, "response_period should be odd"),
+        (vc.orbit, {"initial": START, "response_period": 0}, "response_period should be a whole number"),
+        (vc.orbit, {"initial": START, "settle_periods": 0}, "settle_periods should be a whole number"),
+        (vc.orbit, {"initial": START, "tolerance": 1.0}, "tolerance should be a number from"),
     ],
 )
-def test_bad_input_is_refused(arguments, complaint):
+def test_bad_input_is_refused(function, arguments, complaint):
     with pytest.raises(ValueError, match=complaint):
-        shoot(**{"system": system_with(vc.Exponential()), "start": START, **arguments})
-
-
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        ({"response_period": 0}, "response_period should be a whole number"),
-        ({"settle_periods": 0}, "settle_periods should be a whole number"),
-        ({"tolerance": 1.0}, "tolerance should be a number from"),
-    ],
-)
-def test_bad_input_is_refused_before_a_motion_is_followed(arguments, complaint):
-    with pytest.raises(ValueError, match=complaint):
-        vc.orbit(system_with(vc.Exponential()), initial=START, **arguments)
+        function(system_with(vc.Exponential()), **arguments)
 
 
 def test_half_period_search_needs_the_symmetry():

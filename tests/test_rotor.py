@@ -145,45 +145,6 @@ def test_a_rotor_that_has_stopped_comes_to_rest():
 
 
 # Friction that falls with speed, and a motor whose torque hardly falls: two speeds between these torques (Sommerfeld).
-FALLING = vc.Exponential(0.1, 0.8, 3.0)
-JUMPS = (0.163058786776, 0.198735774900)  # down and up
-
-
-def weak_motor(torque=0.18):
-    machine = vc.RotorCapsule(mass_ratio=4.0, damping=0.01)
-    return vc.System(machine, FALLING, vc.Constant(force=torque, duration=6.0))
-
-
-@pytest.mark.exhaustive
-def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
-    """Both cycles close by an independent solver; the branch folds twice, the same seen from either of them."""
-    slow, fast = (
-        vc.orbit(weak_motor(), initial={"angle": 0.1, "angle_rate": rate}, settle_periods=300) for rate in (0.0, 8.0)
-    )
-    for found, speed in ((slow, 2.33051823), (fast, 10.2588912)):
-        assert found.closes
-        assert found.stable
-        assert TURN / found.period == pytest.approx(speed, abs=1e-7)
-        assert gained(found) == pytest.approx(turn_of(found), abs=1e-8)
-    near = [
-        vc.orbit(weak_motor(torque), initial=start.state, settle_periods=400)
-        for torque, start in ((0.1985, slow), (0.1635, fast))
-    ]
-    for start, jump, between in zip(near, reversed(JUMPS), ((0.197, 0.2), (0.163, 0.1645)), strict=True):
-        branch = vc.branch(start.system, "drive.force", between, orbit=start, points=300)
-        (fold,) = branch.kind(vc.SpecialKind.FOLD)
-        assert fold.parameter == pytest.approx(jump, abs=1e-10)
-        assert {fold.unstable_before, fold.unstable_after} == {0, 1}
-        assert not branch.kind(vc.SpecialKind.JUMP)
-    # Swept by simulation: from the slow side it jumps above the one torque, from the fast one below the other.
-    torques = [JUMPS[0] - 0.003, JUMPS[0] + 0.003, JUMPS[1] - 0.003, JUMPS[1] + 0.003]
-    for start, is_fast in ((slow, [False, False, False, True]), (fast, [False, True, True, True])):
-        over = {"drive.force": torques}
-        found = vc.ensemble(weak_motor(), over, measures=["period"], initial=start.state, periods=3000, settle=1e-6)
-        assert found["settled"].all()
-        assert (found["period"] < 1.2).tolist() == is_fast
-
-
 @pytest.mark.slow
 def test_starts_lead_to_attractors_of_one_and_two_turns():
     steady = vc.attractors(pulsed(), 60)

@@ -159,29 +159,6 @@ def test_random_rows_end_where_implicit_steps_do(seed, implicit):
     assert steps[0] <= 1.01 * len(implicit(*row, 1e-6).piece_start)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("stiffness", "damping", "ratio", "turn", "final"),
-    exhaustive_but(
-        [0],
-        [
-            (1e4, 30.0, 0.5, 2.13844048483, (-0.445732569927, -2.73436515452, 0.0449321629108, -1.32110875226, -2e-5)),
-            (2e5, 300.0, 0.1, 1.95183830007, (-0.706463179779, -2.05203915649, -0.589815604026, -1.03208590704, -1e-6)),
-        ],
-    ),
-)
-def test_another_package_ends_there_too(stiffness, damping, ratio, turn, final):
-    """SciPy's Radau on the plain equations, started anew at the reversal; its own error is 1e-9 or less."""
-    machine = vc.PendulumCapsule(mass_ratio=ratio, stiffness=1.5, damping=0.4)
-    law = vc.LuGre(stiffness, damping, 0.1, static_coefficient=0.3, coulomb_coefficient=0.2, stribeck_velocity=0.1)
-    system = vc.System(machine, law, vc.Harmonic(1.8, 1.0))
-    start = {"angle": 1.0, "velocity": 0.5}
-    for tolerance in (1e-6, 1e-9):
-        moved = vc.simulate(system, initial=start, periods=3.0 / (2.0 * math.pi), tolerance=tolerance)
-        assert list(moved.state.values()) == pytest.approx(final, abs=END * tolerance + 1e-9)
-        assert moved.event_times == pytest.approx([turn], abs=EVENT * tolerance + 1e-9)
-
-
 @pytest.mark.parametrize(
     ("stiffness", "damping"), [(1e4, 100.0), pytest.param(1e5, 300.0, marks=pytest.mark.exhaustive)]
 )

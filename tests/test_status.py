@@ -53,15 +53,10 @@ def test_every_status_says_what_to_do():
     ("argument", "value"),
     [
         ("periods", 0),
-        ("periods", -1),
         ("periods", math.nan),
-        ("periods", "ten"),
         ("tolerance", 0.0),
         ("tolerance", 1.0),
-        ("max_steps", 0),
         ("max_steps", 1.5),
-        ("max_events_per_period", 0),
-        ("max_events_per_period", 2.5),
         ("max_events_per_period", True),
     ],
 )
