@@ -41,23 +41,6 @@ def test_a_start_at_which_a_body_moves_away_from_its_side_is_no_stop():
     assert [event.kind for event in motion.events] == ["stick_2"]
 
 
-@pytest.mark.slow
-def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
-    """Under a drive that is not odd; an odd one leaves a mirror image half a period later, which travels back."""
-    drive = vc.Biharmonic(amplitude=1.5, frequency=0.8, second_amplitude=0.7, second_phase=0.5)
-
-    def settled(**given):
-        machine = vc.ThreeBodyCrawler(**given)
-        motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.15), drive), periods=60)
-        assert motion.certificate.ok
-        return vc.mean_velocity(motion).value
-
-    # seen from the other side, with the bodies in reverse order, equal ones are the same machine
-    assert abs(settled()) < 1e-9
-    assert settled(normal_load=3.0) == pytest.approx(0.050743626572, abs=1e-9)
-    assert settled(normal_load_3=3.0) == pytest.approx(-0.050743626572, abs=1e-9)
-
-
 def test_a_case_with_a_law_for_each_contact(tmp_path):
     system = crawler(vc.LuGre(bristle_stiffness=80.0))
     path = vc.save_case(system, tmp_path / "case.toml", initial={"velocity_2": 0.2})
@@ -129,19 +112,6 @@ def test_laws_of_contacts_stand_in_a_list():
     stiff = vc.Dahl.in_si(coulomb_coefficient=0.2, bristle_stiffness_N_per_m=8.0)
     in_si = vc.System(machine, [first, None, stiff], drive, units=vc.SIScales())
     assert in_si.further == (None, vc.Dahl(8.0, 0.2))
-
-
-@pytest.mark.slow
-def test_a_law_of_its_own_belongs_to_its_contact():
-    """Systems with as many laws of the same kinds are told apart by whose they are."""
-    machine, drive = vc.ThreeBodyCrawler(), vc.Biharmonic(1.5, 0.8, 0.7, 0.5)
-    rear, front = vc.Coulomb(0.3, 0.45), vc.Coulomb(0.1, 0.15)
-    ends = {}
-    for which, laws in {"2": [rear, front], "3": [rear, None, front], "2 of 3": [rear, front, rear]}.items():
-        ends[which] = vc.simulate(vc.System(machine, laws, drive), periods=3).state["position"]
-    assert ends["3"] == vc.simulate(vc.System(machine, [rear, rear, front], drive), periods=3).state["position"]
-    assert ends["2"] == ends["2 of 3"]
-    assert abs(ends["2"] - ends["3"]) > 0.01
 
 
 @pytest.mark.slow

@@ -267,11 +267,6 @@ def test_drive_keeps_its_contract(drive):
     assert complaints(drive, *DRIVE_CLAUSES, recorded) == {}
 
 
-def test_a_second_harmonic_breaks_the_symmetry():
-    assert vc.Biharmonic().odd
-    assert not vc.Biharmonic(second_amplitude=1e-3).odd
-
-
 # --- systems ---------------------------------------------------------------------------------------------------------
 
 

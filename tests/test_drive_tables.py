@@ -57,6 +57,8 @@ def test_pulses_follow_their_sine():
         (vc.Square(), True),
         (vc.Square(duty=0.5 + 1e-12), False),
         (vc.Square(amplitude=0.0, duty=0.3), True),
+        (vc.Biharmonic(), True),
+        (vc.Biharmonic(second_amplitude=1e-3), False),
         (vc.Triangle(), True),
         (vc.Triangle(rise=0.500001), False),
         (vc.Trapezoid(rise=0.1, hold=0.4, fall=0.1), True),

@@ -151,10 +151,6 @@ def test_bristles_with_offset_points():
     assert offset.upper == pytest.approx(0.181821489161179, rel=1e-12)
 
 
-def test_light_capsule_travels_four_times_as_far(motions):
-    assert vc.drift(motions["light-capsule-travels-fast"]) > 4 * vc.drift(motions["travels-by-stick-slip"])
-
-
 @pytest.mark.slow
 def test_the_study_of_the_readme_finds_travel_and_none(tmp_path, monkeypatch):
     """The commands of examples/README.md on a coarser grid: the paper's machine (rho = 4) goes nowhere."""

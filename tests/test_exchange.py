@@ -298,13 +298,6 @@ def test_a_library_holds_no_memory_and_its_names_begin_with_its_own(input, tmp_p
     assert [(name, kind) for name, kind in kinds.items() if kind in "BbDdCGgSs"] == []
 
 
-def test_sources_need_floor_sqrt_and_fabs_only():
-    text = c_files(example("bristles-lugre"))["capsule.c"]
-    for name in ("sin", "cos", "exp", "log", "tanh", "atan", "pow", "fmod", "fma", "malloc", "free"):
-        assert f" {name}(" not in text
-        assert f"({name}(" not in text
-
-
 def test_an_export_that_was_stopped_can_be_repeated(tmp_path, monkeypatch):
     """After any of its files: what it leaves is seen to be its own."""
     case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))

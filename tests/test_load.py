@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import vibrocap as vc
-from cases import printed_json, refused
+from cases import printed_json
 from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, case_from_text, case_text
@@ -183,11 +183,6 @@ def test_statuses_of_ensembles_are_those_of_single_runs():
     assert {vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.PARADOX} == set(single)
 
 
-def test_load_that_is_no_word_is_refused():
-    with pytest.raises(ValueError, match='"weight" \\(mass_ratio \\+ 1\\) or "dynamic"'):
-        vc.PendulumCapsule(normal_load="heavy")
-
-
 def test_a_constant_load_that_hides_a_lift_off_is_said(tmp_path, capsys):
     law = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.45)
     light = capsule(1.5, law, amplitude=1.8, mass_ratio=0.5)
@@ -230,11 +225,6 @@ def test_the_load_of_every_contact_is_asked_at_the_start(first, standing):
     system = vc.System(vc.LinkageCrawler(**masses), [vc.Coulomb(0.2, 0.3)] * 2, vc.Harmonic(amplitude=0.5))
     with pytest.raises(ValueError, match=f"initial: the normal load on contact {first} is negative at the start, -"):
         vc.simulate(system, initial=speeds, periods=1)
-
-
-def test_a_load_that_is_negative_at_the_start_ends_the_command_before_any_work(tmp_path, capsys):
-    path = vc.save_case(capsule(), tmp_path / "case.toml", initial={"angle_rate": 2.0})
-    assert "initial: the normal load is negative at the start, -0.5" in refused(capsys, "simulate", path)
 
 
 # Amplitudes at which the true load, lambda + 1 - (sin(theta) theta'' + cos(theta) theta'^2), just touches zero, once in

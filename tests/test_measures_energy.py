@@ -82,17 +82,6 @@ def test_per_period_and_mean_power(steady):
     assert ten.per_period.residual == ten.residual / 10
 
 
-def test_balance_of_a_made_up_motion():
-    """X' = cos t against R = 0.2 sgn X': the loss per period is 0.2 times the 4 travelled."""
-    rests = np.pi / 2 + np.pi * np.arange(8)
-    motion = made_up_motion(
-        vc.Exponential(), Signal(((1.0, 1.0, -np.pi / 2),)), lambda t, side: 0.2 * side, rests=rests
-    )
-    balance = vc.energy_balance(motion, periods=3)
-    assert balance.per_period.contact_sliding == pytest.approx(-0.8, abs=1e-13)
-    assert balance.residual == pytest.approx(2.4, abs=1e-12)  # made up: nothing drives it
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # Sticking
 

@@ -9,7 +9,6 @@ from scipy.integrate import quad
 import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
 from thinned import slow_but
-from vibrocap.measures.recorded.friction_loop import LoopPoint
 
 TOP = 0.8  # greatest speed of the made-up motions X' = TOP cos t
 LAG = 0.05
@@ -219,32 +218,6 @@ def test_loops_run_against_the_paper_at_its_printed_damping_and_with_it_at_one(l
         assert getattr(slight, side).pure_sliding.direction == "accelerating above"
         assert getattr(slight, side).presliding.direction == "decelerating above"
         assert getattr(slight, side).pure_sliding.area == pytest.approx(1.377e-3, rel=1e-3)
-
-
-def test_escape_is_the_first_peak_after_the_reversal(loops):
-    for name in ("printed", "slight"):
-        motion, loop = loops[name]
-        start, end = loop.forward.excursion
-        t = np.linspace(start, end, 40001)
-        friction = motion.at(t, "friction")
-        first = np.flatnonzero((friction[1:-1] > friction[:-2]) & (friction[1:-1] >= friction[2:]))[0] + 1
-        assert isinstance(loop.forward.escape, LoopPoint)
-        assert loop.forward.escape.time == pytest.approx(t[first], abs=2 * (t[1] - t[0]))
-        assert loop.forward.escape.friction == pytest.approx(friction[first], abs=1e-5)
-        # The orbit is its own mirror image: so are the points of its loop.
-        assert loop.back.escape.velocity == pytest.approx(-loop.forward.escape.velocity, abs=1e-8)
-        assert loop.back.escape.friction == pytest.approx(-loop.forward.escape.friction, abs=1e-8)
-
-
-def test_areas_of_both_regimes_add_up(loops):
-    for _, loop in loops.values():
-        parts = [
-            branches.area
-            for part in (loop.forward, loop.back)
-            for branches in (part.presliding, part.pure_sliding)
-            if branches is not None
-        ]
-        assert sum(parts) == pytest.approx(loop.velocity_area, abs=1e-15)
 
 
 @pytest.mark.slow

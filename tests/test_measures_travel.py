@@ -172,14 +172,6 @@ def second_set():
     return {law.name: paper_motion(law, stiffness=4.0, damping=1.2) for law in (vc.Exponential(), vc.LuGre())}
 
 
-def test_reference_drift(first_set):
-    half_digit = 5e-8
-    assert vc.drift(first_set["lugre"]) == pytest.approx(0.1071890, abs=half_digit)
-    assert vc.drift(first_set["exponential"]) == pytest.approx(0.1643477, abs=half_digit)
-    assert vc.displacement(first_set["exponential"]) == pytest.approx(6.8597399, abs=half_digit)
-    assert vc.displacement(first_set["lugre"]) == pytest.approx(4.3246962, abs=half_digit)
-
-
 def test_settling_of_the_paper_motions(first_set, second_set):
     exponential, lugre = vc.settling(first_set["exponential"]), vc.settling(first_set["lugre"])
     assert exponential.settled

@@ -5,6 +5,7 @@ The faults are planted in kernels as plain Python, so that no law or machine of 
 
 import contextlib
 import dataclasses
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -91,18 +92,6 @@ FAULTS = {
 }
 
 
-@contextlib.contextmanager
-def planted(names, fault):
-    """Within this context functions of a plain kernel are faulty."""
-    replaced = fault(names)
-    kept = {name: names[name] for name in replaced}
-    names.update(replaced)
-    try:
-        yield
-    finally:
-        names.update(kept)
-
-
 def seen(system, start, periods, fault=None, tolerance=TOLERANCE):
     """(result of a run as plain Python, whether it is certified), with evidence of all of its periods."""
     recorded, row = equations(system), np.array([parameter_values(system)])
@@ -110,7 +99,7 @@ def seen(system, start, periods, fault=None, tolerance=TOLERANCE):
     budget = Budget(periods, tolerance, 1000, 100_000, evidence=periods)
     form = Form(order=12, lanes=1, plain=True)
     names = ensemble_kernel(recorded, form, False)[1].__globals__
-    with planted(names, fault) if fault else contextlib.nullcontext():
+    with mock.patch.dict(names, fault(names) if fault else {}):
         results = ensemble_run(EnsembleStart(recorded, row, state), budget, form, threads=1)
     return results, bool(run_evidence.certified(recorded, results, row, tolerance)[0])
 

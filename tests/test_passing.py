@@ -1,7 +1,5 @@
 """`motion.crossings`: the exact times at which a quantity of a motion passes a value."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 import scipy.optimize
@@ -80,14 +78,6 @@ def test_modulo_something_every_value_so_far_apart_counts(motion):
     expected = np.sort(np.concatenate([motion.crossings("position", place, -1) for place in places]))
     assert len(expected) > 2 * len(places)
     assert motion.crossings("position", 0.013, -1, modulo=step) == pytest.approx(expected, rel=0, abs=1e-12)
-
-
-def test_of_a_motion_in_si_value_and_times_are_in_si(motion):
-    in_si = vc.simulate(dataclasses.replace(CAPSULE, units=vc.PendulumScales(0.2, 0.1)), periods=6.3)
-    factor = in_si.system.si.factor
-    crossings = in_si.crossings("position", -0.5 * factor("position"))
-    assert crossings / factor("time") == pytest.approx(motion.crossings("position", -0.5), rel=1e-12)
-    assert len(crossings)
 
 
 def test_bad_input_is_named(motion):

@@ -232,28 +232,6 @@ def test_every_law_on_every_machine_takes_an_input(law, machine):
         )
 
 
-@pytest.mark.parametrize(("length", "bound"), [(3.0, 1e-13), (0.3, 5e-10), (0.01, 5e-10)])
-@pytest.mark.parametrize("to_events", [False, True])
-def test_the_square_wave_held_by_hand(length, bound, to_events):
-    """The README's capsule under a square wave of period 6 over 120: states at every switch, and all events."""
-    system = HELD["readme"]
-    reference = vc.simulate(system, periods=20, initial=START, tolerance=1e-9)
-    motion = vc.stepper(system, input="drive", initial=START, tolerance=1e-9)
-    for k in range(40):
-        for j in range(round(3.0 / length)):
-            end = 3.0 * k + (j + 1) * length
-            while motion.time < end - 1e-12:
-                values = 1.8 if k % 2 == 0 else -1.8, end - motion.time
-                if to_events:
-                    motion.step_to_event(*values)
-                else:
-                    motion.step(*values)
-        wanted = reference.states(min(3.0 * (k + 1), reference.end))[:, 0]
-        assert np.abs(motion.states - wanted).max() <= bound
-    events = motion.events
-    assert (events["stick"], events["slip_forward"] + events["slip_back"], events["reversal"]) == (38, 38, 78)
-
-
 def test_events_end_a_step_where_they_are():
     reference = vc.simulate(README, periods=5, initial=START, tolerance=1e-10)
     motion, times = vc.stepper(README, initial=START, tolerance=1e-10), []
