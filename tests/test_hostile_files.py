@@ -308,20 +308,6 @@ def test_a_mat_file_comes_back_as_scipy_reads_it(tmp_path):
     assert found["cells"] is None
 
 
-@pytest.mark.slow
-def test_damaged_mat_files_are_read_or_refused(tmp_path):
-    good, rng = tmp_path / "good.mat", np.random.default_rng(5)
-    savemat(good, {"time": np.arange(40.0), "run": {"force": np.arange(40.0), "cells": np.array([1, "x"], object)}})
-    for number in range(6):
-        raw = bytearray(good.read_bytes())
-        for place in rng.integers(128, len(raw), 3):
-            raw[place] = rng.integers(256)
-        path = tmp_path / f"{number}.mat"
-        path.write_bytes(raw)
-        with contextlib.suppress(RecordError):
-            read_records(path)
-
-
 @pytest.mark.parametrize("damage", ["\r", "9" * 140_000, '"', '"\n"', "\x0c"])
 def test_tables_with_stray_signs_are_read_or_refused(tmp_path, damage):
     """A carriage return within a line, a cell beyond the limit of csv, a quotation mark that is not closed."""

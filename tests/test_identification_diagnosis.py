@@ -20,7 +20,6 @@ from vibrocap.identification.inference.diagnosis.pattern_test import (
     probability,
     without,
 )
-from vibrocap.identification.inference.diagnosis.thresholds import PATTERNS
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.coulomb import Coulomb
@@ -322,18 +321,3 @@ def test_the_step_of_an_encoder_is_read_from_its_values():
     assert resolution(place) == 0.0
     assert resolution(rng.standard_normal(5_000)) == 0.0
     assert resolution(np.repeat([0.1, 0.2, 0.3], 100)) == 0.0  # steps of the speed
-
-
-@pytest.mark.slow
-def test_the_rate_of_false_alarms_is_that_of_all_tests_together():
-    """40 records of noise, white and coloured, about the true law: at most what chance makes of the stated rate."""
-    alarms = 0
-    made, _ = bench(5, 1_200, STATIC)
-    record = Record("clean", made.time, made.force(made.time), velocity=made.motion(made.time, 1))
-    errors, _ = errors_of(made, record)
-    rng = np.random.default_rng(11)
-    for _ in range(40):
-        noise = made.noise * coloured(rng, len(made.time), rng.uniform(0.0, 0.9))
-        alarms += bool(diagnosis([dataclasses.replace(errors, force=errors.predicted + noise)]).causes)
-    assert PATTERNS.false_alarms == 1e-3
-    assert alarms <= 1  # two of 40 would be 1 in 1,300

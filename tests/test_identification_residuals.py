@@ -94,13 +94,6 @@ def test_noise_of_the_motion_that_moves_parameters_is_said():
     assert "noisy motion" in one.residuals.kinds
 
 
-def test_a_drift_of_the_sensor_is_said():
-    entry = record("white", 2)
-    drift = 0.3 * np.std(entry.force) * entry.time / entry.time[-1]
-    one = told(entry.replaced(force=entry.force + drift))
-    assert one.residuals.kinds == ("drift",)
-
-
 def test_the_covariance_is_that_of_errors_of_different_sizes():
     """A straight line through errors that grow with |x|: the slope's variance is sum x^2 s^2 / (sum x^2)^2."""
     rng = np.random.default_rng(0)

@@ -471,18 +471,6 @@ def paper():
 
 
 @shared
-@pytest.mark.slow
-def test_paper_has_the_earlier_estimates_and_regimes(paper):
-    slow = paper["k168_v42"]
-    assert slow.period.mean == pytest.approx(2.27, rel=0.03)
-    assert slow.release.mean == pytest.approx(81e-6, rel=0.03)
-    assert slow.slip.mean - slow.release.mean == pytest.approx(42e-6 * slow.slip_duration.mean, rel=1e-9)
-    for name in ("k168_v4300", "k1002_v4300"):
-        assert paper[name].regime.name == "inertial"
-        assert paper[name].period.mean < paper[name].regime.inertial_period
-
-
-@shared
 @pytest.mark.parametrize("name", FOUND)
 def test_paper_record_is_what_was_found(paper, name):
     found = paper[name]
