@@ -32,10 +32,6 @@ VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "misc"}
 HEAVY = {"llvmlite", "scipy", "matplotlib", "xarray", "zarr", "dask"}
 
 
-def test_there_are_modules_to_check():
-    assert ROOT / "src" / "vibrocap" / "__init__.py" in MODULES
-
-
 def test_version_is_the_same_everywhere():
     import vibrocap
 

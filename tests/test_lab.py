@@ -17,7 +17,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import case_from_text
+from vibrocap.case.case import case_from_text, case_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
 from vibrocap.lab.controls import part_record
@@ -436,54 +436,41 @@ def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkey
     assert json.loads(capsys.readouterr().out)["state"] == names["motion"].state
 
 
+CRAWLER_LAWS = [vc.Coulomb(0.3, 0.45), None, vc.Coulomb(0.1, 0.15)]
+CRAWLER = vc.System(vc.ThreeBodyCrawler(), CRAWLER_LAWS, vc.Biharmonic(1.5, 0.8, 0.7, 0.5))
+
+
 @pytest.mark.slow
 @needs_node
-def test_laws_of_further_contacts_are_shared(node):
-    """In the TOML by sections, in the Python by a list, in which the second contact has the law of the first."""
-    drive, law = vc.Biharmonic(1.5, 0.8, 0.7, 0.5), vc.Coulomb(0.1, 0.15)
-    system = vc.System(vc.ThreeBodyCrawler(), [vc.Coulomb(0.3, 0.45), None, law], drive)
-    made = bundle(Contents((system,), (Preset("row", "row", "", vc.Case(system, periods=2)),)))
-    assert made["keys"] == {"machine": "kind", "friction": "law", "drive": "waveform", "friction_3": "law"}
+@pytest.mark.parametrize(
+    ("opened", "path", "value"),
+    [
+        (lambda: vc.Case(CRAWLER, periods=2), "friction_3.coulomb_coefficient", 0.05),
+        (lambda: vc.read_case(EXAMPLES / "clutch-slips-twice.toml", periods=2), "drives.clamp.amplitude", 0.5),
+    ],
+    ids=["laws of further contacts", "a mechanism"],
+)
+def test_what_has_sections_of_its_own_is_shared(opened, path, value, node, tmp_path, monkeypatch):
+    """The TOML of the page is a case by itself, and the page reads it; the Python has its laws, and a class of it."""
+    system = opened().system
+    made = bundle(Contents((system,), (Preset("own", "own", "", opened()),)))
     text, python, again = node(
-        """
+        f"""
     const made = JSON.parse(fs.readFileSync(process.argv[3])), model = new Model(made), other = new Model(made);
-    model.set("friction_3.coulomb_coefficient", 0.05);
+    model.set("{path}", {value});
     const text = asToml(model), wrong = readToml(other, text);
     print([text, asPython(model), [wrong, asToml(other) === text]]);
     """,
         made,
     )
     assert again == [[], True]
-    case, names = case_from_text(text), {}
-    assert case.system == vc.System(system.machine, [system.friction, None, vc.Coulomb(0.05, 0.15)], drive)
-    exec(python, names)
-    assert names["system"] == case.system
-    assert names["motion"] == case.simulate()
-
-
-@pytest.mark.slow
-@needs_node
-def test_a_mechanism_is_shared_with_its_description(node, tmp_path, monkeypatch):
-    """The TOML of the page is a case by itself, and the page reads it; in Python its class comes from that case."""
-    case = vc.read_case(EXAMPLES / "clutch-slips-twice.toml", periods=2)
-    made = bundle(Contents((case.system,), (Preset("clutch", "clutch", "", case),)))
-    text, python, command, again = node(
-        """
-    const made = JSON.parse(fs.readFileSync(process.argv[3])), model = new Model(made), other = new Model(made);
-    model.set("drives.clamp.amplitude", 0.5);
-    const text = asToml(model), wrong = readToml(other, text);
-    print([text, asPython(model), asCommand(model), [wrong, asToml(other) === text]]);
-    """,
-        made,
-    )
-    assert again == [[], True]
-    case, names = case_from_text(text), {}
-    assert case.system == case.system.with_parameters({"drives.clamp.amplitude": 0.5})
-    assert command.startswith("# case.toml: ")
+    shared, names = case_from_text(text), {}
+    assert case_text(vc.Case(shared.system)) == case_text(vc.Case(system.with_parameters({path: value})))
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    Path("case.toml").write_text(text, encoding="utf-8")
     exec(python, names)
-    assert names["system"] == case.system
+    assert names["system"] == shared.system
+    assert names["motion"] == shared.simulate()
 
 
 @needs_node

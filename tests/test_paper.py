@@ -218,12 +218,6 @@ def test_crossings_know_their_direction():
     assert meeting_points(x, 0.0 * x, y) == pytest.approx((1 - 0.1 / np.pi, 2 - 0.1 / np.pi), abs=1e-4)
 
 
-def test_peak_force_of_lugre_exceeds_the_static_level_as_printed(runs):
-    peaks = found(runs, "lower-peak-with-lm")
-    assert peaks["LM"] == pytest.approx(0.459, abs=5e-4)
-    assert peaks["LM"] > peaks["N eta_s"] > peaks["LM, delta1 = 1"]
-
-
 def test_errata_name_claims_that_show_them_and_the_page_lists_them():
     assert [erratum.number for erratum in ERRATA] == list(range(1, 9))
     for erratum in ERRATA:

@@ -135,13 +135,8 @@ def test_style_is_a_context():
     with vc.style({"font.size": 13}):
         assert matplotlib.rcParams["font.size"] == 13
         assert matplotlib.rcParams["axes.titlelocation"] == "left"
-    assert dict(matplotlib.rcParams) == before
-
-
-def test_letters_in_formulas_are_those_of_the_text():
-    with vc.style():
         assert matplotlib.rcParams["mathtext.fontset"] == "dejavusans"
-        assert matplotlib.rcParams["font.family"] == ["DejaVu Sans"]
+    assert dict(matplotlib.rcParams) == before
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------------------
@@ -430,16 +425,6 @@ def test_loads_and_rests_of_every_contact_are_drawn():
         assert colours_of_soles(scene) == [colour for colour, _ in modes]
         assert scene.state.get_text() == ", ".join(f"{i} {words}" for i, (_, words) in enumerate(modes, start=1))
         assert scene.state.get_color() == OUTLINE
-
-
-@pytest.mark.slow
-def test_head_of_a_sheet_stays_on_the_page():
-    system = vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Biharmonic())
-    for figure in (vc.figure(vc.simulate(system, periods=2)), vc.figure(vc.MaxwellSlip())):
-        figure.canvas.draw()
-        box = figure._suptitle.get_window_extent()
-        assert box.x1 < figure.bbox.x1
-        assert box.y0 > max(ax.get_tightbbox().y1 for ax in figure.axes)
 
 
 def test_symbols_are_set_as_mathematics():

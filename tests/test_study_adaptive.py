@@ -285,12 +285,6 @@ def test_runs_along_a_straight_border(margin, runs):
     assert mapped(evaluate, unit_square(65), margin=margin).attrs["runs_computed"] == runs
 
 
-def test_uniform_map_costs_the_coarse_grid():
-    dataset = mapped(Evaluator(mode_sequence=lambda x, y: np.full(len(x), "F")))
-    assert dataset.attrs["runs_computed"] == 25**2
-    assert dataset.attrs["rounds"] == 1
-
-
 def signed_like_the_ensemble(function):
     """The function, with the signature of the ensemble, whose defaults are the map's."""
     function.__signature__ = inspect.signature(ensemble)

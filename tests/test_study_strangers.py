@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 import zarr
 
 from cases import refused
 from vibrocap import (
-    Design,
     Exponential,
     Harmonic,
     Measure,
@@ -324,24 +322,6 @@ def test_the_size_in_a_frame():
     for size in (0, 1, 255, 256, 257, 65_791, 65_792, 10**6):
         assert unpacked_size(Zstd(level=3, checksum=True).encode(bytes(size))) == size
     assert unpacked_size(zstd_frame(2**40)) == 2**40
-
-
-@pytest.mark.parametrize(
-    "how",
-    [
-        {},
-        {"over": None, "cases": [{"machine.mass_ratio": 1.0}, {"friction.law": "lugre", "initial.angle": 0.5}]},
-        {"over": {"machine.mass_ratio": (1.0, 2.0)}, "design": Design("halton", 9)},
-        {"over": {"machine.normal_load": "weight,1,2", "machine.mass_ratio": [1.0]}, "measures": ["drift"]},
-    ],
-    ids=["grid", "cases", "design", "words"],
-)
-def test_what_this_package_writes_is_read(tmp_path, how):
-    found = stored(tmp_path / "a", **how)
-    xr.testing.assert_identical(
-        found.load(), sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence")} | how)
-    )
-    assert verify_study(tmp_path / "a").finished
 
 
 @pytest.mark.skipif(not places._BY_HANDLE, reason="folders are not reached by handles here")

@@ -1,20 +1,19 @@
 """Sweeps: the dataset that comes back, and that its numbers are those of single ensembles."""
 
 import importlib
-import re
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import cheap_ensemble
-from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
+from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
 from vibrocap.motion.status import Status
 from vibrocap.studies.dataset import stored_study
 from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.designs import Design
-from vibrocap.studies.sweep import carried_out, size_in_words, sweep
+from vibrocap.studies.sweep import carried_out, sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
 ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]
@@ -92,7 +91,7 @@ def test_an_initial_state_that_a_law_does_not_have_is_left_out(cheap):
         np.testing.assert_array_equal(value, alone({"friction": law, "initial.angle": 0.5}, initial=initial))
 
 
-def test_cases_with_values_of_their_own(cheap):
+def test_cases_with_values_of_their_own(cheap, tmp_path):
     cases = [
         {"friction.law": "lugre", "friction.bristle_stiffness": 50},
         {"friction.decay_rate": 5, "initial.angle": 0.25},
@@ -115,6 +114,9 @@ def test_cases_with_values_of_their_own(cheap):
         alone(lugre | {"initial.angle": 0.125}),
     ]
     np.testing.assert_array_equal(study.mean_velocity, expected)
+    stored = sweep(SYSTEM, cases=cases, initial={"angle": 0.125}, out=tmp_path / "a", **PLAIN)
+    xr.testing.assert_identical(study, stored.load())
+    assert verify_study(tmp_path / "a").finished
 
 
 def test_cases_beside_a_word_of_the_system(cheap, tmp_path):
@@ -200,16 +202,6 @@ def test_progress_goes_from_nothing_to_all(cheap):
     assert shares == sorted(shares)
     assert 0 < shares[0] < 0.2
     assert shares[-1] == 1.0
-
-
-def test_size_in_words():
-    class Anything:
-        pass
-
-    plain = Anything()
-    plain.case, plain.plan, plain.measures = Anything(), Anything(), ("mean_velocity",)
-    plain.plan.count, plain.plan.gridded, plain.case.periods, plain.case.system = 10**6, True, 60, SYSTEM
-    assert re.fullmatch(r"1,000,000 runs, 0\.02 GB of results, roughly \d+ \w+ on 2 threads", size_in_words(plain, 2))
 
 
 # With the engine: the standard forms of the tests.

@@ -230,34 +230,6 @@ def test_convert_writes_the_other_form_and_back(place, capsys):
 
 
 # --- sweeps -----------------------------------------------------------------------------------------------------------
-OVER = {"machine.capsule_mass_kg": [0.3, 0.5], "drive.frequency_Hz": "0.8:1.4:3"}
-MEASURES = ("mean_velocity", "drive_work", "mode_sequence", "largest_angle_rate")
-
-
-@pytest.mark.slow
-def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
-    import xarray
-
-    system = case_from_text(CASE).system
-    how = {"measures": MEASURES, "periods": 12, "initial": {"velocity_m_per_s": 0.1}}
-    study = vc.sweep(system, OVER, **how, out=tmp_path / "map")
-    plain = dataclasses.replace(system, units=None)
-    over = {
-        "machine.mass_ratio": np.array([0.3, 0.5]) / 0.2,
-        "drive.frequency": np.linspace(0.8, 1.4, 3) / (1 / system.si.scales.time_s / (2 * math.pi)),
-    }
-    same = vc.sweep(plain, over, **(how | {"initial": {"velocity": 0.1 / system.si.factor("velocity")}}))
-    raw = xarray.open_zarr(tmp_path / "map" / "results.zarr", consolidated=False, mask_and_scale=False)
-    for name in MEASURES:
-        assert np.array_equal(raw[name].values, same[name].values), name
-    assert study["mean_velocity"].attrs["units"] == "m/s"
-    assert np.array_equal(study["mean_velocity"], same["mean_velocity"].values * system.si.factor("velocity"))
-    assert study["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5]
-    assert study["drive.frequency_Hz"].attrs["units"] == "Hz"
-    memory = vc.sweep(system, OVER, **how)
-    xarray.testing.assert_identical(study.load(), memory)
-
-
 @pytest.mark.slow
 def test_lists_and_designs_take_paths_in_si():
     system = case_from_text(CASE).system

@@ -288,8 +288,3 @@ def test_numbers_without_units_are_those_of_the_case_without(command, answer):
         assert place == same
         rounded = "=" in words and isinstance(one, float)
         assert one == (pytest.approx(other, rel=1e-6, abs=1e-9) if rounded else other), place
-
-
-def test_a_shape_of_another_kind_is_refused():
-    for bad in ({"value": 1.0, "unit": "1"}, {"drift": {"value": 1.0, "units": "m", "unit": "m"}}, [{"unit": "m"}]):
-        assert not fits(bad, {"ref": "record"})
