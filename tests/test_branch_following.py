@@ -220,6 +220,14 @@ def test_why_a_branch_ends():
     assert all(kind.meaning for kind in SpecialKind)
 
 
+def test_steps_grow_with_states_beyond_their_natural_sizes():
+    """u = 1000 p, one decade after the other: a hundredth of u and of the range at a time, not of natural sizes."""
+    map_ = PlainMap(lambda u, p: (0.5 * u[0] + 500.0 * p,), (0.0, 1.0))
+    found = way(map_, (1.0,), 1e-3)
+    assert found.end is BranchEnd.PARAMETER_BOUND
+    assert len(found.points) <= math.log(1000.0) / math.log(1.0 + STEP) + 20
+
+
 @pytest.mark.parametrize(("jump", "complaint"), [(0.3, ""), (3.0, segment.JUMPS)])
 def test_orbits_jump_where_they_are_farther_apart_than_a_kink_may_hide(jump, complaint):
     """u = 2 p with a step back at p = 0, of shares of a thousandth of the segment."""
@@ -320,6 +328,7 @@ def capsule(**parts):
     ("system", "arguments", "complaint"),
     [
         (capsule(), {"over": "drive.amplitud"}, "did you mean 'drive.amplitude'"),
+        (capsule(), {"over": ("drive.amplitude", (1.0, 3.0))}, "should be a path such as"),
         (
             capsule(machine=vc.PendulumCapsule(normal_load="weight")),
             {"over": "machine.normal_load"},

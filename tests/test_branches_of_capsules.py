@@ -128,6 +128,18 @@ def test_section_goes_from_sticking_to_sliding():
         assert same_cycle(vc.shoot(system, branch.special_points[0].state, half=True).mode_sequence, word)
 
 
+def test_a_branch_passes_where_a_reversal_crosses_the_section():
+    """At 0.50047311: the branch has a kink there, and the derivative by the parameter is that of one of its sides."""
+    law = vc.HyperbolicStribeck(0.3018538439870618, 0.5932115319400755, 0.3073151450176325, 0.029427512398926416)
+    machine = vc.TwoMassCapsule(0.6629814888203218, 0.7016681199257911, 0.1723831738175682, 1.348964484060245)
+    drive = vc.Biharmonic(1.1224056113871611, 0.5174874353429021, 0.6772087466335716, 0.5033026156599518)
+    branch = vc.branch(vc.System(machine, law, drive), "drive.frequency", (0.46, 0.525), settle_periods=600)
+    assert branch.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    exact = [0.4749744773332, 0.5191094756250]  # of an event solver of its own in long double
+    for point, place in zip(branch.special_points, exact, strict=True):
+        assert abs(point.parameter - place) <= point.error < 1e-10
+
+
 def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():
     wild = system_with("exponential", **{"machine.stiffness": 0.6, "machine.damping": 0.3, OVER: 1.2})
     branch = vc.branch(wild, OVER, (1.1, 1.3), initial=START, settle_periods=30)

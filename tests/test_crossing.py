@@ -191,6 +191,8 @@ BELT = vc.System(vc.Oscillator(belt_speed=0.1), vc.Coulomb(), vc.Constant())
         ("lugre", {"measure": "mode_sequence"}, "measure should be a number"),
         ("lugre", {"measure": "outcome"}, "measure should be a number"),
         ("lugre", {"over": "machine.mass"}, "over: .*did you mean"),
+        ("si", {"over": ("drive.frequency_Hz", (0.9, 1.1))}, "should be a path such as"),
+        ("si", {"between": (1.0, 2.0), "over": "drive.frequency_Hz", "initial": {1: 0.0}}, "initial.1: no such state"),
         ("lugre", {"between": (2.0, 1.0)}, "between should be"),
         ("lugre", {"between": 3.0}, "between should be two numbers"),
         ("lugre", {"between": (-1.0, 1.0)}, "between: machine.mass_ratio cannot be -1"),
@@ -203,7 +205,8 @@ BELT = vc.System(vc.Oscillator(belt_speed=0.1), vc.Coulomb(), vc.Constant())
     ],
 )
 def test_bad_input_is_refused_before_any_work(system, arguments, complaint):
-    given = BELT if system == "belt" else capsule(system)
+    known = {"belt": lambda: BELT, "si": lambda: vc.read_case("examples/bench-in-si.toml").system}
+    given = known.get(system, lambda: capsule(system))()
     with pytest.raises(ValueError, match=complaint):
         vc.crossing(given, **arguments)
 

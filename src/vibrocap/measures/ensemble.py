@@ -229,7 +229,7 @@ def _column(path: str, entries: Any) -> np.ndarray:
         raise ArgumentError(path, f"should be a list of values, one per run, got an array of shape {entries.shape}")
     if entries.dtype.kind in "OU":
         text = np.array([isinstance(value, str) for value in entries], dtype=bool)
-        may_be_text = not path.startswith(INITIAL)
+        may_be_text = not str(path).startswith(INITIAL)
         for run, value in enumerate(entries):
             if not (is_number(value) or (may_be_text and isinstance(value, str))):
                 raise ArgumentError(path, f"should be numbers, got {value!r} for run {run}")

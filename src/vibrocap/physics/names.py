@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from vibrocap.arguments import ArgumentError
+
 _NUMBERED = re.compile(r"(.+)_([2-9]|[1-9][0-9]{1,8})")  # "friction_2", not "friction_1" or "friction_02"
 
 
@@ -33,6 +35,8 @@ def number_in(name: object, first: str) -> int:
 
 def split_path(path: str) -> tuple[str, str]:
     """(part, name) of the path of a parameter: ("drives.clamp", "amplitude") of "drives.clamp.amplitude"."""
+    if not isinstance(path, str):
+        raise ArgumentError(str(path), 'should be a path such as "machine.mass_ratio"')
     part, _, name = path.rpartition(".")
     return (part, name) if part else (path, "")
 

@@ -133,7 +133,7 @@ class OfNames(Declared):
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         if not isinstance(value, Mapping) or (back and isinstance(value, WithoutUnits)):
             return value
-        return {name: self._one(name, element, context, back) for name, element in value.items()}
+        return {name: self._one(str(name), element, context, back) for name, element in value.items()}
 
     def seen(self, value: Any, context: Context) -> Any:
         if not isinstance(value, Mapping) or context.system is None:

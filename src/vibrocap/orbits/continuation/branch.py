@@ -218,8 +218,8 @@ def branch(
         these are out of the range, at its nearer end)
     half: whether the branch of symmetric orbits is meant (fixed points of the half-period map); by default as the orbit
     towards: "both", "up" or "down", direction of the parameter at the start
-    points: most points in each direction; step: longest, in natural sizes of the states and shares of the range of the
-        parameter
+    points: most points in each direction; step: longest, as a share of the range of the parameter and of the states,
+        in natural sizes of those that are smaller
     settle_periods, tolerance: as for `orbit`
     progress: True for a bar, or a function that is called with the share of the range that is passed
 
@@ -374,7 +374,7 @@ def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     feet = starts + shares[:, None] * ways
     off = np.linalg.norm(feet - x, axis=1)
     i = int(np.argmin(off))
-    if off[i] > ROUGHLY:
+    if off[i] > ROUGHLY * max(1.0, float(np.max(np.abs(x)))):
         return float("inf")
     normal = ways[i] / lengths[i]
     foot, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))

@@ -144,10 +144,6 @@ class Sliding(Residual):
             rows=rows,
         )
 
-    def longest(self, x: np.ndarray, step: float) -> float:
-        """A share of the range, and of the size of the states."""
-        return step * (1.0 + float(np.max(np.abs(x))))
-
     def resolved(self, here: BranchPoint, new: BranchPoint) -> bool:
         """Whether every eigenvalue amid the step is nearly the mean of those at its ends.
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 import numpy as np
@@ -237,8 +237,12 @@ class ClosingMap(Residual):
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
-        alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
+        runs, impacts = [0, m, m + 1], self.impacts_of(ended)
+        words, open_ = self._words(ended, runs), np.atleast_2d(map_.contact_side(ends[runs, :n].T, rows[0])).T
+        alike = [
+            (word, impacts[run], *side, *ends[run, self.switched])
+            for word, run, side in zip(words, runs, open_, strict=True)
+        ]
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
@@ -288,7 +292,7 @@ def nudged_slope(
     image: np.ndarray,
     above: np.ndarray,
     below: np.ndarray,
-    words: list[str],
+    words: Sequence[Hashable],
     nudge: float,
     like: np.ndarray | None = None,
 ) -> np.ndarray:

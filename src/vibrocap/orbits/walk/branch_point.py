@@ -10,7 +10,7 @@ from vibrocap.orbits.walk.residual import Closing, Residual
 
 FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero
 MOST_STEPS = 10
-LONGEST_STRIDE = 0.5  # of a step of Newton's method, over natural sizes
+LONGEST_STRIDE = 0.5  # of a step of Newton's method, over natural sizes and the size of the states
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -24,6 +24,11 @@ class BranchPoint:
     def x(self) -> np.ndarray:
         """Unknowns over natural sizes, then the share of the parameter's range."""
         return self.closing.x
+
+    def longest(self, step: float) -> float:
+        """The longest step from here: a share of the range and of the size of the states."""
+        states, parameter = self.tangent[:-1] / self.closing.size, self.tangent[-1]
+        return step / float(np.hypot(np.linalg.norm(states), parameter))
 
     def multipliers(self, half: bool) -> np.ndarray:
         """Floquet multipliers of the orbit, largest first.
@@ -72,7 +77,8 @@ def corrected(
         last = residual.attempt(x, last)
         return _OnPlane(last, normal, float(normal @ last.x - level))
 
-    best, steps = newton(attempt, guess, residual.levels, MOST_STEPS, stride=residual.longest(guess, LONGEST_STRIDE))
+    stride = LONGEST_STRIDE * (1.0 if like is None else like.size)
+    best, steps = newton(attempt, guess, residual.levels, MOST_STEPS, stride=stride)
     return (best.closing if best.residual <= residual.levels.rounding else None), steps
 
 

@@ -64,7 +64,7 @@ def followed(
     tangent turns at once: a step that has become very short is taken in spite of it. A corner at which it turns far
     is passed by looking along the other side's tangent.
 
-    most: points; step: longest, in natural sizes of the states and shares of the parameter's range
+    most: points; step: longest, see `BranchPoint.longest`
     from_parent: the start is where this branch bifurcates from another, as in `special_points_between`
     progress: called after each point with the share of the way to the end of the range, which may shrink again
     """
@@ -120,7 +120,7 @@ class _Walk:
         has jumped to another branch: it is made shorter. If it cannot be short enough, the branches do meet there.
         """
         met_at: BranchPoint | None = None
-        longest = self.residual.longest(here.x, self.step)
+        longest = here.longest(self.step)
         while True:
             point, following, why = _next_point(self.residual, here, self.ds, longest)
             if point is None:
@@ -160,7 +160,7 @@ class _Walk:
                     self.watched = max(self.watched, length)
                 self.ds = 0.2 * least
                 continue
-            following = min(following, self.residual.longest(point.x, self.step))
+            following = min(following, point.longest(self.step))
             self.watched = max(self.watched - length, 0.0)
             self.ds = min(self.ds, following) if self.watched > 0.0 else following
             return point, between, None

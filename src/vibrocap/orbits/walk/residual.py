@@ -77,6 +77,12 @@ class Closing:
         gained[..., turning] -= self.turns[turning] * np.round(gained[..., turning] / self.turns[turning])
         return gained
 
+    @functools.cached_property
+    def size(self) -> float:
+        """Largest unknown that does not turn, over its natural size; at least 1."""
+        unknowns = self.x[:-1] if self.turns is None else self.x[:-1][np.isinf(self.turns[:-1])]
+        return float(np.max(np.abs(unknowns), initial=1.0))
+
     @property
     def residual(self) -> float:
         """Largest mismatch; infinite where the point could not be evaluated."""
@@ -118,10 +124,6 @@ class Residual(Protocol):
     def described(self, record: "Found") -> dict[str, Any]:
         """What else the record of a special point says: its state by name, and what belongs to it."""
         ...
-
-    def longest(self, x: np.ndarray, step: float) -> float:
-        """The longest step from a point, of the one asked for."""
-        return step
 
     def resolved(self, here: "BranchPoint", new: "BranchPoint") -> bool:
         """Whether a step is short enough to see what happens on the way."""

@@ -17,6 +17,7 @@ from vibrocap.quantities.declared import AngularFrequency, Length, Number, Numbe
 from vibrocap.results import Result
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
+DECIDED = 1e-10  # the same of a force that passes its limit: modes are decided to 1e-11 of the forces
 FOLDED = 1e-3  # distance from 1 of the multiplier that makes a turn of the parameter a fold
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
 DEGENERATE = 1e-8  # first Lyapunov coefficient over omega that is zero up to rounding
@@ -218,10 +219,9 @@ def _change(segment: Segment, left: float, right: float) -> Found:
             passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.residual.half else smooth
             break
     record = _record(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
-    if change not in (ModeChange.GRAZING, ModeChange.SPLITTING) and "impacts" not in text:
-        return record
+    grazes = change in (ModeChange.GRAZING, ModeChange.SPLITTING) or "impacts" in text
     low, high = (segment.residual.parameter(np.array([share])) for share in (0.0, 1.0))
-    return dataclasses.replace(record, error=record.error + SEEN * abs(high - low))
+    return dataclasses.replace(record, error=record.error + (SEEN if grazes else DECIDED) * abs(high - low))
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
