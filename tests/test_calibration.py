@@ -110,14 +110,24 @@ def test_rows_that_are_held_out_judge_the_fit(bench, table):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("factor", "tolerance"), [(1.7, 0.1), (-1.0, 0.05)], ids=["another unit", "turned about"])
-def test_wrong_column_is_named(bench, table, factor, tolerance):
+@pytest.mark.parametrize(
+    ("column", "factor", "tolerance"),
+    [
+        ("mean_velocity", 1.7, 0.1),
+        ("mean_velocity", -1.0, 0.05),
+        ("drive.frequency", 0.5 / np.pi, 0.1),
+        ("drive.frequency", 2.0 * np.pi, 0.1),
+    ],
+    ids=["another unit", "turned about", "Hz", "rad/s"],
+)
+def test_wrong_column_is_named(bench, table, column, factor, tolerance):
     """No damping and friction within the bounds explain it, the factor does; no parameter is determined."""
-    wrong = table | {"mean_velocity": factor * table["mean_velocity"]}
-    wrong["mean_velocity_error"] = abs(factor) * table["mean_velocity_error"]
+    wrong = table | {column: factor * table[column]}
+    if column == "mean_velocity":
+        wrong["mean_velocity_error"] = abs(factor) * table["mean_velocity_error"]
     calibration = vc.calibrate(bench, wrong, WITHIN, starts=16)
     assert calibration.doubt is not None
-    assert (calibration.doubt.column, calibration.doubt.kind) == ("mean_velocity", "factor")
+    assert (calibration.doubt.column, calibration.doubt.kind) == (column, "factor")
     assert calibration.doubt.size == pytest.approx(1.0 / factor, rel=tolerance)
     if factor < 0.0:
         assert calibration.doubt.gain > 0.9

@@ -18,8 +18,11 @@ from vibrocap.design.robustness import _sobol_indices
 from vibrocap.design.search.ascent import ascend
 from vibrocap.design.search.population import evaluated
 from vibrocap.design.search.problem import stated_problem
+from vibrocap.design.search.refinement import STEP as REGION_STEP
 from vibrocap.design.search.refinement import ClosedDesigns
 from vibrocap.design.search.uncertainty import CRITERIA, Samples, sample_points
+from vibrocap.design.search.variables import DesignSpace
+from vibrocap.studies.plan.designs import Range
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -142,13 +145,21 @@ def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
         assert vc.optimise(system, over, starts=starts, **options).counts["refused"] == 0
 
 
-def test_a_machine_that_cannot_travel_has_no_best_design():
-    system = vc.System(vc.PendulumCapsule(mass_ratio=4.0, stiffness=4.0), vc.Exponential(), vc.Harmonic(0.6, 1.0))
+@pytest.mark.parametrize("friction", [vc.Exponential(), vc.Coulomb(0.05, 0.05)])  # it sticks; it slides to and fro
+def test_a_machine_that_cannot_travel_has_no_best_design_no_front_and_no_cost(friction):
+    pytest.importorskip("pymoo")
+    system = vc.System(vc.PendulumCapsule(mass_ratio=4.0, stiffness=4.0), friction, vc.Harmonic(0.6, 1.0))
     over = {"drive.frequency": (0.9, 1.2), "machine.damping": (0.8, 1.2)}
-    design = vc.optimise(system, over, evaluations=60, refinement=0, spread_starts=0)
-    assert design.status is vc.OptimumStatus.NO_TRAVEL
-    assert (design.design, design.value, design.slopes, design.nearest) == (None, None, {}, None)
-    assert "no design travels" in str(design)
+    for objective in ("mean_velocity", "cost_of_transport"):
+        design = vc.optimise(system, over, objective, evaluations=60, spread_starts=0)
+        assert design.status is vc.OptimumStatus.NO_TRAVEL
+        assert (design.design, design.value, design.slopes, design.nearest) == (None, None, {}, None)
+        assert "no design travels" in str(design)
+    for objectives in (("mean_velocity", "cost_of_transport"), ("peak_drive_power", "mean_velocity")):
+        front = vc.pareto_front(system, over, objectives, evaluations=100)
+        assert (front.status, len(front)) == (vc.OptimumStatus.NO_TRAVEL, 0)
+    spread = vc.robustness(system, over, "cost_of_transport", samples=8)
+    assert (spread.nominal, spread.worst, spread.quantiles[0.05], spread.total) == (np.inf, np.inf, np.inf, None)
 
 
 @pytest.mark.slow
@@ -708,6 +719,34 @@ def test_slopes_vanish_at_a_smooth_optimum_and_are_those_of_differences(biharmon
         for k in (-1, 1)
     ]
     assert below == pytest.approx((speeds[1] - speeds[0]) / (2 * step), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "above"),
+    [
+        (lambda d: 3.0 * d, 3.0),
+        (lambda d: 3.0 * d - 1e3 * d**2, 3.0 - 1e3 * REGION_STEP),
+        (lambda d: -7.0 * d, -7.0),  # a kink
+        (lambda d: -0.2 * (d > 1e-9) + 3.0 * d, None),
+        (lambda d: -0.2 * (d > 0.3 * REGION_STEP) + 3.0 * d, 3.0),
+        (lambda d: -0.01 * d**0.5, None),
+    ],
+)
+def test_slopes_across_a_jump_are_left_out_and_the_jump_is_named(beyond, above):
+    """The measure is 0.4 + 3 d below the design and 0.4 + beyond(d) above it, d = x - 0.6."""
+
+    def at(shares):
+        d = float(shares[0]) - 0.6
+        found = {"speed": 0.4 + (3.0 * d if d <= 0.0 else beyond(d))}
+        orbit = {"solutions": (1,), "mode_sequence": "FB", "margins": (1.0,), "merit": 0.4}
+        return SimpleNamespace(shares=shares, found=found, **orbit)
+
+    near = ClosedDesigns.__new__(ClosedDesigns)
+    goal = SimpleNamespace(measure="speed", constraints=())
+    near.problem = SimpleNamespace(goal=goal, space=DesignSpace((Range("x", 0.0, 1.0),)), samples=None)
+    near.at, near.gradient, near.best = at, lambda _: None, at(np.array([0.6]))
+    assert near.slopes()["x"] == (pytest.approx(3.0, rel=1e-6), above and pytest.approx(above, rel=1e-6))
+    assert ("jump of speed over x" in near.limits()) == (above is None)
 
 
 def test_other_motions_of_a_design_are_said():

@@ -153,6 +153,8 @@ def test_the_default_load_without_units_stays_the_weight_of_the_pendulum():
          "machine.capsule_mass_kg: should be greater than 0, got -0.5"),
         (("capsule_mass_kg = 0.5", 'capsule_mass_kg = "1"'), "machine.capsule_mass_kg: should be a number, got '1'"),
         (("pendulum_length_m = 0.25", ""), "machine.pendulum_length_m: is missing"),
+        (("[friction]", "[friction]\ncoulomb_coefficient = 0.2"),
+         "friction.static_coefficient: is missing; it has no default in SI"),
         (("frequency_Hz = 1.1", "frequency_Hz = 1.1\nfrequency_rad_per_s = 7"),
          "drive.frequency_rad_per_s: is frequency_Hz once more; give one of them"),
         (("velocity_m_per_s = 0.1", "velocity = 0.1"),

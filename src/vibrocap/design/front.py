@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, require, shown
 from vibrocap.case.case import Case
-from vibrocap.design.optimise import OptimumStatus, closed_near
+from vibrocap.design.optimise import OptimumStatus, closed_near, ending, stands
 from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs
 from vibrocap.design.search.goal import INFEASIBLE, UNSETTLED, measure_unit
 from vibrocap.design.search.population import Population, together
@@ -160,7 +160,7 @@ def pareto_front(
     search = Evaluations(problem, evaluations, kept, told(progress))
     _search(search, seed)
     every = together(problem, search.found)
-    designs, rejected = _closed(problem, every, points)
+    designs, rejected = ([], {}) if stands(problem, every) else _closed(problem, every, points)
     return _front(problem, every, designs, rejected)
 
 
@@ -247,12 +247,11 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
 
 def _front(problem: Problem, every: Population, designs: list[Refined], rejected: dict[str, int]) -> ParetoFront:
     one, other = problem.goals
-    status = OptimumStatus.FOUND if designs else OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
     units, scales = zip(*(measure_unit(problem.system, goal.measure) for goal in problem.goals), strict=True)
     values = np.array([[design.found[goal.measure] for goal in problem.goals] for design in designs]).reshape(-1, 2)
     sized = one.size, other.size
     return ParetoFront(
-        status=status,
+        status=ending(problem, every, bool(designs), rejected),
         system=problem.system,
         designs=tuple(problem.space.design(design.shares) for design in designs),
         measures=(one.measure, other.measure),

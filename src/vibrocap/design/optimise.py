@@ -1,7 +1,7 @@
 """optimise(system, over=...): the design whose settled, stable motion is best, and its limits."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,6 @@ from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import MeasuresInUnits, Slopes
 from vibrocap.motion.simulate import within_room
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.dimensions.conversion import Design
@@ -50,7 +49,7 @@ class OptimumStatus(Advised):
     )
     NO_TRAVEL = (
         "no design travels",
-        "No allowed design travels by more than the residue of settled runs, so none is better than another. Vary "
+        "No settled design travels by more than the residue of its run, so none is better than another. Vary "
         "parameters that break the symmetry of the machine, its friction or its drive.",
     )
 
@@ -221,8 +220,9 @@ def optimise(
     evolve(search, 0, seed, evaluations)
     if refinement is None:
         refinement = EACH * max(3, len(problem.space.variables))
-    designs, rejected = _refined(problem, search.found, refinement)
-    return _optimum(problem, together(problem, search.found), designs, rejected, spread_starts)
+    every = together(problem, search.found)
+    designs, rejected = (None, ()) if stands(problem, every) else _refined(problem, search.found, refinement)
+    return _optimum(problem, every, designs, rejected, spread_starts)
 
 
 def _refined(
@@ -254,7 +254,7 @@ def closed_near(problem: Problem, shares: np.ndarray, state: dict[str, float]) -
     steady = orbit(system, initial={name: x for name, x in state.items() if name in system.state_names})
     near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
     if near is not None and near.best is not None and near.best.allowed:
-        return near, ""
+        return (near, "") if problem.travels(near.best.found) else (None, "its orbit does not travel")
     return None, reason_against(steady, near, problem.goal)
 
 
@@ -293,13 +293,17 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
     return problem.space.design(every.shares[k]), why
 
 
-def _travels(problem: Problem, every: Population) -> bool:
-    """Whether an allowed design travels, by more than its run may still be from the steady motion."""
-    allowed = np.flatnonzero(every.best_cost < INFEASIBLE)
-    run = allowed, every.best_start[allowed]
-    left = residue(problem.system, problem.goal.measure, problem.settle)
-    trust = Trust(np.full(len(allowed), FINISHED), every.settled[run], left)
-    return bool(np.any(trust.direction(every.found[problem.goal.measure][run]) != 0.0))
+def stands(problem: Problem, every: Population) -> bool:
+    """Whether designs settle within the constraints, and none of them travels as is asked."""
+    settled = np.all(every.costs <= INFEASIBLE, axis=0)
+    return bool(np.any(settled)) and not np.any(problem.travels(every.found) & settled)
+
+
+def ending(problem: Problem, every: Population, won: bool, rejected: Collection[str]) -> OptimumStatus:
+    """The end of a search; won: whether it has a design; rejected: why candidates have not won."""
+    if not won and stands(problem, every):
+        return OptimumStatus.NO_TRAVEL
+    return OptimumStatus.FOUND if won else OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
 
 
 def _optimum(
@@ -308,15 +312,14 @@ def _optimum(
     """The result of a search."""
     goal, starts = problem.goal, tuple(dict(start) for start in problem.starts)
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
-    stands = near is not None and goal.travels and not _travels(problem, every)
+    status = ending(problem, every, near is not None, rejected)
     common: dict[str, Any] = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale}
     common |= {"starts": starts, "counts": every.counts(), "rejected": rejected, "population": every}
-    if near is None or stands:
-        status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
-        status = OptimumStatus.NO_TRAVEL if stands else status
+    if near is None:
         nothing: dict[str, Any] = {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
         nothing |= dict.fromkeys(("design", "value", "orbit", "under", "attractors", "attractor"))
-        return Optimum(status, **nothing, **common, nearest=None if stands else _nearest(problem, every))
+        nearest = None if status is OptimumStatus.NO_TRAVEL else _nearest(problem, every)
+        return Optimum(status, **nothing, **common, nearest=nearest)
     best = near.top
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
     others = None
@@ -339,7 +342,7 @@ def _optimum(
         for constraint in goal.constraints
     }
     return Optimum(
-        OptimumStatus.FOUND,
+        status,
         **common,
         design=problem.space.design(best.shares),
         value=float(sign * value),

@@ -75,7 +75,8 @@ class Robustness(Result):
     def _of_values(self, statistic: Callable[[np.ndarray], Any], least: int = 1) -> float:
         """A statistic of the samples that have a value, NaN where these are fewer than `least`."""
         finite = self.values[~np.isnan(self.values)]
-        return float(statistic(finite)) if len(finite) >= least else float("nan")
+        with np.errstate(invalid="ignore"):  # some may be infinite, as the cost of no travel is
+            return float(statistic(finite)) if len(finite) >= least else float("nan")
 
     @property
     def mean(self) -> NumberInUnit:
@@ -88,7 +89,8 @@ class Robustness(Result):
     @property
     def quantiles(self) -> dict[Number, NumberInUnit]:
         """Values that the share of samples given by each key stays below."""
-        return {share: self._of_values(lambda x, share=share: np.quantile(x, share)) for share in QUANTILES}
+        how: Any = {"method": "higher" if np.any(np.isinf(self.values)) else "linear"}
+        return {share: self._of_values(lambda x, share=share: np.quantile(x, share, **how)) for share in QUANTILES}
 
     @property
     def worst(self) -> NumberInUnit:
@@ -234,15 +236,13 @@ def robustness(
 
 
 def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int) -> tuple[Any, Any]:
-    """(first-order, total) Sobol indices with intervals, by quantity; (None, None) where a value is not known.
+    """(first-order, total) Sobol indices with intervals, by quantity, of finite values.
 
         S = <b (ab - a)>/s^2,   T = <(a - ab)^2>/(2 s^2)        Saltelli et al. 2010, table 2 (b) and (f)
 
     a, b: values of two samples of all quantities; ab: of the first with one quantity of the second; s^2: variance of
     both. The intervals are those of a bootstrap of the samples (percentiles).
     """
-    if np.any(np.isnan(values)):
-        return None, None
     if len(quantities) == 1:  # all variance is its own
         whole = {quantities[0].name: SobolIndex(1.0, 1.0, 1.0)}
         return whole, whole

@@ -23,10 +23,11 @@ from vibrocap.measures.measure import (
 from vibrocap.measures.of_measure import ByMeasure
 from vibrocap.measures.recorded.travel import travelling
 from vibrocap.measures.recorded.windows import usual_window, whole_periods
-from vibrocap.measures.standard import TRAVEL, known_measure, standard_measures
+from vibrocap.measures.standard import COST, TRAVEL, known_measure, standard_measures
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, codes, replayed
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
 
 MEANT = {  # what a measure is called elsewhere, by its name
@@ -86,8 +87,9 @@ def measured(
     budget = Budget(done, motion.tolerance, 0, 0, **taken)  # a motion that is replayed has no limits
     run = recording, parameter_values(motion.system), motion, budget
     results = replayed(*run, own_integrands(needed, recording), _switch_times(motion))
-    period = np.array([motion.period])
-    runs = Gathered(motion.system, results, period, lambda: np.array([motion.system.mirrored]), threshold)
+    period, *scales = evaluate([recording.period, *recording.scales], 0.0, [], 1.0, parameter_values(motion.system))
+    one: Any = np.array([period]), lambda: np.array([motion.system.mirrored]), threshold, np.array([scales])
+    runs = Gathered(motion.system, results, *one)
     columns = values(needed, runs)
     return {measure.name: columns[measure.name][0].item() for measure in asked}
 
@@ -161,7 +163,7 @@ def unavailable(needed: Sequence[Measure], system: System) -> dict[str, str]:
 def check_travel(needed: Sequence[Measure], system: System) -> None:
     """ValueError for measures of travel of a machine that does not travel."""
     for measure in needed:
-        if measure in TRAVEL:
+        if measure in TRAVEL or measure.name == COST:
             try:
                 travelling(system)
             except ValueError as error:

@@ -25,7 +25,7 @@ class Gathered:
     system: one of them, for names and kinds; results: of the kernel
     period: drive period of each run; mirrored: says whether it has the half-period symmetry, where that is asked for
     threshold: of settling; 0 where it was not looked for
-    scales: [runs, states] natural sizes, of runs that settle by their returns (`numerics/kernel/observe/returns.py`)
+    scales: [runs, states] natural sizes; None where no residue is asked for
     """
 
     system: System
@@ -98,6 +98,20 @@ class Gathered:
         """Change of the cyclic coordinate over the window."""
         place = self.system.state_names.index(travelling(self.system))
         return self.results.state[:, place] - self.results.start[:, place]
+
+    @property
+    def drift(self) -> np.ndarray:
+        """Change of the cyclic coordinate per drive period."""
+        return self.displacement / self.periods
+
+    @property
+    def travels(self) -> np.ndarray:
+        """Whether the machine travels, a settled one by more than its residue (`motion.trust`)."""
+        if self.scales is None:
+            return self.drift != 0.0
+        place = self.system.state_names.index(travelling(self.system))
+        rests = stands_still((self.drift / self.scales[:, place])[:, None], self.threshold)
+        return (self.drift != 0.0) & ~(self.settled & rests)
 
     def turned(self, state: str) -> np.ndarray:
         """Turns of a coordinate over the window; NaN where the system has none that turns by this name."""

@@ -120,9 +120,10 @@ def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping
     return {measure.name: measure for measure in measures}
 
 
+COST = "cost_of_transport"
 TRAVEL = (
     Measure("displacement", "travel over the window", Standard(lambda runs: runs.displacement), si_unit="m"),
-    Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods), si_unit="m"),
+    Measure("drift", "travel per drive period", Standard(lambda runs: runs.drift), si_unit="m"),
     Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time), si_unit="m/s"),
 )
 
@@ -200,21 +201,18 @@ def _work(channel: str) -> Measure:
     return Measure(f"{channel}_work", meaning, Standard(work, codes.ASK_INTEGRALS), si_unit="J")
 
 
-def _work_per_distance(work: np.ndarray, drift: np.ndarray) -> np.ndarray:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(drift == 0.0, np.inf, work / np.abs(drift))
-
-
 @functools.cache
 def _cost_of_transport(source: str) -> Measure:
     """source: the channel whose work it is"""
-    return Measure.derived(
-        "cost_of_transport",
-        f"work of the {source} per distance travelled (infinite: no travel)",
-        _work_per_distance,
-        of=(f"{source}_work", "drift"),
-        si_unit="J/m",
-    )
+    work = _work(source).how
+    assert isinstance(work, Standard)
+
+    def work_per_distance(runs: Gathered) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(runs.travels, work.value(runs) / np.abs(runs.drift), np.inf)
+
+    meaning = f"work of the {source} per distance travelled (infinite: no travel)"
+    return Measure(COST, meaning, Standard(work_per_distance, work.groups), si_unit="J/m")
 
 
 @functools.cache

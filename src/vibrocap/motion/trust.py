@@ -61,8 +61,9 @@ class Trust:
         return np.where(np.abs(known) <= self.residue, 0.0, np.sign(known))
 
     def differ(self, values: Any) -> bool:
-        """Whether all values are to be trusted and differ by more than their residues: whether they have a variance."""
-        return bool(np.all(self.ok)) and bool(np.ptp(values) > 2.0 * np.max(self.residue))
+        """Whether all values are finite, to be trusted and differ by more than their residues: so have a variance."""
+        good = bool(np.all(self.ok)) and bool(np.all(np.isfinite(values)))
+        return good and bool(np.ptp(values) > 2.0 * np.max(self.residue))
 
     def doubt(self, run: Any) -> str:
         """Why the numbers of a run are not to be trusted: its status, or "not settled"; empty where they are."""

@@ -12,6 +12,7 @@ from vibrocap.studies.plan.variation import refusal
 SUSPECT = 1e-4  # probability, over all columns, below which chance does not explain what a correction explains
 GAIN = 0.3  # least share of the misfit that a wrong column has to explain
 STARTS, LARGEST = 128, 0.6  # points from which a correction is looked for, and its largest size there
+UNITS = np.log([2.0 * np.pi, 60.0, 180.0 / np.pi, 10.0, 100.0, 1000.0])  # factors of units that are confused: Hz, rad/s
 REFINED = 2  # of them that are refined at first, and corrections that are refined to the end
 
 
@@ -70,6 +71,9 @@ def _begun(model: TableModel, shares: np.ndarray) -> tuple[float, TableModel, np
     """(cost, model, point) of a correction after its first steps: a wrong column may have led the search far away."""
     points = sample_points(model.coordinates, STARTS, 0)
     points[:, -1] = LARGEST * (2.0 * points[:, -1] - 1.0)
+    if model.corrected and model.corrected[0] in model.table.conditions and model.corrected[1] == "factor":
+        units = np.resize(np.append(UNITS, -UNITS), 2 * STARTS)  # too far for slopes to lead there
+        points = np.concatenate([points, np.column_stack([sample_points(len(shares), len(units), 0), units])])
     points = np.concatenate([points, [np.append(shares, size) for size in (0.0, 0.5 * LARGEST, -0.5 * LARGEST)]])
     order = np.argsort(np.sum(soft(model.residuals(points)), axis=1), kind="stable")
     ends = [refined(model, points[k], "soft_l1", FIRST_STEPS)[1] for k in order[:REFINED]]

@@ -13,12 +13,13 @@ from vibrocap.case.case import Case
 from vibrocap.measures import of_measure
 from vibrocap.measures.during_run import resolved, unavailable
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.standard import COST
 from vibrocap.motion.trust import TRAVEL
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 
 SENSES = ("maximise", "minimise")
-MINIMISED = ("cost_of_transport", "time_to_settle")  # which nobody wants large
+MINIMISED = (COST, "time_to_settle")  # which nobody wants large
 FORM = "MEASURE > NUMBER or MEASURE < NUMBER, such as 'least_reaction > 0.1'"
 INFEASIBLE, UNSETTLED, FAILED = 1e100, 2e100, 3e100  # costs, beyond those of any design that is allowed
 
@@ -54,6 +55,11 @@ class Goal:
     def travels(self) -> bool:
         """Whether the measure says how far or how fast the machine travels, with a direction."""
         return self.measure in TRAVEL
+
+    @property
+    def asks_for_travel(self) -> bool:
+        """Whether a design that does not travel has nothing of what is asked."""
+        return self.measure == COST or (self.travels and not (self.size and not self.maximise))
 
     @property
     def measures(self) -> tuple[str, ...]:

@@ -65,7 +65,7 @@ class Population:
 
     def counts(self) -> dict[str, int]:
         """How many designs are allowed, violate a constraint, did not settle, or failed, by their best start."""
-        cost = self.best_cost
+        cost = self.costs.max(axis=0).min(axis=1)  # of a design that lacks one of several measures, that
         refused = np.all(self.status == REFUSED, axis=1)
         return {
             "evaluated": len(self),

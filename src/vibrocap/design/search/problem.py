@@ -13,6 +13,7 @@ from vibrocap.design.search.uncertainty import CRITERIA, Samples, samples_of, un
 from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
+from vibrocap.motion.trust import residue
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
@@ -54,6 +55,15 @@ class Problem:
     def variants(self, design: Mapping[str, Any]) -> list[Mapping[str, Any]]:
         """The values of a design itself, then with each sample of what is uncertain."""
         return [design, *(self.samples.variants(design) if self.samples else [])]
+
+    def travels(self, measured: Mapping[str, Any]) -> Any:
+        """Whether motions travel by more than the residue of settled runs; True where no goal asks for travel.
+
+        measured: measures of the goals by name, numbers or arrays
+        """
+        asked = [goal.measure for goal in self.goals if goal.asks_for_travel]
+        sizes = [(np.abs(measured[name]), residue(self.system, name, self.settle)) for name in asked]
+        return np.logical_and.reduce([np.isfinite(size) & (size > left) for size, left in sizes])
 
     def record(self, seed: int, **further: Any) -> dict[str, Any]:
         """All that decides the populations of a search with a seed, for its store."""

@@ -16,7 +16,9 @@ from vibrocap.design.search.ascent import Slopes, ascend, slopes_by_share, vanis
 from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.recorded.sticking import spelled_all
+from vibrocap.measures.standard import COST
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trust import residue
 from vibrocap.orbits.closing.orbit import orbit
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed
@@ -25,6 +27,8 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 TOLERANCE = 1e-12  # of the runs that close an orbit
 REGION = 0.01, 1e-9  # first and last radius of the trust region, in shares of the ranges
 STEP = 1e-5  # of the differences that give slopes, in shares of the ranges
+CLOSER = 0.125  # of the step, at which a secant over a jump is eight times steeper, to a vertical slope 8**0.5 times
+LEAP = 1e-7  # least jump over the measure: more than closing and the curvature over a step leave
 FLAT = 1e-4  # of a slope by differences over the size of the measure, per range, that counts as none
 NOISE = 1e-10 / STEP  # of a difference over the step, relative to the measure: what closing leaves of it
 ALLOWED = 1e-9  # by which a constraint may be violated, relative to its limit: what rounding leaves of an active one
@@ -152,6 +156,9 @@ class ClosedDesigns:
         steady = measured(motion, list(self.problem.measures), window=periods)
         if "mean_velocity" in steady and solution.mean_velocity is not None:
             steady["mean_velocity"] = solution.mean_velocity
+        left = residue(system, "mean_velocity", self.problem.settle)
+        if COST in steady and abs(solution.mean_velocity or 0.0) <= left:
+            steady[COST] = np.inf
         return solution, steady
 
     def gradient(self, design: Refined) -> np.ndarray | None:
@@ -225,7 +232,7 @@ class ClosedDesigns:
         arrived()
 
     def slopes(self) -> dict[str, tuple[float | None, float | None]]:
-        """d(measure)/d(variable) below and above the best design; None where nothing closes or a bound is reached.
+        """d(measure)/d(variable) below and above the best design; None at a bound, and where it closes or jumps.
 
         Exact where the measure has gradients and the mode sequence continues; beyond a change of it the slope there is
         extrapolated to the design, with the error of the square of the step.
@@ -241,24 +248,47 @@ class ClosedDesigns:
 
     def _slope(self, place: int, variable: int, sign: float) -> float | None:
         """d(measure)/d(share) of a variable to one side of the best design; place: its number among the continuous."""
-        best, near, name = self.top, self._beside(variable, sign), self.problem.goal.measure
-        if near is None:
+        best, secants = self.top, self._secants(variable, sign)
+        if secants is None or self._jumps(variable, sign):
             return None
+        (far, of_far), (close, of_close) = secants
+        noise = NOISE * abs(best.found[self.problem.goal.measure])
+        alike = abs(of_far - of_close) <= 0.5 * abs(of_close) + noise / CLOSER  # else a jump or a kink is between them
+        near, secant, noise = (far, of_far, noise) if alike else (close, of_close, noise / CLOSER)
         own, there = self.gradient(best), self.gradient(near)
-        secant = (near.found[name] - best.found[name]) / (near.shares[variable] - best.shares[variable])
         if there is None:
             return secant
         if own is not None and near.mode_sequence == best.mode_sequence:
             # Where all is smooth the secant is the mean of the slopes at its ends; over a kink it is not.
             apart = abs(secant - 0.5 * float(own[place] + there[place]))
-            if apart <= 0.1 * abs(float(own[place] - there[place])) + NOISE * abs(best.found[name]):
+            if apart <= 0.1 * abs(float(own[place] - there[place])) + noise:
                 return float(own[place])
         return 2.0 * secant - float(there[place])
 
-    def _beside(self, variable: int, sign: float) -> Refined | None:
-        """The design a little below or above the best one; None beyond a bound, or where a sample's orbit is lost."""
+    def _secants(self, variable: int, sign: float) -> list[tuple[Refined, float]] | None:
+        """(design, change of the measure from the best one over that of the share) a step and a part of it beside it;
+        None where one of them is beyond a bound or lost."""
+        best, name, secants = self.top, self.problem.goal.measure, []
+        for part in (1.0, CLOSER):
+            if (near := self._beside(variable, sign, part)) is None:
+                return None
+            change = near.found[name] - best.found[name]
+            secants.append((near, change / float(near.shares[variable] - best.shares[variable])))
+        return secants
+
+    def _jumps(self, variable: int, sign: float) -> bool:
+        """Whether the measure jumps, or rises vertically, beside the best design: nearer secants are steeper."""
+        if (secants := self._secants(variable, sign)) is None:
+            return False
+        far, close = (abs(secant) for _, secant in secants)
+        leap = close * CLOSER * STEP > LEAP * abs(self.top.found[self.problem.goal.measure])
+        return leap and close > 2.0 * far
+
+    def _beside(self, variable: int, sign: float, part: float = 1.0) -> Refined | None:
+        """The design a part of the step below or above the best one; None beyond a bound, or where a sample's orbit is
+        lost."""
         shares = self.top.shares.copy()
-        shares[variable] += sign * STEP
+        shares[variable] += sign * part * STEP
         near = self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None
         lost = near is None or any(a and not b for a, b in zip(self.top.solutions, near.solutions, strict=True))
         return None if lost else near
@@ -277,6 +307,8 @@ class ClosedDesigns:
         if best.margins[-1] <= 1e-6:
             limits.append("stability")
         for i in map(int, space.continuous):
+            if any(self._jumps(i, sign) for sign in (-1.0, 1.0)):
+                limits.append(f"jump of {goal.measure} over {space.paths[i]}")
             near = [side for sign in (-1.0, 1.0) if (side := self._beside(i, sign)) is not None]
             words = dict.fromkeys([best.mode_sequence, *(motion.mode_sequence for motion in near)])
             if len(words) > 1:

@@ -33,7 +33,7 @@ from vibrocap.physics.dimensions.units import (
     undeclared,
 )
 from vibrocap.physics.names import number_in, plain_path, split_path
-from vibrocap.physics.parameters import FORCE, ParameterError, ParameterInfo, PartInSI, parameter_table
+from vibrocap.physics.parameters import COEFFICIENT, FORCE, ParameterError, ParameterInfo, PartInSI, parameter_table
 from vibrocap.quantities.declared import AsGiven, Context, Declared, WithUnit
 
 
@@ -54,11 +54,15 @@ def part_without_units(part: Any, values: Mapping[str, Any], units: Units, *, ba
 
     bare: whether a key without a unit is in SI too, as where a case says units = "SI"
     In SI only a zero, a word and a number without a unit have defaults: any other is that of a certain size of machine.
+    Those of friction coefficients are of one contact together: beside one that is given the others have none.
     """
-    keys = parameter_keys(part, units.effort)
-    without_units = _without_units({info.name for info in parameter_table(part)}, keys, values, units, bare)
-    for info in parameter_table(part):
-        if info.name not in {*without_units.keys, *values} and not _has_default(info, keys):
+    keys, table = parameter_keys(part, units.effort), parameter_table(part)
+    without_units = _without_units({info.name for info in table}, keys, values, units, bare)
+    known = {*without_units.keys, *values}
+    measured = any(info.name in known for info in table if info.dimension == COEFFICIENT)
+    for info in table:
+        mixed = measured and info.dimension == COEFFICIENT
+        if info.name not in known and (mixed or not _has_default(info, keys)):
             without_units.complaints.add(*_missing(part, info, keys))
     return without_units
 
@@ -307,7 +311,7 @@ def _has_default(info: ParameterInfo, keys: Mapping[str, Key]) -> bool:
 
 
 def _missing(part: Any, info: ParameterInfo, keys: Mapping[str, Key]) -> tuple[str, str]:
-    united = [key.key for key in keys.values() if key.name == info.name and key.has_unit]
+    united = [key.key for key in keys.values() if key.name == info.name and key.has_unit] or [info.name]
     text = "is missing; it has no default in SI"
     if info.name == "normal_load" and part.si_load:
         text = f"is missing; give the load on the contact in {keys[united[0]].unit}, or {part.si_load}"
