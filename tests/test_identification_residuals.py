@@ -12,6 +12,7 @@ from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.uncertainty import uncertainty
 from vibrocap.identification.search.loss import Loss
 from vibrocap.quantities.json_text import plain
+from vibrocap.records.record import Record
 
 QUICK = {"starts": 1, "start": "relaxed", "intervals": "covariance"}
 
@@ -42,6 +43,22 @@ def test_half_a_sample_of_delay_is_found_and_can_be_searched_along():
     assert along["delay"].unit == "s"
     assert 0.4 * entry.interval < along["delay"].value < 0.65 * entry.interval
     assert along.residuals.kinds == ()
+
+
+def test_a_set_valued_law_holds_any_force_at_rest():
+    """Samples at reversals and in a pause tell nothing of Coulomb friction; errors there were called a direction."""
+    time = np.arange(1201) / 100.0
+    velocity = np.where(np.abs(time - 6.0) < 1.25, 0.0, 0.1 * np.cos(2 * np.pi * time))
+    velocity[np.abs(velocity) < 1e-12] = 0.0
+    moves = velocity != 0.0
+    noise = 0.02 * np.random.default_rng(0).standard_normal(len(time))
+    entry = Record("pause", time, np.where(moves, 2.0 * np.sign(velocity), np.sin(time)) + noise, velocity=velocity)
+    one = told(entry, "coulomb")
+    assert one.residuals.findings == ()
+    assert np.array_equal(one.records[0].time, time[moves])
+    assert one.rmse == pytest.approx(np.std(noise[moves]), rel=0.01)
+    assert np.std(entry.force) * np.sqrt(one.unit) == pytest.approx(np.std(noise[moves]), rel=0.01)
+    assert "direction" not in told(entry, "dahl").residuals.kinds  # whose bristles hold another force than that
 
 
 def test_a_swapped_sign_of_the_force_is_said():

@@ -158,7 +158,7 @@ def _can_draw() -> bool:
 
 
 def write_residuals(fitted: "Fit", path: Path) -> Path:
-    """Every sample of every record as a line of CSV: motion, force and what the fit makes of it, in SI units."""
+    """Every judged sample as a line of CSV: motion, force and what the fit makes of it, in SI units."""
     unit, speed = fitted.units.heading, fitted.units.velocity.replace("/", "_per_")
     forces = (f"measured_{unit}", f"fitted_{unit}", f"error_{unit}")
     rows = (

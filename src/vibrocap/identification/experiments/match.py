@@ -77,7 +77,7 @@ def match(
         fitted = fit(
             record, law, free=free, fixed=fixed, starts=starts, start="relaxed", intervals="covariance", seed=seed
         )
-        over, time, speeds, target = f"the motion {motion.name}", record.time, record.velocity, record.force
+        over = f"the motion {motion.name}"
     else:
         assert velocity is not None
         low, high = checked_range("velocity", velocity)
@@ -85,14 +85,15 @@ def match(
             raise ArgumentError("spacing", f"should be 'even' or 'logarithmic', got {spacing!r}")
         speeds = values_between(low, high, CURVE, spacing == "logarithmic")
         target = steady_force(to, speeds, load)
-        time = np.empty(0)
         deviation, none = float(np.std(target)) or 1.0, np.zeros(CURVE)
         points = Samples("curve", np.arange(float(CURVE)), speeds, target, none, load, deviation, none)
         fitted = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
         over = f"velocities from {low:g} to {high:g}"
     if fitted.law is None:
         raise ArgumentError("law", f"{fitted.law_name} cannot be matched: {fitted.status}")
-    matched = fitted.records[0].predicted
+    of_record = fitted.records[0]
+    time, speeds = np.empty(0) if motion is None else of_record.time, of_record.velocity
+    target, matched = of_record.measured, of_record.predicted
     difference = np.abs(matched - target)
     at = int(np.argmax(difference))
     relative = float(np.sqrt(np.mean(difference**2) / np.mean(target**2)))

@@ -122,8 +122,9 @@ class DrivenSource(Source):
         if name not in names:
             raise ArgumentError("record", f"no record of the fit is called {name!r}; {suggestion(name, names)}")
         k = names.index(name)
-        error = self.full.by_record(finite(self.full.errors(self.begin)))[k] * self.full.units[k]
-        return self.full.records[k].time, self.full.forces(table, k), float(np.std(error[np.isfinite(error)]))
+        record, told, counts = self.full.records[k], self.full.tells(k), self.full.counts[k]
+        errors = finite(self.full.forces(self.begin, k)[0] - record.force)
+        return record.time[told], self.full.forces(table, k)[:, told], float(np.std(errors[counts]))
 
 
 def posterior(fit: Any, *, samples: int = 1000, seed: int = 0, progress: Progress = None) -> Posterior:

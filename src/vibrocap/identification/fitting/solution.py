@@ -73,7 +73,7 @@ def solution(
     rule = Loss(settings.loss, settings.loss_scale or 1.0)
     if settings.loss != "linear" and settings.loss_scale is None:
         linear = descent(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
-        rule = Loss(settings.loss, robust_scale(linear.errors))
+        rule = Loss(settings.loss, robust_scale(linear.errors[: draft.size][np.concatenate(draft.counts)]))
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
     further = simpler.ends(choice, rule) if simpler is not None else []

@@ -106,8 +106,7 @@ class Prediction:
 
     def error_table(self, table: np.ndarray) -> np.ndarray:
         """Errors [m, n] at coordinates [m, p]."""
-        samples = enumerate(zip(self.records, self.units, strict=True))
-        errors = [(self.forces(table, i) - record.force) / unit for i, (record, unit) in samples]
+        errors = [self._over_units(self.forces(table, i), i) for i in range(len(self.records))]
         known = prior_errors(self.priors, self.space.names, self.space.values(table))
         return np.concatenate([*errors, known], axis=1)
 
@@ -128,17 +127,17 @@ class Prediction:
         jacobian[self.size :] = prior_slopes(self.priors, self.space.names, self.space.slopes(u))
         jacobian[self.size :, list(held)] = 0.0
         begin = 0
-        for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True)):
+        for i, record in enumerate(self.records):
             end = begin + len(record)
             owners = (coordinate.record for coordinate in self.space.coordinates)
             moved = [j for j, owner in enumerate(owners) if j not in held and owner in ("", record.name)]
             if moved:
                 table = np.tile(u, (len(moved) + (errors is None), 1))
                 table[range(len(moved)), moved] += steps[moved]
-                rows = self.forces(table, i)
-                base = (rows[-1] - record.force) / unit if errors is None else errors[begin:end]
+                rows = self._over_units(self.forces(table, i), i)
+                base = rows[-1] if errors is None else errors[begin:end]
                 for row, j in zip(rows, moved, strict=False):
-                    jacobian[begin:end, j] = ((row - record.force) / unit - base) / steps[j]
+                    jacobian[begin:end, j] = (row - base) / steps[j]
             begin = end
         return jacobian
 
@@ -150,9 +149,16 @@ class Prediction:
 
     @property
     def counts(self) -> list[np.ndarray]:
-        """Which samples of each record count: an infinite unit leaves one out."""
-        pairs = zip(self.records, self.units, strict=True)
-        return [np.broadcast_to(np.isfinite(unit), len(record)) for record, unit in pairs]
+        """Which samples of each record count: those whose force the motion tells, and whose unit is finite."""
+        return [np.isfinite(unit) & self.tells(i) for i, unit in enumerate(self.units)]
+
+    def tells(self, which: int) -> np.ndarray:
+        """Samples [n] of a record whose motion tells the force: at rest that of a set-valued law balances others."""
+        return (self.records[which].velocity != 0.0) | (self.template.kind != "set-valued")
+
+    def _over_units(self, forces: np.ndarray, which: int) -> np.ndarray:
+        """Errors [m, n] of predicted forces of a record, over its units."""
+        return np.where(self.tells(which), (forces - self.records[which].force) / self.units[which], 0.0)
 
     def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
         """Internal states [m, k] at the first sample of a record."""

@@ -129,7 +129,7 @@ def finished_fit(
         relative_rmse=relative,
         rmse=absolute,
         held_out_relative_rmse=held_out_relative,
-        samples=prediction.size,
+        samples=sum(int(np.sum(prediction.tells(k))) for k in range(len(prediction.records))),
         effective_samples=spread.effective,
         cost=best.cost,
         unit=spread.unit,
@@ -169,12 +169,13 @@ def _judged(
 
 
 def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool, begun: int) -> RecordResult:
-    """What a fit makes of a record, judged from sample number `begun` on."""
+    """What a fit makes of a record, judged from sample number `begun` on where the motion tells the force."""
     record, forces = prediction.records[which], prediction.forces(u, which)[0]
-    motion, force, predicted = (record.time[begun:], record.velocity[begun:]), record.force[begun:], forces[begun:]
+    judged = prediction.tells(which) & (np.arange(len(record)) >= begun)
+    time, velocity, force, predicted = (x[judged] for x in (record.time, record.velocity, record.force, forces))
     relative, absolute = relative_rmse([force], [predicted])
     tau = correlation_time(predicted - force) if np.isfinite(absolute) else math.nan
-    return RecordResult(record.name, hidden, *motion, force, predicted, absolute, relative, tau)
+    return RecordResult(record.name, hidden, time, velocity, force, predicted, absolute, relative, tau)
 
 
 def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Prediction, np.ndarray, int]:

@@ -38,10 +38,11 @@ class RecordErrors:
 
     @property
     def side(self) -> np.ndarray:
-        """Direction of the motion: -1, 0 at rest, 1."""
+        """Direction of the motion, at rest that of the last one, as friction has it: -1 or 1."""
         speed = np.abs(self.velocity)
-        usual = float(np.quantile(speed, 0.95))
-        return np.sign(np.where(speed > REST * usual, self.velocity, 0.0))
+        moving = speed > REST * float(np.quantile(speed, 0.95))
+        last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), np.argmax(moving)))
+        return np.sign(self.velocity[last])
 
     @property
     def turned(self) -> np.ndarray:
