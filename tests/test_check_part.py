@@ -124,6 +124,11 @@ RIGHT = {
     "a damper that is led": as_led(joint=lambda self, q: (Spring(1.0, q.position), Damper(0.3, q.position - led(q)))),
     "a stop that moves": as_led(joint=lambda self, q: Stop(q.position - led(q), 0.2, stiffness=5.0)),
     "a belt whose speed depends on time": as_led(belt=lambda self, q: led(q)),
+    "numbers of its own that say the period": as_led(
+        **{name: parameter(rate, name, "of the belt", unit="rad/s") for name, rate in (("slow", 0.7), ("fast", 1.4))},
+        __annotations__={"slow": Positive, "fast": Positive},
+        belt=lambda self, q: 0.3 * sin(self.slow * q.time) + 0.1 * sin(self.fast * q.time),
+    ),
 }
 
 

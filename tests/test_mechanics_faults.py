@@ -19,6 +19,7 @@ from vibrocap.mechanics import (
     Stop,
     coordinate,
     cos,
+    distance,
     parameter,
     parameters,
     sin,
@@ -79,6 +80,9 @@ FAULTS = {
     ),
     "a Drive acts along a path that never moves": lambda q, c: swings(q, c, Drive(1.0)),
     "a Spring acts along a path that never moves": lambda q, c: swings(q, c, Spring(1.0, 0.5)),
+    "'capsule' and 'block' are at one height: take their offset": (
+        lambda q, c: [c, b := block(q, c), Spring(1.0, distance(c, b)), Contact(c)]
+    ),
     "should be parts, masses, springs and so on, got 3.0": lambda q, c: swings(q, c, 3.0),
     "q.angel: there is no such quantity": lambda q, c: swings(q, c, Drive(q.angel)),
     "a place follows q.drive, a force here": lambda q, c: swings(q, c, Spring(1.0, q.angle + q.drive)),

@@ -6,24 +6,27 @@ import random
 from collections.abc import Iterable
 from typing import Any
 
-from vibrocap.physics.parameters import ParameterError, parameter_table
+from vibrocap.physics.parameters import FREQUENCY, ParameterError, parameter_table
 
 TRIES = 200  # of random values, until some are within the bounds of a part
 MOST_SWITCHES = 12  # of a law at one instant
 
 
 def varied(part: Any, seed: int) -> Any:
-    """A part with every number changed at random by up to a fifth; a zero becomes a number too."""
-    draw = random.Random(f"{part.name} {seed}")
-    values = {info.name: info.default for info in parameter_table(part)}
+    """A part with every number changed at random by up to a fifth; a zero becomes a number too.
+
+    Frequencies change alike, so that what repeats with several of them does so still.
+    """
+    draw, pace = random.Random(f"{part.name} {seed}"), random.Random(f"pace {seed}").uniform(0.8, 1.2)
+    values = {info.name: (info.default, pace if info.dimension == FREQUENCY else 0.0) for info in parameter_table(part)}
     for _ in range(TRIES):
         try:
             return part(
                 **{
-                    name: (value * draw.uniform(0.8, 1.2) or draw.uniform(0.2, 0.5))
+                    name: (value * (factor or draw.uniform(0.8, 1.2)) or draw.uniform(0.2, 0.5))
                     if isinstance(value, float)
                     else value
-                    for name, value in values.items()
+                    for name, (value, factor) in values.items()
                 }
             )
         except ParameterError:  # a number beyond its bounds

@@ -69,6 +69,7 @@ class Dimension:
 NUMBER = Dimension()
 COEFFICIENT, EFFORT = Dimension(coefficient=1.0), Dimension(effort=1.0)
 FORCE, LENGTH, TIME = Dimension(force=1.0), Dimension(length=1.0), Dimension(time=1.0)
+FREQUENCY = NUMBER / TIME
 TORQUE, SPEED, MASS = FORCE * LENGTH, LENGTH / TIME, FORCE * TIME**2 / LENGTH
 
 # Every role with its dimension.
@@ -118,7 +119,7 @@ ROLES = {
     "effort": EFFORT,  # force or torque; of a reference, what it is
     "effort rate": EFFORT / TIME,
     "effort acceleration": EFFORT / TIME**2,
-    "frequency": NUMBER / TIME,  # angular
+    "frequency": FREQUENCY,  # angular
     "phase": NUMBER,  # an angle in radians
     "duration": TIME,
 }
