@@ -185,6 +185,15 @@ def test_the_line_is_reached_and_kept(place, reached):
     assert motion.state["displacement_rate"] == pytest.approx(-motion.state["displacement"], abs=1e-12)
 
 
+def test_a_line_is_left_at_one_event_where_the_reference_turns_too_sharply():
+    """For r'' up to 1.25 of a command of 1, slowly: at the end of the line z'' is that of the line still."""
+    system = switched(drive=vc.Harmonic(1.25 / 4.0, 2.0))
+    start = {"displacement_rate": -1.25 / 2.0}
+    motion = vc.simulate(system, periods=6, initial=start, start=vc.Start(phase=0.25), tolerance=1e-10)
+    assert [event.kind for event in motion.events] == ["command_saturated", "command_unsaturated"] * 12
+    assert np.min(np.diff([event.time for event in motion.events])) > 0.1
+
+
 def test_a_line_that_the_command_cannot_keep_is_crossed():
     """From 10 the first passage asks for 3.58 of a command of 1: it turns round there, and again, before it stays."""
     motion = vc.simulate(switched(), periods=20, initial={"displacement": 10.0}, tolerance=1e-13)

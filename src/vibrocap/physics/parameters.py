@@ -69,8 +69,7 @@ class Dimension:
 NUMBER = Dimension()
 COEFFICIENT, EFFORT = Dimension(coefficient=1.0), Dimension(effort=1.0)
 FORCE, LENGTH, TIME = Dimension(force=1.0), Dimension(length=1.0), Dimension(time=1.0)
-FREQUENCY = NUMBER / TIME
-TORQUE, SPEED, MASS = FORCE * LENGTH, LENGTH / TIME, FORCE * TIME**2 / LENGTH
+TORQUE, SPEED, MASS, FREQUENCY = FORCE * LENGTH, LENGTH / TIME, FORCE * TIME**2 / LENGTH, NUMBER / TIME
 
 # Every role with its dimension.
 ROLES = {

@@ -7,7 +7,7 @@ from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.parameters import Positive, parameter, parameters
 
 NEAR = 1e-6  # of the line, as an error: where a motion counts as on it from its start
-ROUNDING = 1e-14  # of the line, as an error: what lies on it
+LATE = 2e-13  # of the line, as an error: by so much it is passed as it is reached; half of that is on it
 
 
 @parameters
@@ -49,7 +49,7 @@ class SlidingMode(AccelerationController):
         return (
             beside + on * (self.limit - effort) / self.limit,
             beside + on * (NEAR + away),
-            on - held * away,
+            on + beside * LATE - held * away,
             beside + on * (NEAR - away),
             beside + on * (self.limit + effort) / self.limit,
         )
@@ -57,11 +57,11 @@ class SlidingMode(AccelerationController):
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
         """At which end the command is; 0: between them, on the line.
 
-        What the command cannot keep on the line leaves it to the side to which it is pushed. But where the line was
-        located a little too early, the motion is still before it and the command has to bring it there first.
+        What the command cannot keep on the line leaves it to the side to which it is pushed. But what integration has
+        moved off it to the other side, the command has to bring there first.
         """
         away = self._errors(measured, reference, slope)[0] / self.convergence_rate
-        before, behind = ROUNDING - away, ROUNDING + away  # negative while that is not so
+        before, behind = 0.5 * LATE - away, 0.5 * LATE + away  # negative while that is not so
         forward, back = before / sqrt(before * before), -(behind / sqrt(behind * behind))
         return ((forward, 1.0, 0.0, -1.0, back)[which],)
 

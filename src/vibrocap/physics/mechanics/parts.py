@@ -118,7 +118,9 @@ def distance(a: Placed, b: Placed) -> Quantity:
     """Length of the line from a to b; MechanicsError where it is a level one, whose length turns round as they pass."""
     x, z = b.along - a.along, b.height - a.height
     if not z.value:
-        raise MechanicsError(f"{a.name!r} and {b.name!r} are at one height: take their offset, whose sign says the order")
+        raise MechanicsError(
+            f"{a.name!r} and {b.name!r} are at one height: take their offset, whose sign says the order"
+        )
     return (x * x + z * z).sqrt()
 
 
