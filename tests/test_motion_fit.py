@@ -402,17 +402,32 @@ def test_a_record_that_turns_is_not_that_of_a_block(exact):
 
 
 @pytest.mark.slow
-def test_samples_of_a_fitted_case_stand_by_their_paths_and_units():
+def test_samples_of_a_fitted_case_go_from_command_to_command(tmp_path, capsys):
     pytest.importorskip("emcee")
     time = TIME[::8]
-    records = [record(TRUE_BLOCK, "only", time, multisine(0, time), 1e-3)]
-    fitted = vc.fit_motion(TRUE_BLOCK, records, {"machine.mass": (0.3, 6.0)}, starts=2)
-    samples = vc.posterior(fitted, samples=100)
-    assert (samples.names[0], samples.units[0], samples.law_name) == ("machine.mass", "1", "")
-    mass = fitted["machine.mass"]
-    assert abs(np.mean(samples["machine.mass"]) - mass.value) < 4.0 * mass.standard_error / np.sqrt(samples.effective)
-    spread = vc.robustness(TRUE_BLOCK, {"machine": samples}, "position_range", samples=8)
-    assert spread.deviation > 0.0
+    only = record(TRUE_BLOCK, "only", time, multisine(0, time), 1e-3)
+    columns = np.column_stack([time, only.force, only.displacement])
+    np.savetxt(tmp_path / "only.csv", columns, delimiter=",", header="time,force,displacement", comments="")
+    vc.save_case(vc.Case(TRUE_BLOCK), tmp_path / "block.toml")
+    asked = ["fit", str(tmp_path / "only.csv"), "--machine", str(tmp_path / "block.toml"), "--starts", "2", "--json"]
+    asked += ["--over", "machine.mass=0.3:6", "--posterior", "100", "--out", str(tmp_path)]
+    assert main(asked) == 0
+    found = json.loads(capsys.readouterr().out)
+    (mass,), samples = found["parameters"], json.loads((tmp_path / "posterior.json").read_text(encoding="utf-8"))
+    assert (samples["names"][0], samples["units"][0], samples["law_name"]) == ("machine.mass", "1", "")
+    drawn, effective = np.array(samples["values"])[:, 0], samples["effective"]
+    assert abs(np.mean(drawn) - mass["value"]) < 4.0 * mass["standard_error"] / np.sqrt(effective)
+    assert found["posterior"] == samples
+    of = [
+        "robust",
+        str(tmp_path / "fitted.toml"),
+        "--uncertain",
+        f"machine=fit:{tmp_path / 'posterior.json'}",
+        "--json",
+    ]
+    assert main([*of, "--for", "position_range", "--samples", "8"]) == 0
+    spread = json.loads(capsys.readouterr().out)
+    assert spread["deviation"] > 0.0
 
 
 @pytest.mark.parametrize(

@@ -138,7 +138,7 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
 
 def _write(fitted: "Fit", folder: Path, scales: Any, request: FitRequest, more: "Sequence[Chapter]" = ()) -> list[Path]:
     """The files of a fit in a folder."""
-    written = list(fitted.save(folder, scales))
+    written = list(fitted.save(folder, scales)) + [folder / "posterior.json"] * bool(request.posterior)
     written.append(write_residuals(fitted, folder / "residuals.csv"))
     if request.report:
         from vibrocap.report.results import write_fit_page
@@ -184,14 +184,14 @@ def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, A
     settings = {name: settings[name] for name in shared if settings.get(name)} | {"progress": report}
     settings |= request.given("predict", "starts", "seed", "segments")
     result = fit_motion(read_source(request.machine), records, ranges, **settings)
-    record: Any = in_si(result)
-    written, facts = [], dict(result.facts)
+    record, written, facts = view(in_si(result)), [], dict(result.facts)
     if request.posterior is not None:
         drawn = _drawn(result, request)
         record["posterior"] = view(drawn)
         facts |= {f"{name} (95 % of samples)": text for name, text in drawn.facts.items()}
     if request.out is not None:
         folder = made_folder(request.out)
+        written += [folder / "posterior.json"] * bool(request.posterior)
         written.append(write_text(folder / FILES[0], json_text(in_si(result)) + "\n"))
         written.append(result.case().save(folder / FILES[1]))
         parts = result.time, result.measured, result.predicted, result.band

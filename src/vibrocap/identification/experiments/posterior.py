@@ -91,7 +91,7 @@ class Posterior(Result):
 
 
 def _band(x: np.ndarray, samples: np.ndarray) -> Band:
-    low, middle, high = np.nanquantile(samples, [ENDS[0], 0.5, ENDS[1]], axis=0)
+    low, middle, high = np.nanquantile(samples, [ENDS[0], 0.5, ENDS[1]], axis=0, method="median_unbiased")
     return Band(x, low, middle, high)
 
 
