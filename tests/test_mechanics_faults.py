@@ -17,6 +17,7 @@ from vibrocap.mechanics import (
     NonNegative,
     Spring,
     Stop,
+    Support,
     coordinate,
     cos,
     distance,
@@ -135,6 +136,18 @@ def test_a_fault_of_a_description_is_named(said):
         return
     with pytest.raises((MechanicsError, TypeError)):
         vc.simulate(vc.System(machine_with(fault)(), vc.Coulomb(), vc.Harmonic()), periods=1)
+
+
+def test_a_contact_has_no_speed_of_its_own_under_an_imposed_motion():
+    def parts(self, q):
+        table = Support("table", x=q.drive)
+        part = Mass("part", 1.0, x=q.position)
+        return table, part, Contact(part, on=table, load=1.0, speed="slip")
+
+    own = {"position": coordinate("X", "place", "m"), "parts": parts, "effort": "displacement", "name": "shaken"}
+    kind = parameters(type("Shaken", (Machine,), own | {"__doc__": "A part.", "__module__": __name__}))
+    (wrong,) = vc.check_part(kind, motion=False).wrong
+    assert "the contact of 'part' has a speed: leave it out, the state is 'velocity'" in wrong
 
 
 def test_a_machine_without_parts_is_told_so():

@@ -125,12 +125,12 @@ def test_a_motion_fits_a_column(motion):
 
 
 @pytest.mark.parametrize("kind", slow_but([0], exhaustive_but(map([*RESULTS].index, KEPT), [*RESULTS])))
-@pytest.mark.parametrize(("width", "header"), exhaustive_but([0], [("column", True), ("page", False)]))
-def test_every_kind_of_picture_fits_a_column_and_a_page(kind, width, header):
+@pytest.mark.parametrize(("width", "header"), exhaustive_but([0], [("column", True), ("page", False), (None, True)]))
+def test_every_kind_of_picture_fits_a_column_a_page_and_a_screen(kind, width, header):
     if kind == "front":
         pytest.importorskip("pymoo")
     figure = vc.figure(RESULTS[kind](), width=width, header=header)
-    assert figure.get_figwidth() == WIDTHS[width]
+    assert width is None or figure.get_figwidth() == WIDTHS[width]
     assert crowded(figure) == []
     assert not [t for t in texts_of(figure) if t in (figure._suptitle, figure._supxlabel) and not header]
 

@@ -11,7 +11,7 @@ import vibrocap as vc
 from vibrocap.motion.status import Status
 from vibrocap.plotting.animation import ARROW, CONTACT, EDGE, OUTLINE, Scene
 from vibrocap.plotting.histories import hides_lift_off
-from vibrocap.plotting.look.labels import filled, parts_title, symbol_text
+from vibrocap.plotting.look.labels import filled, parts_title, quantity_label, symbol_text
 from vibrocap.plotting.look.trace import Trace
 from vibrocap.quantities.dimensional import computed
 
@@ -564,6 +564,14 @@ def test_the_waveform_of_a_signal_is_named_in_the_head():
     system = vc.read_case("examples/clutch-slips-twice.toml").system
     head = parts_title(system.parts, 10.0).replace("\xa0", " ")
     assert head.splitlines()[-1].startswith("Clamp, harmonic: $h$ = 0.3")
+
+
+def test_a_velocity_over_what_moves_is_no_velocity_of_the_body():
+    """A part on a feeder slides over its trough, under an imposed motion a capsule over the ground."""
+    machines = vc.Feeder(), vc.PendulumCrawler()
+    feeder, crawler = (vc.System(machine, vc.Coulomb(), vc.Harmonic()) for machine in machines)
+    assert quantity_label("contact_velocity", feeder) == "sliding velocity $v$"
+    assert quantity_label("contact_velocity", crawler) == "capsule velocity $X'$"
 
 
 def test_what_belongs_to_a_contact_has_the_name_of_its_body():

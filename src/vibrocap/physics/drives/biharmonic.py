@@ -10,7 +10,7 @@ class Biharmonic(Wave):
 
     amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
     frequency: Positive = FREQUENCY
-    second_amplitude: Number = parameter(0.0, "h2", "torque of the second harmonic", "effort")
+    second_amplitude: Number = parameter(0.0, "h2", "amplitude of the second harmonic", "effort")
     second_phase: Number = parameter(0.0, "psi", "phase of the second harmonic", "phase", over=" [rad]")
 
     name: ClassVar[str] = "biharmonic"

@@ -227,6 +227,10 @@ class Motion:
                     word and isinstance(contact.body, Inertia),
                     f"the load on {name!r}, which turns, is a torque: give it",
                 ),
+                (
+                    self.imposes and contact.speed is not None,
+                    f"the contact of {name!r} has a speed: leave it out, the state is {self.rates[self.names[0]]!r}",
+                ),
             ]
         what = "give the body that it moves a mass, or write it as a function of the others"
         for name in self.names:

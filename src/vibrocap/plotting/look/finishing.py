@@ -3,7 +3,9 @@
 What would run into its neighbour on a page is broken, thinned out or moved apart.
 """
 
+import contextlib
 import itertools
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,12 +42,14 @@ def save(fig: Figure, path: str | Path, settings: dict[Any, Any] = STYLE) -> Pat
 
 
 def finished(fig: Figure) -> Figure:
-    """The figure in the user's own lines, where a width is asked for fitted to it."""
+    """The figure in the user's own lines, fitted to the width that is asked for, else to its own."""
     own_lines(fig)
     width = page().width
-    if width is None:
-        return fig
     with style():
+        if width is None:  # a screen, for which it was made: what is left to fit is little
+            with _as_printed(fig):
+                _fit(fig)
+            return fig
         if fig.get_figwidth() != width:
             shrunk = max(width / fig.get_figwidth(), LEAST_HEIGHT)
             fig.set_size_inches(width, fig.get_figheight() * min(shrunk, 1.0))
@@ -57,24 +61,37 @@ def fitted(fig: Figure) -> Figure:
 
     It is laid out until nothing changes any more.
     """
-    before, last, shown = 0.0, None, fig.dpi
-    fig.set_dpi(PAGE_STYLE["savefig.dpi"])  # as fine as it is printed: letters of a screen are wider or narrower
-    for _ in range(ROUNDS):
-        fig.draw_without_rendering()
-        for text in _heads(fig):
-            _break(text, fig.bbox.width * 0.97)
-        for legend in fig.findobj(Legend):
-            _narrow(legend, fig)
-        for ax in fig.findobj(Axes):
-            _fit_axes(ax)
-        height = sum(text.get_window_extent().height for text in _heads(fig)) / fig.dpi
-        fig.set_figheight(fig.get_figheight() + height - before)  # the panels keep their height
-        looks = _looks(fig)
-        if looks == last:
-            break
-        before, last = height, looks
-    fig.set_dpi(shown)
+    before, last = 0.0, None
+    with _as_printed(fig):
+        for _ in range(ROUNDS):
+            _fit(fig)
+            height = sum(text.get_window_extent().height for text in _heads(fig)) / fig.dpi
+            fig.set_figheight(fig.get_figheight() + height - before)  # the panels keep their height
+            looks = _looks(fig)
+            if looks == last:
+                break
+            before, last = height, looks
     return fig
+
+
+@contextlib.contextmanager
+def _as_printed(fig: Figure) -> Iterator[None]:
+    """The figure as fine as it is printed: letters of a screen are wider or narrower."""
+    shown = fig.dpi
+    fig.set_dpi(PAGE_STYLE["savefig.dpi"])
+    yield
+    fig.set_dpi(shown)
+
+
+def _fit(fig: Figure) -> None:
+    """Lay a figure out, and break and thin out what has too little room there."""
+    fig.draw_without_rendering()
+    for text in _heads(fig):
+        _break(text, fig.bbox.width * 0.97)
+    for legend in fig.findobj(Legend):
+        _narrow(legend, fig)
+    for ax in fig.findobj(Axes):
+        _fit_axes(ax)
 
 
 def _looks(fig: Figure) -> list[Any]:
@@ -105,7 +122,8 @@ def _fit_axes(ax: Axes) -> None:
     points = 72.0 / ax.get_figure(root=True).dpi  # type: ignore[union-attr]
     if legend is not None and legend.get_window_extent().y0 >= box.y1 - GAP / points:
         there = legend.get_window_extent()
-        if title.get_window_extent().width + there.width + 2 * GAP / points > box.width:
+        room = box.width - 4 * GAP / points  # the next layout may leave less
+        if title.get_window_extent().width + there.width > room:
             ax.set_title(title.get_text(), pad=there.height * points + 2 * GAP)
 
 

@@ -123,7 +123,8 @@ def _own_label(name: str, machine: Any) -> str:
 def quantity_label(name: str, system: System) -> str:
     """A quantity of a motion in words with its symbol, its name where there are none."""
     machine = system.machine
-    body = machine.derived.contacts[0].body.name
+    contact = machine.derived.contacts[0]
+    body = contact.body.name
     label = LABELS[name].replace("capsule", body) if name in LABELS else _own_label(name, machine)
     if name == "position" and machine.cyclic is None:
         label = "position $x$"
@@ -138,6 +139,8 @@ def quantity_label(name: str, system: System) -> str:
             "displacement": "gap $z_{}$",
         }
         label = known[stem].format(number) if stem in known else label
+    elif name == "contact_velocity" and not (contact.on is contact.path is None):
+        label = LABELS["sliding_velocity"]
     elif name == "contact_velocity" and machine.imposes_motion:
         label = LABELS["velocity"].replace("capsule", body)
     elif name == "contact_velocity" and machine.contact_states[0] != "velocity":
