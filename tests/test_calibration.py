@@ -1,9 +1,11 @@
 """Calibration: known parameters from synthetic laboratories, what a table does not tell, wrong columns, bad tables."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.stats
 
 import vibrocap as vc
 from benchmarks.laboratories import UNKNOWN, known_system, laboratory
@@ -14,6 +16,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.design.calibration.calibration import CalibratedParameter, Calibration
 from vibrocap.design.calibration.table import read_table
+from vibrocap.design.calibration.table_model import outlying
 from vibrocap.identification.inference.identifiability import Verdict
 
 FREQUENCIES = np.linspace(0.6, 1.6, 12)
@@ -132,6 +135,39 @@ def test_wrong_column_is_named(bench, table, column, factor, tolerance):
     if factor < 0.0:
         assert calibration.doubt.gain > 0.9
         assert not any(parameter.verdict is Verdict.DETERMINED for parameter in calibration.parameters)
+
+
+@pytest.mark.parametrize("row", [None, 0, 4, 9])
+def test_rows_that_stand_out_are_those_that_a_fit_of_the_others_does_not_predict(row):
+    """Each value of two columns is compared with a straight line through all the others, by Student's t."""
+    generator, rows = np.random.default_rng(3), np.array([0, 1, 2, 4, 5, 6, 7, 9])
+    slopes = np.column_stack([np.ones(16), np.tile(rows, 2) / 9.0])
+    values = slopes @ [3.0, -2.0] + 0.1 * generator.standard_normal(16)
+    if row is not None:
+        values[8 + list(rows).index(row)] += 1.5
+    residuals = values - slopes @ np.linalg.lstsq(slopes, values)[0]
+    chances = []
+    for k in range(16):
+        others = np.delete(np.arange(16), k)
+        line, (left,), *_ = np.linalg.lstsq(slopes[others], values[others])
+        spread = 1.0 + slopes[k] @ np.linalg.inv(slopes[others].T @ slopes[others]) @ slopes[k]
+        far = abs(values[k] - slopes[k] @ line) / np.sqrt(left / 13 * spread)
+        chances.append(16 * 2 * scipy.stats.t.sf(far, 13))
+    columns = {name: generator.standard_normal(10) for name in ("drift", "mean_velocity")}
+    table = SimpleNamespace(targets=columns, errors=dict.fromkeys(columns, np.ones(10)), measures=tuple(columns))
+    outliers = outlying(SimpleNamespace(table=table, rows=rows), residuals, slopes)
+    assert outliers == tuple(rows[np.flatnonzero(np.array(chances) < 1e-3) % 8]) == (() if row is None else (row,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("with_errors", [True, False])
+def test_an_outlier_is_named_and_determines_nothing(bench, table, with_errors):
+    wrong = table | {"mean_velocity": table["mean_velocity"] + 0.05 * (np.arange(12) == 3)}
+    kept = wrong if with_errors else {name: wrong[name] for name in ("drive.frequency", "mean_velocity")}
+    calibration = vc.calibrate(bench, kept, WITHIN, starts=16)
+    assert calibration.rows_outlying == [4]
+    assert calibration.facts["outlier"].startswith("row 4: ")
+    assert not any(parameter.verdict is Verdict.DETERMINED for parameter in calibration.parameters)
 
 
 @pytest.mark.slow
@@ -318,6 +354,7 @@ def test_picture_of_rows_residuals_and_intervals(bench):
         rms={},
         held_out=(1,),
         doubt=None,
+        outliers=(4,),
         not_trusted={"not settled": (2,)},
         initial={},
     )
@@ -331,6 +368,9 @@ def test_picture_of_rows_residuals_and_intervals(bench):
     ends = [line.get_xdata() for line in intervals.get_lines() if len(line.get_xdata()) == 2][:2]
     assert np.concatenate(ends) == pytest.approx([-10.0, 30.0, -10.0, 40.0])
     assert vc.plot(calibration).get_ylabel() == "mean velocity"
+    figure = vc.figure(calibration)
+    texts = (text.get_text() for part in (figure, *figure.subfigs) for text in part.texts)
+    assert any("Row 5 is an outlier." in " ".join(text.split()) for text in texts)
 
 
 @pytest.mark.slow

@@ -300,7 +300,12 @@ def test_resumed_front_has_the_same_bits(biharmonic, tmp_path):
     asked = {"over": FRONT, "starts": START, "points": 5, "seed": 3}
     whole = vc.pareto_front(biharmonic, evaluations=1200, threads=1, **asked)
     vc.pareto_front(biharmonic, evaluations=1200, threads=2, store=tmp_path, **asked)
-    for stored in sorted((tmp_path / "populations").iterdir())[4:]:
+    cut, poor, *rest = sorted((tmp_path / "populations").iterdir())[4:]
+    cut.write_bytes(cut.read_bytes()[:-30])
+    with np.load(poor) as stored:
+        arrays = {name: array for name, array in stored.items() if name != "mean_velocity"}
+    np.savez(poor, **arrays)
+    for stored in rest:
         stored.unlink()
     resumed = vc.pareto_front(biharmonic, evaluations=1200, threads=2, store=tmp_path, resume=True, **asked)
     assert resumed == whole
@@ -742,11 +747,12 @@ def test_slopes_across_a_jump_are_left_out_and_the_jump_is_named(beyond, above):
         return SimpleNamespace(shares=shares, found=found, **orbit)
 
     near = ClosedDesigns.__new__(ClosedDesigns)
-    goal = SimpleNamespace(measure="speed", constraints=())
+    goal = SimpleNamespace(measure="speed", constraints=(), maximise=True, size=False)
     near.problem = SimpleNamespace(goal=goal, space=DesignSpace((Range("x", 0.0, 1.0),)), samples=None)
     near.at, near.gradient, near.best = at, lambda _: None, at(np.array([0.6]))
     assert near.slopes()["x"] == (pytest.approx(3.0, rel=1e-6), above and pytest.approx(above, rel=1e-6))
     assert ("jump of speed over x" in near.limits()) == (above is None)
+    assert ("a kink: speed is worse on both sides in each variable" in near.limits()) == ((above or 0.0) < 0.0)
 
 
 def test_other_motions_of_a_design_are_said():

@@ -50,7 +50,7 @@ class OptimumStatus(Advised):
     NO_TRAVEL = (
         "no design travels",
         "No settled design travels by more than the residue of its run, so none is better than another. Vary "
-        "parameters that break the symmetry of the machine, its friction or its drive.",
+        "parameters that break the symmetry of the machine, its friction or its drive, or drive it harder.",
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.measures.recorded.sticking import as_cycle, first_turned
 from vibrocap.measures.recorded.travel import travelling
-from vibrocap.motion.trust import stands_still
+from vibrocap.motion.trust import RESIDUE, ZERO, stands_still
 from vibrocap.numerics.api import RunResults
 from vibrocap.physics.events import IMPACT, STOP_OPENED
 from vibrocap.physics.system import System
@@ -106,12 +106,12 @@ class Gathered:
 
     @property
     def travels(self) -> np.ndarray:
-        """Whether the machine travels, a settled one by more than its residue (`motion.trust`)."""
+        """Whether the machine travels, by more than its residue (`motion.trust`) where it has settled or was not to."""
         if self.scales is None:
             return self.drift != 0.0
         place = self.system.state_names.index(travelling(self.system))
-        rests = stands_still((self.drift / self.scales[:, place])[:, None], self.threshold)
-        return (self.drift != 0.0) & ~(self.settled & rests)
+        rests = stands_still((self.drift / self.scales[:, place])[:, None], self.threshold or ZERO / RESIDUE)
+        return (self.drift != 0.0) & ~(rests & (self.settled if self.threshold else True))
 
     def turned(self, state: str) -> np.ndarray:
         """Turns of a coordinate over the window; NaN where the system has none that turns by this name."""

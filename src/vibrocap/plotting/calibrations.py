@@ -41,7 +41,17 @@ def calibration_figure(calibration: Calibration) -> Figure:
         untrusted = [f"Row {', '.join(map(str, rows))}: {why}." for why, rows in calibration.rows_not_trusted.items()]
         known = "" if calibration.measured.with_errors else " (estimated from the misfit)"
         errors = f"Residuals in standard errors{known}; bars and bands: 95 %."
-        plots.footnote(fig, " ".join([errors, *untrusted, str(calibration.doubt or "")]))
+        plots.footnote(
+            fig,
+            " ".join(
+                [
+                    errors,
+                    *untrusted,
+                    *(f"Row {row} is an outlier." for row in calibration.rows_outlying),
+                    str(calibration.doubt or ""),
+                ]
+            ),
+        )
     return fig
 
 

@@ -15,7 +15,7 @@ from vibrocap.arguments import Complaints, check_whole, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
 from vibrocap.design.calibration.table import MeasuredTable, read_table
-from vibrocap.design.calibration.table_model import TableModel, improbable, refused_rows, searched
+from vibrocap.design.calibration.table_model import TableModel, improbable, outlying, refused_rows, searched
 from vibrocap.design.search.goal import asked_case, measure_unit
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import Direction, Verdict, combinations, verdict_within
@@ -99,10 +99,16 @@ class Calibration(Calibrated):
     rms: MeasuresInUnits
     held_out: tuple[int, ...]
     doubt: ColumnDoubt | None
+    outliers: tuple[int, ...]
     not_trusted: dict[str, tuple[int, ...]]
     initial: ByName
 
-    in_record = "parameters correlation directions misfit rms held_out_misfit doubt rows_not_trusted"
+    in_record = "parameters correlation directions misfit rms held_out_misfit doubt rows_outlying rows_not_trusted"
+
+    @property
+    def rows_outlying(self) -> list[int]:
+        """Numbers of rows that stand out, from 1."""
+        return [1 + row for row in self.outliers]
 
     @property
     def rows_not_trusted(self) -> dict[str, list[int]]:
@@ -131,6 +137,10 @@ class Calibration(Calibrated):
             facts[reason] = f"row {', '.join(str(1 + k) for k in rows)}: {cure}, or hold such rows out"
         if self.doubt:
             facts["doubt"] = str(self.doubt)
+        if self.outliers:
+            facts["outlier"] = (
+                f"row {', '.join(map(str, self.rows_outlying))}: hold it out, unless all others are wrong"
+            )
         return facts
 
     def case(self, periods: float = 40) -> Case:
@@ -223,9 +233,10 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     covariance = widen * inverse(slopes.T @ slopes)
     fitted = {*reasons[model.rows].tolist()}
     verdict, doubt = None, None if NOT_SETTLED in fitted else column_doubt(model, shares, residuals)
+    outliers = () if doubt or any(fitted) else outlying(model, residuals, slopes)
     if any(fitted):
         covariance, verdict = np.full_like(covariance, np.nan), Verdict.UNTRUSTED
-    elif doubt or improbable(model, float(np.sum(residuals**2))):
+    elif doubt or outliers or improbable(model, float(np.sum(residuals**2))):
         verdict = Verdict.DOUBTED
     parameters = [_parameter(model, k, shares, covariance, slopes, verdict) for k in range(unknowns)]
     own = np.array([parameter.value for parameter in parameters])
@@ -249,6 +260,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         rms={name: math.sqrt(_mean(left[name][model.rows] ** 2)) for name in table.measures},
         held_out=tuple(held.tolist()),
         doubt=doubt,
+        outliers=outliers,
         not_trusted=not_trusted,
         initial=dict(initial),
     )

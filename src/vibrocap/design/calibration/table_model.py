@@ -207,6 +207,27 @@ def improbable(model: TableModel, squares: float) -> bool:
     return squares >= sum(float(np.sum((value - np.mean(value)) ** 2)) for value in measured)
 
 
+def outlying(model: TableModel, residuals: np.ndarray, slopes: np.ndarray) -> tuple[int, ...]:
+    """Numbers of fitted rows that are farther from what the others say than chance explains (Bonferroni).
+
+        t = r (n/((1 - h) (s - r^2/(1 - h))))^(1/2)        externally studentised residual, Cook and Weisberg 1982
+
+    r, h: residual and its leverage; s: sum of all r^2; n: spare values without it. A thousandth of the column's own
+    deviation stands out of nothing.
+    """
+    from scipy.special import stdtr
+
+    base, sizes, _ = np.linalg.svd(slopes, full_matrices=False)
+    free = np.maximum(1.0 - np.sum(base[:, sizes > 1e-9 * sizes[0]] ** 2, axis=1), 1e-9)
+    spare = len(residuals) - slopes.shape[1] - 1
+    others = np.maximum(np.sum(residuals**2) - residuals**2 / free, 1e-300)
+    chances = 2.0 * stdtr(max(spare, 1), -np.abs(residuals) * np.sqrt(spare / (free * others)))
+    least = [1e-3 * np.std(model.table.targets[name]) / model.table.errors[name] for name in model.table.measures]
+    far = np.abs(residuals) > np.concatenate([column[model.rows] for column in least])
+    places = np.flatnonzero(far & (chances * len(residuals) < UNLIKELY)) % len(model.rows)
+    return tuple(np.unique(model.rows[places]).tolist())
+
+
 def soft(residuals: np.ndarray) -> np.ndarray:
     """Half a square, and linear where far off: few rows, or a motion that soon goes wrong, do not decide the start."""
     return np.sqrt(1.0 + residuals**2) - 1.0

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.design.search.goal import INFEASIBLE
-from vibrocap.design.search.population import Population, evaluated, population_of, together
+from vibrocap.design.search.population import Population, evaluated, not_run, population_of, together
 from vibrocap.design.search.problem import Problem
 from vibrocap.design.search.search_store import SearchStore
 
@@ -52,7 +52,7 @@ class Evaluations:
         if self.found and whole > (self.most if until is None else until):
             raise Spent
         number = len(self.found)
-        stored = self.store.read(number, designs) if self.store else None
+        stored = self.store.read(number, not_run(self.problem, designs)) if self.store else None
         population = population_of(self.problem, stored) if stored else evaluated(self.problem, designs, self.found)
         if self.store and stored is None:
             self.store.write(number, population.arrays())

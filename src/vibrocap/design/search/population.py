@@ -91,19 +91,25 @@ def together(problem: Problem, populations: list[Population]) -> Population:
     return population_of(problem, {name: np.concatenate([columns[name] for columns in every]) for name in every[0]})
 
 
+def not_run(problem: Problem, shares: np.ndarray) -> dict[str, np.ndarray]:
+    """The arrays of a population of designs [designs, variables] none of which has run."""
+    runs = len(shares), len(problem.starts) + 1
+    return {
+        "shares": shares,
+        "status": np.full(runs, REFUSED),
+        "settled": np.zeros(runs, dtype=bool),
+        "ends": np.full((*runs, len(problem.system.state_names)), np.nan),
+        **{name: np.full(runs, np.nan) for name in names(problem.measures)},
+    }
+
+
 def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] = ()) -> Population:
     """Run designs [designs, variables] from every start, until each run settles or its periods are over.
 
     known: populations of the search before this one, whose settled motions are starts too
     """
     starts = np.array([list(start.values()) for start in problem.starts])
-    runs, every = (len(shares), len(starts) + 1), np.arange(len(shares))
-    arrays = {
-        "status": np.full(runs, REFUSED),
-        "settled": np.zeros(runs, dtype=bool),
-        "ends": np.full((*runs, len(problem.system.state_names)), np.nan),
-        **{name: np.full(runs, np.nan) for name in names(problem.measures)},
-    }
+    arrays, every = not_run(problem, shares), np.arange(len(shares))
     _fill(problem, arrays, shares, every, np.tile(starts, (len(shares), 1, 1)), slice(0, len(starts)))
     population = population_of(problem, arrays)
     needing = np.flatnonzero(population.best_cost >= INFEASIBLE)
@@ -147,7 +153,6 @@ def _fill(
     columns: slice,
 ) -> None:
     """Run designs `which` from states begun [designs, starts, states], and write what they give into the columns."""
-    arrays["shares"] = shares
     values = problem.space.values(shares[which])
     for kinds, members in _by_kind(values, len(which)):
         system = varied(problem.system, kinds) if kinds else problem.system

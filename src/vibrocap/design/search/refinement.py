@@ -324,8 +324,13 @@ class ClosedDesigns:
         own, level = self.gradient(best), FLAT * max(abs(best.merit), 1e-12)
         if own is not None and vanishes(best.shares[moving], best.merit, own):
             return "nothing: the slopes vanish"
-        sides = [[self._slope(place, i, sign) for sign in (-1.0, 1.0)] for place, i in enumerate(map(int, moving))]
-        largest = max((abs(below + above) / 2.0 for below, above in sides if None not in (below, above)), default=0.0)  # type: ignore[operator]
+        pairs = [[self._slope(place, i, sign) for sign in (-1.0, 1.0)] for place, i in enumerate(map(int, moving))]
+        sides = np.array([pair for pair in pairs if None not in pair], dtype=float).reshape(-1, 2)
+        largest = float(np.max(np.abs(np.mean(sides, axis=1)), initial=0.0))
         if own is None and largest <= level:
             return "nothing: the slopes vanish, to the accuracy of differences"
+        goal = self.problem.goal
+        rises = sides if goal.maximise != (goal.size and best.found[goal.measure] < 0.0) else -sides
+        if len(sides) == len(moving) and np.all(rises[:, 0] >= -level) and np.all(rises[:, 1] <= level):
+            return f"a kink: {goal.measure} is worse on both sides in each variable"
         return f"nothing that is active: a slope of {largest / max(abs(best.merit), 1e-12):.2g} of it per range is left"

@@ -6,6 +6,7 @@ are run. The bytes are the same as those of a search that nothing interrupted.
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError
 from vibrocap.files import made_folder, replacing, write_text
 from vibrocap.inputs import read_own
+from vibrocap.records.reading.arrays import UNREADABLE_NPZ
 
 RECORD, POPULATIONS = "search.json", "populations"
 LARGEST = 2**28  # bytes of a file that is read
@@ -28,14 +30,15 @@ class SearchStore:
     def _file(self, number: int) -> Path:
         return self.folder / POPULATIONS / f"{number:05d}.npz"
 
-    def read(self, number: int, shares: np.ndarray) -> dict[str, np.ndarray] | None:
-        """The arrays of a population, if it is stored, whole, and of these designs."""
+    def read(self, number: int, like: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+        """The arrays of a population, if it is stored, whole, and of the same designs in the form of `like`."""
         try:
-            with np.load(self._file(number), allow_pickle=False) as stored:
+            with self._file(number).open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
-        except (OSError, ValueError, EOFError, KeyError):  # not there, or damaged: it is run again
+        except UNREADABLE_NPZ:  # not there, or damaged: it is run again
             return None
-        return arrays if np.array_equal(arrays.get("shares", ()), shares) else None
+        form, wanted = ({name: (x.shape, x.dtype) for name, x in of.items()} for of in (arrays, like))
+        return arrays if form == wanted and np.array_equal(arrays["shares"], like["shares"]) else None
 
     def write(self, number: int, arrays: dict[str, np.ndarray]) -> None:
         """Store the arrays of a population, whole or not at all."""

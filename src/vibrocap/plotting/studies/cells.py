@@ -9,13 +9,11 @@ import numpy as np
 
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import TRAVEL
 from vibrocap.plotting.studies.view import NOT_RUN, Panel, View, missing_label, status_label, value_label
 
 FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7
 MOST_TOGETHER = 3  # cells of no travel between travel one way and the other, that are a passage through zero
-FAST = 0.1  # natural velocities: more than machines travel with
 CROWDED = 0.1  # share of a scale below the median, under which it is logarithmic
 MOST_DECADES = 1e3  # largest over least value of a logarithmic scale
 # (percentile, how many times farther from the median the largest value is) where a scale ends before the largest
@@ -44,13 +42,6 @@ def cells(view: View, panel: Panel) -> np.ndarray:
         if view.points is None and still.ndim == 2:
             still &= ~_changes_sign(panel.values, still)
         kinds[still] = Cell.NO_TRAVEL
-    elif view.measure == "cost_of_transport":  # per rounding errors of a travel there is none
-        travel = next((panel.other(name) for name in TRAVEL if name in panel.dataset), None)
-        if travel is None:  # that of the cheapest run is at most `FAST`, and all works are alike
-            least = min(np.min(part.values[np.isfinite(part.values)], initial=np.inf) for part in view.panels)
-            with np.errstate(all="ignore"):
-                travel = FAST * least / panel.values
-        kinds[np.abs(travel) <= view.dead_band] = Cell.INFINITE
     if panel.values.dtype.kind == "f":
         kinds[np.isnan(panel.values)] = Cell.NO_VALUE
         nothing = panel.values == 0.0 if view.measure == "response_period" else np.isnan(panel.values)

@@ -18,6 +18,7 @@ from vibrocap.records.reading.columns import Table, quantity_of
 NAMES_KEY = "columns"  # the array that names the columns of two-dimensional ones
 MOST_BYTES = 2**30  # of a file's content in memory; a small file can claim to unpack to any size
 UNREADABLE = (ValueError, TypeError, OSError, IndexError, EOFError, MemoryError)  # what readers raise on damage
+UNREADABLE_NPZ = (*UNREADABLE, KeyError, RuntimeError, zipfile.BadZipFile, zlib.error)
 
 
 def npz_tables(path: Path) -> list[Table]:
@@ -30,7 +31,7 @@ def npz_tables(path: Path) -> list[Table]:
             arrays = {name: archive[name] for name in archive.files}
     except RecordError:
         raise
-    except (*UNREADABLE, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+    except UNREADABLE_NPZ as error:
         reason = "holds Python objects" if "allow_pickle" in str(error) else "cannot be read as .npz"
         raise RecordError([f"{reason}; should be written by numpy.savez from arrays of numbers"], str(path)) from None
     return tables_of(arrays, path)
