@@ -54,19 +54,6 @@ def test_sets_are_told_apart_by_where_their_marks_lie():
 # --- settled runs, in plain Python -----------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def twins():
-    """Map of a capsule that travels, and states at the marks near both of its orbits."""
-    map_ = StroboscopicMap(capsule(vc.Exponential()), 1e-10, threads=1, plain=True)
-    with np.errstate(all="ignore"):
-        start = np.array([[0.61055219, 1.50592954, 0.0, 0.2974614]])
-        for _ in range(4):
-            start = map_.images(start, map_.parameters()[None], tangents=False).state
-        start[0, 2] = 0.0
-        mirrored = map_.mirrored_half(start, map_.parameters()[None], tangents=False).state
-    return map_, start[0], mirrored[0]
-
-
 def test_settled_runs_near_orbits_that_are_known_are_theirs_without_shooting(monkeypatch):
     """That of the nearer one of two, and of none where both are farther than what counts as settled."""
     monkeypatch.setattr(attractor_matching, "closed", None)

@@ -73,5 +73,6 @@ def test_rows_have_names_and_refuse_what_is_none():
         vc.block_row(21)
     with pytest.raises(ValueError, match="normal_load: should be > 0 of one block at least, got 0 for all 2"):
         vc.TwoBlockRow(normal_load=0.0, normal_load_2=0.0)
+    assert vc.TwoBlockRow(normal_load=0.0).normal_load_2 == 1.0
     with pytest.raises(ArgumentError, match=r"machine\.normal_load_2 should be > 0 with the lugre law, got 0"):
         vc.System(vc.TwoBlockRow(normal_load_2=0.0), vc.LuGre(), STILL)

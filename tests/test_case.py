@@ -173,23 +173,17 @@ def test_complaint_names_the_field_and_what_would_be_right(section, line, expect
         ('law = "exponential"', "", "friction.law: is missing; should be 'bouc-wen' or 'coulomb'"),
         ('waveform = "harmonic"', 'waveform = "sine"', "drive.waveform: no waveform is called 'sine'"),
         ('kind = "pendulum-capsule"', 'kind = "pendulum_capsule"', "machine.kind: no kind is called"),
+        ('law = "exponential"', 'law = "lugre"\nstribeck_exponent = 1e308', "should be at most 1e+06, got 1e+308"),
+        (
+            '[friction]\nlaw = "exponential"', 'normal_load = 0\n[friction]\nlaw = "lugre"',
+            "machine.normal_load: should be > 0 with the lugre law, got 0",
+        ),
     ],
 )  # fmt: skip
-def test_unknown_and_missing_parts(given, wanted, expected):
+def test_unknown_and_missing_parts_and_what_a_law_refuses(given, wanted, expected):
     found = complaints(PLAIN.replace(given, wanted))
     assert len(found) == 1
     assert expected in found[0]
-
-
-def test_an_exponent_beyond_all_bounds_is_refused():
-    """Twice that stood in the text of the kernel as inf."""
-    text = with_line("friction", "stribeck_exponent = 1e308", PLAIN.replace("exponential", "lugre"))
-    assert complaints(text) == ("friction.stribeck_exponent: should be at most 1e+06, got 1e+308",)
-
-
-def test_lugre_needs_a_load():
-    text = with_line("machine", "normal_load = 0", PLAIN.replace("exponential", "lugre"))
-    assert complaints(text) == ("machine.normal_load: should be > 0 with the lugre law, got 0",)
 
 
 def test_every_complaint_at_once():

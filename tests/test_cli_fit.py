@@ -386,11 +386,8 @@ def test_bounds_of_a_parameter_hold_it(folder, capsys):
     assert 0.01 <= level["value"]["value"] <= 0.02
 
 
-def test_a_file_is_needed(folder, capsys):
+def test_files_are_needed_and_given_once(folder, capsys):
     assert "DATA: give at least one file" in refused(capsys, *STEADY)
-
-
-def test_a_file_is_given_once(folder, capsys):
     assert "DATA: wide.csv is given twice" in refused(capsys, "wide.csv", "wide.csv", *STEADY)
     assert "none.csv: no such file" in refused(capsys, "none.csv", *STEADY)
 

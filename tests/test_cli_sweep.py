@@ -18,8 +18,7 @@ import interrupts
 from cases import SETTLED as CASE
 from cases import command, refused
 from vibrocap.arguments import Complaints
-from vibrocap.case.case import CaseError, read_case
-from vibrocap.cli.sweep_request import read_cases
+from vibrocap.case.case import read_case
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, TimeLeft, duration
 from vibrocap.cli.texts import pairs
 from vibrocap.measures.during_run import measure_table
@@ -186,12 +185,6 @@ def test_pairs_of_an_option():
         "--over a: is given twice",
         *(f"--over {text}: should be PATH=VALUES" for text in ("b", "c=", "=1")),
     ]
-
-
-def test_table_of_cases_that_is_not_there():
-    with pytest.raises(CaseError) as caught:
-        read_cases(Path("nowhere.csv"))
-    assert caught.value.complaints == ("--cases: nowhere.csv: No such file or directory",)
 
 
 # --- wrong input -----------------------------------------------------------------------------------------------------

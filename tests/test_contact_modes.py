@@ -274,10 +274,6 @@ def test_bristles_without_drive_come_to_rest():
 # --- a law with a static and a lower kinetic level -------------------------------------------------------------------
 
 
-def stick_slip_on(law):
-    return vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
-
-
 # --- a velocity that jumps -------------------------------------------------------------------------------------------
 
 

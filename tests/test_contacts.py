@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.motion.recording.equations import equations
 
 
 def crawler(*further, **given):
@@ -94,6 +95,7 @@ def test_laws_of_contacts_stand_in_a_list():
     gap = vc.System(machine, (first, None, third), drive)
     assert vc.System(machine, [first, None, None], drive) == vc.System(machine, [first], drive) == alone
     assert len({alone, every, gap, vc.System(machine, [first, second], drive)}) == 4
+    assert equations(gap) is not equations(vc.System(machine, [first, third], drive))  # as many laws of the same kinds
     assert (every.friction, every.further) == (first, (second, third))
     assert [each.laws[1:] for each in (alone, every, gap)] == [(first, first), (second, third), (first, third)]
     assert list(every.parts) == ["machine", "friction", "drive", "friction_2", "friction_3"]

@@ -24,7 +24,6 @@ from vibrocap.physics.parameters import ParameterError
 ROUNDING = 1e-13
 G = 9.81
 EVERYTHING = {"inclination": -0.11, "linear_drag": 0.15, "quadratic_drag": 0.3, "force": 0.07}
-START = {"angle": 0.2}
 
 
 def capsule(load="weight", law=None, amplitude=1.8, mass_ratio=2.5, drive=None, **environment):

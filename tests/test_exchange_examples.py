@@ -25,7 +25,6 @@ ZIG = [sys.executable, "-m", "ziglang", "cc"] if importlib.util.find_spec("zigla
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not GCC, reason="no gcc is installed")]
 
-STATES = 4  # angle, angle rate, position, velocity
 CODE, MEMORY = 30_000, 8 * 1024  # bytes of a Cortex-M7 that a capsule may take
 
 

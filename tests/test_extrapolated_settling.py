@@ -123,7 +123,6 @@ def faulty(given, *faults):
 
 
 CHECK = "if multipliers_within(floats, rank, left / (away + left)):"
-RETURNS = "if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:"
 CONVERGES = (
     "if difference(floats, MARKS, lane, mark, mark - 1) "
     "> difference(floats, MARKS, lane, mark - RANK, mark - RANK - 1):"

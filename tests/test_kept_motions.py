@@ -129,15 +129,6 @@ def test_a_motion_within_another_has_its_own_trace(monkeypatch):
     assert all(same(each, inner) for each in within)
 
 
-def test_motions_of_a_generator_may_be_interleaved():
-    def motions(system):
-        for periods in (1, 2, 3):
-            yield moved(system, periods)
-
-    together = [each for pair in zip(motions(EM), motions(ROW), strict=True) for each in pair]
-    assert same(together, [moved(system, periods) for periods in (1, 2, 3) for system in (EM, ROW)])
-
-
 def test_a_motion_that_is_given_up_leaves_the_next_as_it_is():
     wanted = moved(EM)
 

@@ -20,7 +20,6 @@ from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.parameters import parameter_table
 
 EPSILON = float(np.finfo(float).eps)
-SAMPLES = 25
 each_law = pytest.mark.parametrize("law", LAWS, ids=LAW_NAMES)
 each_dynamic_law = pytest.mark.parametrize(
     "law",

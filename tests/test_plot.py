@@ -427,6 +427,16 @@ def test_loads_and_rests_of_every_contact_are_drawn():
         assert scene.state.get_color() == OUTLINE
 
 
+@pytest.mark.slow
+def test_head_of_a_sheet_stays_on_the_page():
+    system = vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Biharmonic())
+    for figure in (vc.figure(vc.simulate(system, periods=2)), vc.figure(vc.MaxwellSlip())):
+        figure.canvas.draw()
+        box = figure._suptitle.get_window_extent()
+        assert box.x1 < figure.bbox.x1
+        assert box.y0 > max(ax.get_tightbbox().y1 for ax in figure.axes)
+
+
 def test_symbols_are_set_as_mathematics():
     for symbol, text in (
         ("eta_c", r"$\eta_{c}$"), ("delta0", r"$\delta_{0}$"), ("lambda", r"$\lambda$"), ("h", "$h$"),

@@ -29,7 +29,6 @@ from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
 TABLE = json.loads(Path(__file__).with_name("sharp_powers.json").read_text(encoding="utf-8"))
-TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 STEPS = 30.0  # tolerances, times what a shift of the start grows to
 SHARE = 1.0 / 3.0  # of the error that an estimate of it has at least
 EXACT = (1e-13, 1e-14)  # of the independent solver

@@ -26,7 +26,6 @@ SETTINGS = {
     "max_events_per_period": 10_000,
     "max_steps": 50_000_000,
 }
-MEASURES = ("mean_velocity", "drift")
 OVER = {"machine.mass_ratio": "1:2:3", "initial.angle": [0.1, 0.2]}
 
 

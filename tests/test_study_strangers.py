@@ -12,16 +12,8 @@ import pytest
 import zarr
 
 from cases import refused
-from vibrocap import (
-    Exponential,
-    Harmonic,
-    Measure,
-    PendulumCapsule,
-    System,
-    open_study,
-    verify_study,
-    write_study,
-)
+from test_study_integrity import stored
+from vibrocap import Measure, open_study, verify_study, write_study
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.main import main
 from vibrocap.studies.store import places
@@ -32,26 +24,17 @@ from vibrocap.studies.store.writing import Lock
 from vibrocap.studies.store.zarr_form import first_places
 from vibrocap.studies.sweep import sweep
 
-SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
-OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:6"}
 IN_SI = Path(__file__).parents[1] / "examples" / "bench-in-si.toml"
-CASE = str(Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml")
 
 
 pytestmark = pytest.mark.usefixtures("cheap")
-
-
-def stored(out, **changes):
-    return sweep(
-        SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence"), "out": out, "tile_runs": 20} | changes
-    )
 
 
 @pytest.fixture
 def study(tmp_path, tmp_path_factory):
     getbasetemp = tmp_path_factory.getbasetemp() / "study-of-strangers"
     if not getbasetemp.exists():
-        stored(getbasetemp)
+        stored(getbasetemp, tile_runs=20)
     return Path(shutil.copytree(getbasetemp, tmp_path / "study"))
 
 
@@ -97,7 +80,7 @@ def refused_everywhere(study, capsys, said):
         with pytest.raises(CaseError, match=said):
             read(study)
     with pytest.raises(CaseError, match=said):
-        stored(study, resume=True)
+        stored(study, tile_runs=20, resume=True)
     assert main(["plot", str(study)]) == 2
     assert main(["sweep", str(study), "--verify"]) == 2
     assert "Traceback" not in capsys.readouterr().err

@@ -131,7 +131,3 @@ def test_processes_that_die_cost_their_tiles_only(tmp_path):
     assert listening == []
     assert multiprocessing.active_children() == []
     assert files(tmp_path / "a") == files(tmp_path / "b")
-
-
-def dying(*_, **__):
-    os._exit(9)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from test_case import complaints
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
@@ -53,12 +54,6 @@ def place(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("si.toml").write_text(CASE, encoding="utf-8")
     return tmp_path
-
-
-def complaints(text):
-    with pytest.raises(CaseError) as caught:
-        case_from_text(text)
-    return caught.value.complaints
 
 
 def without(text, case=CASE):
