@@ -232,6 +232,15 @@ def test_every_piece_of_evidence_has_a_bound_and_a_verdict():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("amplitude", "names"), [(1e-6, []), (1e-12, ["displacement", "displacement rate"])])
+def test_what_moves_by_little_more_than_its_error_is_named(amplitude, names):
+    """A capsule that rests under a drive of the size of the tolerance; its inner mass moved by noise, certified."""
+    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(amplitude, 0.8))
+    warnings = vc.simulate(system, periods=20).certificate.warnings
+    assert len(warnings) == len(names)
+    assert all(f"the error of {name} is 0." in words for name, words in zip(names, warnings, strict=True))
+
+
 def test_states_that_jump_at_events_are_not_compared():
     """The engagement of a bristle jumps by 1 where one of two runs is through an event and the other is not yet."""
     system = vc.System(vc.Oscillator(belt_speed=0.1), vc.ElastoPlastic(), vc.Harmonic(amplitude=0.7, frequency=0.9))

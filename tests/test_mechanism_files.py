@@ -148,6 +148,24 @@ def test_weight_is_that_of_the_gravity_of_the_description_though_nothing_rises(l
     assert stick.state["position"] == pytest.approx(0.5 / deceleration, rel=1e-12)
 
 
+def test_what_moves_by_nanometres_is_as_accurate_as_what_moves_by_metres():
+    """The natural size of a length in SI is what its weight gives it, 3e-7 m here; with 1 m the place was 1.5e-5 off."""
+    tables = tomllib.loads(SLED)
+    tables["machine"] = {"kind": "mechanism", "mass_kg": 0.03, "stiffness_N_per_m": 1e6, "load_N": 2e-4}
+    tables["mechanism"]["parameters"] |= {
+        "stiffness": {"role": "stiffness", "symbol": "k", "meaning": "flexure"},
+        "load": {"role": "load", "symbol": "N", "meaning": "load"},
+    }
+    tables["mechanism"]["spring"] = [{"stiffness": "stiffness", "stretch": "position"}]
+    tables["mechanism"]["contact"][0]["load"] = "load"
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.15, "static_coefficient": 0.2}
+    tables["drive"] = {"waveform": "square", "amplitude_N": 1e-3, "frequency_Hz": 50.0}
+    case = case_from_dict(tables)
+    assert case.system.scales() == pytest.approx((2.94e-7, 0.0017), rel=0.02)
+    ends = [vc.simulate(case, periods=3, tolerance=tolerance).sections[-1] for tolerance in (1e-9, 1e-13)]
+    assert np.max(np.abs(ends[0] - ends[1]) / (1e-9, 6e-6)) < 1e-6  # of the largest place and speed
+
+
 def test_a_body_that_a_plate_lifts_weighs_though_its_load_is_given():
     """N = m (g - b w^2 cos(w t)) stands beside the load that is given, and does not warn of a lift-off that is none."""
     tables = tomllib.loads(SLED)

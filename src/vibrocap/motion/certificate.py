@@ -44,7 +44,7 @@ class Certificate:
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `failures`: those beyond it, in words; `ok` without any.
     finished: whether the motion went to its end; one that did not is never certified.
-    warnings: faults of the model, not of the computation: a constant load that hides a lift-off.
+    warnings: what its equations hide or an error covers: a constant load that hides a lift-off, states that move little.
     """
 
     stick_force_ratio: float | None

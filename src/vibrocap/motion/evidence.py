@@ -28,6 +28,7 @@ BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
 EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
 EPSILON = float(np.finfo(float).eps)
 ROUNDING = 64 * EPSILON  # of a velocity at rest, over the largest one or 1
+KNOWN = 1e-3  # of what a state moves by: an error beyond it leaves less than three digits
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
 
 
@@ -73,7 +74,8 @@ def certificate(
     energy_residual, momentum_residual = (float(np.max(np.abs(verdict), initial=0.0)) for verdict in (balance, impulse))
     ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
     defect = _defect(motion, observed, scales, DEFECT_BOUND * tolerance)
-    estimate = tighter and _estimated_error(motion, recorded, tighter, scales, ratio_of_tolerances)
+    of_states = tighter and _estimated_errors(motion, recorded, tighter, 1.0 / (1.0 - ratio_of_tolerances))
+    estimate = None if of_states is None else float(np.max(of_states / scales))
     event_velocity, verdicts = recorded.contact_residual, []
 
     def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
@@ -124,7 +126,7 @@ def certificate(
         defect=defect,
         verdicts=tuple(verdicts),
         least_reaction=reaction,
-        warnings=(*warnings, *_shared_rest(motion)),
+        warnings=(*warnings, *_shared_rest(motion), *_barely_known(motion, starts[0], of_states, scales)),
     )
 
 
@@ -343,23 +345,35 @@ def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarr
     return left
 
 
-def _estimated_error(
-    motion: Trajectory, recorded: Recorded, tighter: Recorded, scales: np.ndarray, ratio_of_tolerances: float
-) -> float | None:
-    """Error of a run from a tighter one, at the period marks that both reached, and at the end if both did.
+def _estimated_errors(motion: Trajectory, recorded: Recorded, tighter: Recorded, share: float) -> np.ndarray | None:
+    """Error of each state from a tighter run, at the period marks that both reached, and at the end if both did.
 
     Of states that only events change, nothing: they jump at instants that are an error apart.
-    ratio_of_tolerances: the share of the error that the tighter run has, too
+    share: the error over the difference, as the tighter run has an error too
     """
-    switched = motion.system.switched
-    kept = [i for i, name in enumerate(motion.state_names) if name not in switched]
     count = min(len(recorded.sections), len(tighter.sections))
     differences = list(recorded.sections[1:count] - tighter.sections[1:count])
     if recorded.status == tighter.status == codes.DONE:
         differences.append(recorded.final - tighter.final)
     if not differences:
         return None
-    return float(np.max((np.abs(differences) / scales)[:, kept])) / (1.0 - ratio_of_tolerances)
+    smooth = [name not in motion.system.switched for name in motion.state_names]
+    return share * np.where(smooth, np.max(np.abs(differences), axis=0), 0.0)
+
+
+def _barely_known(
+    motion: Trajectory, states: np.ndarray, errors: np.ndarray | None, scales: np.ndarray
+) -> tuple[str, ...]:
+    """What is to be said of states whose error is not small against all that they move by."""
+    moved = np.ptp(states, axis=1)
+    if errors is None:
+        return ()
+    return tuple(
+        f"the error of {name.replace('_', ' ')} is {error / move:.1g} of all that it moves by, "
+        f"{_in_units(motion, name, move)}: a tighter tolerance or a shorter run tells more"
+        for name, move, error, scale in zip(motion.state_names, moved, errors, scales, strict=True)
+        if move > LEAST_TOLERANCE * scale and error > KNOWN * move
+    )
 
 
 def _at_marks(values: np.ndarray) -> np.ndarray:

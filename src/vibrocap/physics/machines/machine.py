@@ -9,7 +9,13 @@ from types import FunctionType
 from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
-from vibrocap.physics.dimensions.scales import FreeScales, Scales
+from vibrocap.physics.dimensions.scales import (
+    STANDARD_GRAVITY_M_PER_S2,
+    FreeScales,
+    Scales,
+    SIScales,
+    oscillation,
+)
 from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, whole_pattern
 from vibrocap.physics.mechanics.formulas import numbers_in
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
@@ -253,8 +259,18 @@ class Machine(Part):
     # --- what a class may say itself ---------------------------------------------------------------------------------
 
     def scales(self, time=1.0):
-        """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
-        return (1.0,) * len(self.states)
+        """Natural size of each state, over which its error is measured, under a drive with the period `time`.
+
+        1; in SI of lengths and speeds what the weight of all bodies gives them on all springs, where that is less.
+        """
+        sizes: dict[str, Any] = dict.fromkeys(self.states, 1.0)
+        if self.si_scales is SIScales:
+            mass, stiffness = self.evaluated("straight")
+            moved = oscillation(mass, stiffness, mass * STANDARD_GRAVITY_M_PER_S2, time)
+            for place, rate in self.coordinates.items():
+                if self.all_coordinates[place].unit == "m":
+                    sizes |= zip((place, rate), (size / (1.0 + size) for size in moved), strict=True)
+        return tuple(sizes.values())
 
     def effort_scale(self):
         """Natural size of the force or torque of a drive, over which the error of an actuator's is measured."""

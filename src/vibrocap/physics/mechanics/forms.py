@@ -1,6 +1,7 @@
 """The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
 
 import inspect
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -9,11 +10,11 @@ from vibrocap.physics.mechanics.dead_points import loose, pivots
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program, affine
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
-from vibrocap.physics.mechanics.parts import is_word
+from vibrocap.physics.mechanics.parts import as_sum, is_word
 from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, places_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, switch_events
-from vibrocap.physics.mechanics.sums import Sum
+from vibrocap.physics.mechanics.sums import Sum, total, written
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.physics.parameters import bounds, parameter_table
 
@@ -102,6 +103,15 @@ class Form:
         loads = (reaction and (*affine(reaction[0], (effort,)), *reaction[1:]) for reaction in reactions)
         return rates, tuple(loads)
 
+    def straight(self) -> tuple:
+        """(mass of all bodies, stiffness of all springs along coordinates that are lengths)."""
+        derived, stiffness = self.derived, Sum()
+        for name, spring in itertools.product(derived.names, derived.springs):
+            slope = derived.stretches[id(spring)].slope(name)
+            if self.kind.all_coordinates[name].unit == "m" and slope.number is not None:
+                stiffness = stiffness + as_sum(spring.stiffness) * (slope * slope)
+        return written(total(as_sum(m.mass) for m in derived.masses)), written(stiffness)
+
     def outcomes(self) -> tuple:
         number, states_after = dict(self.kind.stops), []
         for outcome in outcomes(self.derived):
@@ -117,6 +127,7 @@ JUDGED = ("mirror", "free", "numbers", "places")  # results that are no part of 
 RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `Derivation` by their own name
     "rates": Form.rates,
     "powers": Form.powers,
+    "straight": Form.straight,
     "effects": Form.effects,
     "after_switch": Form.outcomes,
     "scene": lambda form: tuple(map(fields_of, scene_of(form.derived))),
