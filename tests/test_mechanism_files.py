@@ -149,7 +149,7 @@ def test_weight_is_that_of_the_gravity_of_the_description_though_nothing_rises(l
 
 
 def test_what_moves_by_nanometres_is_as_accurate_as_what_moves_by_metres():
-    """The natural size of a length in SI is what its weight gives it, 3e-7 m here; with 1 m the place was 1.5e-5 off."""
+    """The natural size of a length in SI is what its weight gives it, 3e-7 m here; with 1 m it was 1.5e-5 off."""
     tables = tomllib.loads(SLED)
     tables["machine"] = {"kind": "mechanism", "mass_kg": 0.03, "stiffness_N_per_m": 1e6, "load_N": 2e-4}
     tables["mechanism"]["parameters"] |= {

@@ -44,7 +44,7 @@ class Certificate:
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `failures`: those beyond it, in words; `ok` without any.
     finished: whether the motion went to its end; one that did not is never certified.
-    warnings: what its equations hide or an error covers: a constant load that hides a lift-off, states that move little.
+    warnings: what the equations hide or an error covers: a lift-off under a constant load, states that hardly move.
     """
 
     stick_force_ratio: float | None
