@@ -106,6 +106,20 @@ def test_stable_motions_that_end_at_a_fold_say_so_and_what_follows(folded):
 
 
 @pytest.mark.slow
+def test_a_torus_is_born_below_a_speed_of_the_belt():
+    """Steady sliding that is shaken: the place is that of an event solver of its own, in long double."""
+    law, drive = vc.Exponential(0.5, 1.0, 2.0), vc.Harmonic(amplitude=0.1, frequency=1.37)
+    belt = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.2), law, drive)
+    diagram = vc.branches(belt, "machine.belt_speed", (1.1, 1.25), initial={"position": 0.5, "sliding_velocity": -1.2})
+    (torus,) = diagram.branches[0].special_points
+    assert (torus.kind, torus.stability) == (SpecialKind.NEIMARK_SACKER, "gained")
+    assert torus.parameter == pytest.approx(1.1634213253728, abs=1e-11)
+    assert torus.multipliers[0] == pytest.approx(-0.12629694 + 0.99199248j, abs=1e-8)
+    ends = "(Neimark-Sacker); beyond it a simulation leads to a motion that does not settle"
+    assert f"[0] is stable down to machine.belt_speed = 1.163421325 {ends}" in str(diagram)
+
+
+@pytest.mark.slow
 def test_what_cannot_be_run_beyond_is_named(tmp_path, capsys):
     """Driven harder the capsule lifts off, which ends the branch."""
     light = vc.System(

@@ -115,7 +115,10 @@ class BranchDiagram(Result):
         for transition in self.transitions:
             edge = f"{self.over} = {said(transition.parameter, unit)} ({transition.why})"
             onward = f"beyond it a simulation leads to {transition.leads_to}"
-            lines.append(f"[{transition.branch}] is stable up to {edge}; {onward}")
+            own, point = self.branches[transition.branch], transition.point
+            inner = point + (1 if np.any(own.stable[point + 1 : point + 2]) else -1)
+            way = "down" if own.parameter[point] < own.parameter[inner] else "up"
+            lines.append(f"[{transition.branch}] is stable {way} to {edge}; {onward}")
         return "\n".join(lines)
 
 
