@@ -53,7 +53,8 @@ class Interval(NamedTuple):
             low, high = (number(end, 4) if math.isfinite(end) else "open" for end in (self.low, self.high))
             text += f"  [{low}, {high}]"
         words = text.replace("-", "\N{MINUS SIGN}") + ("" if self.firm else f"  {self.verdict}")
-        return filled(f"{self.name}: {words}", _letters()) if page().narrow else words
+        letters = round(LETTERS_PER_INCH * page().width_or(0.0))
+        return filled(f"{self.name}: {words}", letters) if page().narrow else words
 
 
 def intervals(result: Fit | Calibration) -> list[Interval]:
@@ -121,10 +122,6 @@ def forest(ax: Axes, rows: Sequence[Interval]) -> None:
     ax.set(xlim=(-widest, widest), ylim=(-0.6, len(rows) - 0.4 + 0.3 * page().narrow))
     ax.set_xlabel("95 % interval about the fitted value [%]")
     ax.set_title("Parameters: green and filled where the data determine them")
-
-
-def _letters() -> int:
-    return round(LETTERS_PER_INCH * page().width_or(0.0))
 
 
 def _scale(rows: Sequence[Interval]) -> tuple[float, float]:

@@ -113,7 +113,8 @@ def _not_increasing(time: np.ndarray, place: Callable[[int], str]) -> list[str]:
     also = f" ({count:,} such places)" if count > 1 else ""
     return [
         f"time: {what} at {place(at)}{also}: {time[at]:.10g} after {time[at - 1]:.10g}; should increase strictly: "
-        "sort the samples, drop repeated ones, or split records that follow each other"
+        "sort the samples, drop repeated ones, split records that follow each other, or give the sampling rate of a "
+        "clock that is too coarse"
     ]
 
 
