@@ -36,6 +36,15 @@ def test_lugre_on_the_rotary_damper(damper):
 
 
 @pytest.mark.slow
+def test_bouc_wen_behind_a_joint_on_the_rotary_damper(damper):
+    """12.0 % with five parameters, of all samples; LuGre's eight leave 13.7 %."""
+    harmonic = [record.thinned(4) for record in damper if record.name != EARTHQUAKE]
+    one = fit(harmonic, "backlash-anisotropic-bouc-wen", starts=1, intervals="covariance")
+    assert (one.relative_rmse, len(one.free)) == (pytest.approx(0.1202, abs=0.001), 5)
+    assert one["gap"].value == pytest.approx(6.46e-3, rel=0.02)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("intervals", ["covariance", pytest.param("profile", marks=pytest.mark.exhaustive)])
 def test_basalt_with_the_spring_as_measured(basalt, intervals):
     """The published a, b and D_c lie within the intervals where the machine's spring is that of the initial rise."""

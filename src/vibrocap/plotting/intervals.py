@@ -18,7 +18,7 @@ NEGLIGIBLE = 1e-4  # of its larger end: a value that is as good as zero has no p
 WIDEST = 10.0  # of a parameter's value: what is shown of an interval
 
 
-class Interval(NamedTuple):
+class DrawnInterval(NamedTuple):
     """A parameter with the 95 % interval [low, high]: infinite where it is open, NaN where it is not known."""
 
     name: str
@@ -57,7 +57,7 @@ class Interval(NamedTuple):
         return filled(f"{self.name}: {words}", letters) if page().narrow else words
 
 
-def intervals(result: Fit | Calibration) -> list[Interval]:
+def intervals(result: Fit | Calibration) -> list[DrawnInterval]:
     """Those of all parameters that were searched."""
     if isinstance(result, Calibration):
         names = [parameter.path.replace(",", ", ") for parameter in result.parameters]
@@ -66,7 +66,7 @@ def intervals(result: Fit | Calibration) -> list[Interval]:
         names = [parameter.name.replace("_", " ") for parameter in result.parameters]
         units = [parameter.unit for parameter in result.parameters]
     every = [
-        Interval(name, p.value, p.low, p.high, whole(unit), p.verdict)
+        DrawnInterval(name, p.value, p.low, p.high, whole(unit), p.verdict)
         for name, unit, p in zip(names, units, result.parameters, strict=True)
     ]
     return [interval for interval in every if interval.verdict != Verdict.HELD]
@@ -84,13 +84,13 @@ def draw_intervals(result: Fit | Calibration, *, ax: Axes | None = None) -> Axes
     return ax
 
 
-def forest_height(rows: Sequence[Interval]) -> float:
+def forest_height(rows: Sequence[DrawnInterval]) -> float:
     """Inches that `forest` takes; in a column its words stand above the intervals."""
     lines = max((row.words.count("\n") + 1 for row in rows), default=1)
     return 0.9 + len(rows) * (0.22 + 0.12 * lines if page().narrow else 0.24)
 
 
-def forest(ax: Axes, rows: Sequence[Interval]) -> None:
+def forest(ax: Axes, rows: Sequence[DrawnInterval]) -> None:
     """The interval of each parameter about its value; arrows where the data leave an end open."""
     linear, widest = _scale(rows)
     for place, row in zip(range(len(rows))[::-1], rows, strict=True):
@@ -124,7 +124,7 @@ def forest(ax: Axes, rows: Sequence[Interval]) -> None:
     ax.set_title("Parameters: green and filled where the data determine them")
 
 
-def _scale(rows: Sequence[Interval]) -> tuple[float, float]:
+def _scale(rows: Sequence[DrawnInterval]) -> tuple[float, float]:
     """(end of the linear part, end of the scale) in percent: powers of ten about all closed ends."""
     sizes = [100.0 * abs(end) for row in rows if row.has_size for end in row.ends if 0.0 < abs(end) <= WIDEST]
     low, high = min(sizes, default=1.0), max(sizes, default=1.0)
