@@ -388,7 +388,10 @@ def test_film_of_a_case_in_si_is_in_seconds():
     )
     scene = Scene(computed(motion), np.array([0.5, 0.75]) * computed(motion).end)
     scene.show(1)
-    assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {0.75 * motion.end:.2f} s"
+    time, place = scene.clock.get_text().splitlines()[:2]
+    assert time == f"time $t$ = {0.75 * motion.end:.3f} s"  # a thousandth of the period is seen
+    shown = float(place.removeprefix("position $X$ = ").removesuffix(" m"))
+    assert abs(shown - scene.position[1] * 0.25) <= 0.5e-3 * 0.25 * np.ptp(scene.position)
 
 
 @pytest.mark.slow

@@ -224,11 +224,13 @@ class Scene:
         if not equations(self.motion.system).timed:
             clock = rf"time $\tau$ = {time:.2f}"
         if self.motion.system.units is not None:
-            clock = f"time $t$ = {time * scale('time', self.motion.system):.2f} s"
-        lines = [clock, f"position $X$ = {position * size:+.3f}{unit}"]
+            seconds = scale("time", self.motion.system)
+            clock = f"time $t$ = {time * seconds:.{_decimals(self.motion.period * seconds, 2)}f} s"
+        decimals = _decimals(float(np.ptp(self.position)) * size, 3)
+        lines = [clock, f"position $X$ = {position * size:+.{decimals}f}{unit}"]
         if earlier >= 0.0 and self.motion.system.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0]
-            lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
+            lines.append(f"drift over the last period = {drift * size:+.{decimals + 1}f}{unit}")
         loads = [self._shown_load(i, float(load[number]), feet[i] - camera) for i, load in self.loads.items()]
         if loads:
             self.load_words.set_text("\n".join(loads[:MOST_NAMED]))
@@ -254,6 +256,11 @@ class Scene:
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.loads()[contact - 1]) * size:.4g}{unit}"
         return words + ("\nthe ground would have to pull" if shown < 0.0 else "")
+
+
+def _decimals(range_: float, least: int) -> int:
+    """How many decimals show a thousandth of a range, at least so many; of picometres and less that is rounding."""
+    return max(least, 3 - math.floor(math.log10(range_))) if range_ > 1e-12 else least
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
