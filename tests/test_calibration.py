@@ -1,6 +1,7 @@
 """Calibration: known parameters from synthetic laboratories, what a table does not tell, wrong columns, bad tables."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -331,6 +332,15 @@ def test_files_that_are_no_such_table_are_named(tmp_path, text, said):
 def test_bad_questions_are_named_before_any_work(bench, asked, said):
     with pytest.raises(CaseError, match=said):
         vc.calibrate(bench, ANY_TABLE, **({"over": WITHIN} | asked))
+
+
+def test_conditions_in_si_say_their_unit(capsys, tmp_path):
+    text = Path("examples/bench-in-si-speeds.csv").read_text(encoding="utf-8")
+    (tmp_path / "speeds.csv").write_text(text.replace("frequency_Hz", "frequency"), encoding="utf-8")
+    asked = ["calibrate", "examples/bench-in-si.toml", "--to", str(tmp_path / "speeds.csv")]
+    assert main([*asked, "--over", "friction.coulomb_coefficient=0.02:0.2"]) == 2
+    said = "drive.frequency: has no unit in a case in SI; give drive.frequency_Hz"
+    assert said in " ".join(capsys.readouterr().err.split())
 
 
 def test_picture_of_rows_residuals_and_intervals(bench):

@@ -23,6 +23,7 @@ from vibrocap.design.search.refinement import ClosedDesigns
 from vibrocap.design.search.uncertainty import CRITERIA, Samples, sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.studies.plan.designs import Range
+from vibrocap.studies.plan.runs import Column
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -753,6 +754,14 @@ def test_slopes_across_a_jump_are_left_out_and_the_jump_is_named(beyond, above):
     assert near.slopes()["x"] == (pytest.approx(3.0, rel=1e-6), above and pytest.approx(above, rel=1e-6))
     assert ("jump of speed over x" in near.limits()) == (above is None)
     assert ("a kink: speed is worse on both sides in each variable" in near.limits()) == ((above or 0.0) < 0.0)
+
+
+def test_choices_alone_have_no_slopes():
+    near = ClosedDesigns.__new__(ClosedDesigns)
+    space = DesignSpace((Column("friction.law", ("coulomb", "lugre")),))
+    near.problem = SimpleNamespace(goal=SimpleNamespace(constraints=()), space=space)
+    near.best = SimpleNamespace(margins=(1.0,))
+    assert (near.slopes(), near.limits()) == ({}, ("nothing: choices alone are compared",))
 
 
 def test_other_motions_of_a_design_are_said():

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, shown
+from vibrocap.arguments import Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
 from vibrocap.design.calibration.table import MeasuredTable, read_table
@@ -200,8 +200,7 @@ def calibrate(
     held = sorted({int(k) for k in held_out})
     if measured is not None:
         if any(not 0 <= k < measured.rows for k in held):
-            last = measured.rows - 1
-            complaints.add("held_out", f"should be numbers of rows from 0 to {last}, got {shown(held_out)}")
+            complaints.add("held_out", f"names a row that is none of the {measured.rows} of the table")
         fitted = (measured.rows - len(held)) * len(measured.measures)
         if fitted <= len(space.paths):
             need = f"more than {len(space.paths)} measured values for so many parameters, got {fitted}"

@@ -12,7 +12,7 @@ from vibrocap.arguments import Complaint, Complaints, listed, shown
 from vibrocap.design.search.goal import measure_unit, twice
 from vibrocap.measures.during_run import measure_table, near_measure
 from vibrocap.measures.measure import Measure
-from vibrocap.physics.dimensions.conversion import path_in_si, paths_in_si
+from vibrocap.physics.dimensions.conversion import path_in_si, paths_in_si, quantity, quantity_in_si
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.records.checks import RecordError
@@ -83,6 +83,10 @@ def read_table(table: Any, system: System, complaints: Complaints) -> MeasuredTa
         else:
             complaints.add(name, f"is no parameter and no measure of this case; {near_measure(name, known)}")
     complaints += path_complaints(conditions, [system.parts], system.units)
+    for path in conditions if len(complaints) == begun else ():
+        known_in_si = quantity_in_si(path, system)
+        if known_in_si.scale != 1.0 and quantity(path, system).unit == "1":
+            complaints.add(path, f"has no unit in a case in SI; give {known_in_si.path}")
     starts = [path for path in conditions if path.startswith("initial.")]
     complaints += [Complaint(path, "a start is no condition; give it by `initial`") for path in starts]
     for name in errors:

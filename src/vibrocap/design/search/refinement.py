@@ -321,6 +321,8 @@ class ClosedDesigns:
     def _flatness(self) -> str:
         """What is said where nothing has a name: whether the slopes vanish."""
         best, moving = self.top, self.problem.space.continuous
+        if not len(moving):
+            return "nothing: choices alone are compared"
         own, level = self.gradient(best), FLAT * max(abs(best.merit), 1e-12)
         if own is not None and vanishes(best.shares[moving], best.merit, own):
             return "nothing: the slopes vanish"
