@@ -57,6 +57,15 @@ def test_fold_and_flip_of_henons_map():
     assert abs(flip - 0.75 * 0.7**2) < 1e-2 * LOCATED
 
 
+def test_a_fold_is_as_far_off_as_what_does_not_close_moves_it():
+    """u' = u + (p - u^2)/1000: mismatches are accepted up to 3e-11, so that p is known to 3e-8."""
+    map_ = PlainMap(lambda u, p: (u[0] + 1e-3 * (p - u[0] ** 2),), (-1.0, 1.0))
+    (fold,) = [each for _, each in way(map_, (0.5,), 0.25, towards=-1.0).special]
+    assert fold.kind is SpecialKind.FOLD
+    assert abs(map_.parameter(fold.point.x)) <= fold.error
+    assert fold.error == pytest.approx(2.0 * 3e-11 / 1e-3 / 2.0, rel=1e-2)
+
+
 def test_doubled_branch_leaves_the_flip_and_meets_it_again():
     map_ = PlainMap(henon, (0.0, 1.2))
     (flip,) = [each for _, each in way(map_, (0.3, 0.3), 0.2).special if each.kind is SpecialKind.FLIP]

@@ -183,8 +183,12 @@ def _located(
             kind = SpecialKind.PITCHFORK
     elif kind is SpecialKind.BRANCH_POINT:
         direction = np.real(vectors[:, np.argmin(np.abs(values - 1.0))])
-    # the errors of multipliers over the slope of the test
+    # the errors of multipliers over the slope of the test; at a fold the parameter moves by what does not close
     noise = NOISE * abs(segment.parameter(1.0) - segment.parameter(0.0)) / max(bracket.scale, 1e-300)
+    if kind is SpecialKind.FOLD:
+        derivative = point.closing.derivative
+        moved = np.linalg.svd(derivative[:, :-1])[0][:, -1] @ derivative[:, -1]
+        noise += segment.residual.levels.rounding * _range(segment) / max(abs(float(moved)), 1e-300)
     return dataclasses.replace(record, kind=kind, error=record.error + noise, direction=direction)
 
 
@@ -220,8 +224,13 @@ def _change(segment: Segment, left: float, right: float) -> Found:
             break
     record = _record(segment, kind, left, right, change=change, passed=passed, beyond=after, text=text)
     grazes = change in (ModeChange.GRAZING, ModeChange.SPLITTING) or "impacts" in text
+    return dataclasses.replace(record, error=record.error + (SEEN if grazes else DECIDED) * _range(segment))
+
+
+def _range(segment: Segment) -> float:
+    """Width of the parameter's range."""
     low, high = (segment.residual.parameter(np.array([share])) for share in (0.0, 1.0))
-    return dataclasses.replace(record, error=record.error + (SEEN if grazes else DECIDED) * abs(high - low))
+    return abs(high - low)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
