@@ -4,19 +4,23 @@ A row of a covering array (`case_matrix.py`) is a case. No face may end in a tra
 refused in words.
 """
 
+import inspect
 import itertools
 import json
 import re
+from typing import Any
 
 import pytest
 
 import case_matrix
+import vibrocap as vc
 from covering_array import covering_array
 from thinned import exhaustive_but, slow_but
 from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
+SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 FEW, ROWS, KINDS = 27, 91, 26
 # what exports refuse of a case
 REFUSED = re.compile("CASE: .*MuJoCo")
@@ -57,6 +61,36 @@ def scales_of(row):
     """What a case without units does not say of its units."""
     kind = type(case_matrix.system_of(row).machine).si_scales
     return {name: value for name, value in vars(case_matrix.part(kind, row["optional"])).items() if value is not None}
+
+
+@pytest.mark.parametrize("first", ["system", "motion"])
+def test_every_function_says_what_its_first_argument_should_be(first):
+    """A machine in place of a system is what newcomers give first."""
+    public = (getattr(vc, name) for name in dir(vc))
+    asked = [
+        each for each in public if inspect.isfunction(each) and [*inspect.signature(each).parameters][:1] == [first]
+    ]
+    assert len(asked) > 3
+    for function in asked:
+        needed = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+        if needed and needed[0].annotation is not Any:
+            with pytest.raises(TypeError, match=rf"^{first} should be a {first}, .* got PendulumCapsule\("):
+                function(vc.PendulumCapsule(), *needed[1:])
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: vc.simulate(SYSTEM, initial=[0.1, 0.2]), 'initial should be a mapping such as {"velocity": 0.1}, got'),
+        (lambda: SYSTEM.with_parameters(3), 'values should be a mapping such as {"drive.amplitude": 2.0}, got 3'),
+        (lambda: vc.ensemble(SYSTEM, {"drive.amplitude": [1.0]}, measures=3), "measures: there is no measure 3"),
+        (lambda: vc.fit(3, "coulomb"), "records should be vc.Record(...) or of read_records(...), got 3"),
+        (lambda: vc.System(3, vc.Coulomb(), vc.Harmonic()), "machine should be a machine, got 3"),
+    ],
+)  # fmt: skip
+def test_what_is_of_another_kind_is_named(call, said):
+    with pytest.raises((TypeError, ValueError), match="^" + re.escape(said)):
+        call()
 
 
 def test_a_covering_array_covers_its_pairs():

@@ -161,6 +161,12 @@ def is_positive(value: Any) -> bool:
     return is_number(value) and 0.0 < value < math.inf
 
 
+def check_mapping(field: str, value: Any, such_as: str) -> None:
+    """ArgumentError for a value that has no names and values."""
+    if not isinstance(value, Mapping):
+        raise ArgumentError(field, f"should be a mapping such as {such_as}, got {shown(value)}")
+
+
 def check_one_of(field: str, value: Any, known: Iterable[str]) -> None:
     """ArgumentError for an unknown word."""
     if value not in (names := tuple(known)):

@@ -115,7 +115,9 @@ def resolved(
     system: whose own measures may be named besides those that there are of any
     Raises ValueError for a name that does not exist, for two measures of one name, and for one derived from itself.
     """
-    asked_for = [measures] if isinstance(measures, (str, Measure)) else list(measures)
+    if isinstance(measures, (str, Measure)) or not isinstance(measures, Iterable):
+        measures = [measures]
+    asked_for = list(measures)
     own = {measure.name: measure for measure in asked_for if isinstance(measure, Measure)}
     for measure in asked_for:
         name = measure.name if isinstance(measure, Measure) else ""

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
+from vibrocap.arguments import ArgumentError, check_mapping, check_whole, is_number, shown, suggestion
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.observer import Observer
@@ -132,9 +132,11 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
 
     A name with a unit, "position_m", is a state of a system that knows its scales.
     """
+    initial = {} if initial is None else initial
+    check_mapping("initial", initial, '{"velocity": 0.1}')
     start = dict.fromkeys(system.state_names, 0.0)
     keys = state_keys(system.result_units.states)
-    for name, value in (initial or {}).items():
+    for name, value in initial.items():
         if name not in start and name not in keys:
             near = suggestion(name, [*start, *keys], cutoff=0.0)
             raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")

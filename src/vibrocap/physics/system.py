@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
-from vibrocap.arguments import ArgumentError, is_number, suggestion
+from vibrocap.arguments import ArgumentError, check_mapping, is_number, suggestion
 from vibrocap.physics.assembly import by_name, check_contacts, fields_of, kind_of, waves_of
 from vibrocap.physics.closed_loop.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
@@ -112,6 +112,8 @@ class System:
                 raise ArgumentError(name, f"there is no such argument; give the laws of all contacts, {what}")
             raise TypeError(f"System.__init__() got an unexpected keyword argument {name!r}")
         kind = kind_of(machine)
+        if not hasattr(kind, "signals"):
+            raise TypeError(f"machine should be a machine, got {machine!r}")
         if isinstance(friction, Mapping):
             friction = by_name(friction, kind.contact_names, "frictions", "contact", {})
         laws: tuple[Any, ...] = (friction, *further)
@@ -365,6 +367,7 @@ class System:
         A path such as "drive.frequency" takes a value without units; of a system that knows its scales there are the
         keys of a case in SI besides, such as "drive.frequency_Hz". The scales themselves stay as they are.
         """
+        check_mapping("values", values, '{"drive.amplitude": 2.0}')
         if own := own_laws(self.parts, [path for path in values if str(path).startswith(NAMED_LAW)]):
             return self.of_parts(self.parts | own, self.units).with_parameters(values)
         changes: dict[str, dict[str, Any]] = {}

@@ -12,11 +12,16 @@ import typing
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from vibrocap.arguments import complaints_of
+from vibrocap.arguments import complaints_of, shown
 from vibrocap.quantities.declared import Context
 from vibrocap.quantities.dimensional import walked
 from vibrocap.quantities.hints import call_hints
 
+# What the first argument of a function is, by its name.
+WANTED = {
+    "system": "a system, vc.System(machine, friction, drive), or a case, vc.read_case(...)",
+    "motion": "a motion, as vc.simulate gives it",
+}
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -29,8 +34,14 @@ def opened_in_si(function: Function) -> Function:
         if parameter.default is not parameter.empty
     }
 
+    first, parameter = next(iter(signature.parameters.items()))
+    wanted = None if parameter.annotation in (Any, parameter.empty) else WANTED.get(first)
+
     @functools.wraps(function)
     def opened(*args: Any, **kwargs: Any) -> Any:
+        given = args[0] if args else kwargs.get(first)
+        if wanted and given is not None and not hasattr(type(given), "si_context"):
+            raise TypeError(f"{first} should be {wanted}, got {shown(given)}")
         context = _context((*args, *kwargs.values()))
         cases = any(hasattr(type(argument), "is_case") for argument in (*args, *kwargs.values()))
         if context is None and not cases:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_one_of, is_positive, suggestion
+from vibrocap.arguments import ArgumentError, check_one_of, is_positive, shown, suggestion
 from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.inference.diagnosis.patterns import ripple
@@ -24,6 +24,7 @@ from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search import multistart
 from vibrocap.identification.search.loss import Loss, finite
 from vibrocap.progress import Progress, reporting
+from vibrocap.records.record import Record
 
 DRAFT = 4000  # samples, in all, of a draft
 STARTS = ("fitted", "relaxed")
@@ -171,6 +172,9 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
         raise ArgumentError("records", "there is none")
     if load is not None and not is_positive(load):
         raise ArgumentError("load", f"should be a normal force > 0 in N, got {load!r}")
+    for record in records:
+        if not isinstance(record, (Record, Samples)):
+            raise ArgumentError("records", f"should be vc.Record(...) or of read_records(...), got {shown(record)}")
     all_samples = [samples(record, load) for record in records]
     names = [sample.name for sample in all_samples]
     if len(set(names)) < len(names):

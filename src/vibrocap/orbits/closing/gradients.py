@@ -127,7 +127,8 @@ def gradients(
         why = f"should be closed: this one is {orbit.status.value}, so nothing is a measure of it"
         raise ArgumentError("orbit", why)
     every = over is None
-    paths = _numbers(system) if over is None else [over] if isinstance(over, str) else over
+    one = isinstance(over, str) or not isinstance(over, Iterable)
+    paths: Any = _numbers(system) if over is None else [over] if one else over
     asked = list(dict.fromkeys(quantity(path, system).plain for path in paths))
     ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
     values, slopes = _measured(ends, orbit)
