@@ -501,7 +501,9 @@ def test_nothing_is_drawn_across_an_impact_in_the_friction_loop():
 
 
 def texts(fig):
-    return [(ax.get_title(loc="left"), ax.get_xlabel(), ax.get_ylabel()) for ax in fig.axes]
+    """Title and labels of each panel, in one line each."""
+    named = ((ax.get_title(loc="left"), ax.get_xlabel(), ax.get_ylabel()) for ax in fig.axes)
+    return [tuple(text.replace("\n", " ") for text in each) for each in named]
 
 
 @pytest.mark.slow
