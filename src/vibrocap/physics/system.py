@@ -135,9 +135,8 @@ class System:
         self.__post_init__()
 
     def __post_init__(self):
-        record = self.parts
-        if any(isinstance(part, PartInSI) for part in record.values()):
-            plain_parts, scales = parts_without_units(record, self.units)
+        if any(isinstance(part, PartInSI) for part in self.parts.values()):
+            plain_parts, scales = parts_without_units(self.parts, self.units)
             self._set(**fields_of(plain_parts), units=scales)
         if self.units is not None and not isinstance(self.units, Scales):
             wanted = self.machine.si_scales.__name__
@@ -281,9 +280,7 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if (
-            len(self.machine.contact_states) == 1 and self.actuator is self.controller is None
-        ):  # at once: every run asks
+        if len(self.machine.contact_states) == 1 and self.actuator is self.controller is None:  # at once: often asked
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 

@@ -12,14 +12,14 @@ import typing
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from vibrocap.arguments import complaints_of, shown
+from vibrocap.arguments import ArgumentError, complaints_of, shown
 from vibrocap.quantities.declared import Context
 from vibrocap.quantities.dimensional import walked
 from vibrocap.quantities.hints import call_hints
 
 # What the first argument of a function is, by its name.
 WANTED = {
-    "system": "a system, vc.System(machine, friction, drive), or a case, vc.read_case(...)",
+    "system": "a System, vc.System(machine, friction, drive), or a case, vc.read_case(...)",
     "motion": "a motion, as vc.simulate gives it",
 }
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -41,7 +41,7 @@ def opened_in_si(function: Function) -> Function:
     def opened(*args: Any, **kwargs: Any) -> Any:
         given = args[0] if args else kwargs.get(first)
         if wanted and given is not None and not hasattr(type(given), "si_context"):
-            raise TypeError(f"{first} should be {wanted}, got {shown(given)}")
+            raise ArgumentError(first, f"should be {wanted}, got {shown(given)}")
         context = _context((*args, *kwargs.values()))
         cases = any(hasattr(type(argument), "is_case") for argument in (*args, *kwargs.values()))
         if context is None and not cases:

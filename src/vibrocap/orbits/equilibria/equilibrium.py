@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.equilibria.rest_set import RestSet, RestSets
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
@@ -146,8 +145,6 @@ def equilibria(system: System) -> Equilibria:
     pieces. Equilibria at a rigid stop, and with an actuator at its limit, are not looked for. Of more than five
     contacts only the modes are tried in which all do the same. Raises ArgumentError for a system driven in time.
     """
-    if not isinstance(system, System):
-        raise ArgumentError("system", f"should be a System, got {shown(system)}")
     problem = SteadyEquations(system)
     states = steady_states(problem)
     sets = [_unbounded(state) for state in states if not state.rests.any()]
