@@ -17,7 +17,7 @@ from vibrocap.identification.experiments.motions import Motion, joined, multisin
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
 from vibrocap.records.record import Record
 
 CONTACT = LuGre(

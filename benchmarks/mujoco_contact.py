@@ -13,7 +13,7 @@ from vibrocap.case.case import Case
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.exchange.mujoco_motion import mujoco_ending
 from vibrocap.measures.recorded.travel import drift
-from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+from vibrocap.physics.dimensions.scales import PendulumScales
 
 SCALES = PendulumScales(pendulum_mass_kg=0.02, pendulum_length_m=0.04)
 CAPSULE = {"mass_ratio": 2.5, "stiffness": 2.0, "damping": 1.0}

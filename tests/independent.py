@@ -29,7 +29,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from jets import Jet
 from vibrocap.physics.drives.drive import Piecewise, segment_in_time, segment_table
-from vibrocap.physics.drives.ramp import Ramp
+from vibrocap.physics.drives.loadings import Ramp
 
 ORDERS = 7  # of the series in which modes are told apart
 ROUNDING = 1e-9  # of what is zero in them, over the largest acceleration or force

@@ -161,12 +161,23 @@ def test_importing_vibrocap_is_quick():
     assert answer.stdout.split() == []
 
 
+def test_of_a_part_that_is_asked_for_by_name_its_file_alone_is_imported():
+    script = (
+        "import sys; from vibrocap.physics import catalogue; catalogue.machines()['oscillator']; "
+        "catalogue.laws()['dahl']; print(*(m.partition('.physics.')[2] for m in sys.modules))"
+    )
+    answer = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    loaded = {name for name in answer.stdout.split() if name.startswith(("machines.", "friction."))}
+    own = {"machines.machine", "machines.stops", "machines.oscillators", "friction.law"}
+    assert loaded - {"machines.consistent_units"} == own | {"friction.hysteresis"}
+
+
 def test_planted_faults_are_valid_and_change_the_source():
     """Of `make mutants`: drawn from every room alike, each a program still, and the same ones from the same seed."""
     faults = mutants.drawn(40, 3, ["physics/friction", "numerics/kernel/step"])
     assert faults == mutants.drawn(40, 3, ["physics/friction", "numerics/kernel/step"])
     assert {fault.path.split("/")[2] for fault in faults} == {"physics", "numerics"}
-    for fault in (*faults, *mutants.faults_of(Path("src/vibrocap/physics/drives/biharmonic.py"))):  # -(a + b) in it
+    for fault in (*faults, *mutants.faults_of(Path("src/vibrocap/physics/drives/harmonics.py"))):  # -(a + b) in it
         source = (ROOT / fault.path).read_text(encoding="utf-8")
         assert ast.dump(ast.parse(fault.planted(source))) != ast.dump(ast.parse(source)), fault
 

@@ -18,7 +18,7 @@ from vibrocap.orbits.closing import attractor_matching
 from vibrocap.orbits.closing.attractor_matching import distinct_orbits
 from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
+from vibrocap.physics.friction.bristles import ElastoPlastic
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 DRIFTS = {"exponential": 0.16434774668148, "lugre": 0.10718716751667}

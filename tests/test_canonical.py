@@ -14,8 +14,8 @@ from vibrocap.laboratory.presliding import creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import stick_slip_test
 from vibrocap.laboratory.test_sheet import test_sheet as canonical_sheet
 from vibrocap.physics.catalogue import laws
-from vibrocap.physics.friction.coulomb import Coulomb
-from vibrocap.physics.friction.dahl import Dahl
+from vibrocap.physics.friction.curves import Coulomb
+from vibrocap.physics.friction.hysteresis import Dahl
 from vibrocap.plotting import laboratory as laboratory_plots
 from vibrocap.plotting.look.finishing import save
 

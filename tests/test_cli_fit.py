@@ -23,7 +23,7 @@ from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.result.case_section import case_section
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
-from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.curves import Exponential
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
@@ -212,8 +212,7 @@ def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
 def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.identification.experiments.match import match
     from vibrocap.identification.experiments.motions import ramp
-    from vibrocap.physics.friction.exponential import Exponential
-    from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.friction.curves import Exponential, Stribeck
     from vibrocap.plotting.fits import match_figure
     from vibrocap.plotting.look.finishing import save
 

@@ -16,9 +16,8 @@ from vibrocap.identification.result.case_section import case_section
 from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.dimensions.units import parameter_keys
-from vibrocap.physics.friction.coulomb import Coulomb
-from vibrocap.physics.friction.exponential import Exponential
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Coulomb, Exponential
 from vibrocap.quantities.json_text import plain
 from vibrocap.records.record import Record
 

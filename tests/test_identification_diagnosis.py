@@ -22,8 +22,7 @@ from vibrocap.identification.inference.diagnosis.pattern_test import (
 )
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.laboratory.driven import driven_force
-from vibrocap.physics.friction.coulomb import Coulomb
-from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.curves import Coulomb, Exponential
 from vibrocap.records.record import Record
 
 STATIC = ("exponential", "stribeck", "hyperbolic-stribeck")  # laws without a kernel

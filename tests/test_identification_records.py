@@ -12,9 +12,9 @@ from vibrocap.identification.experiments.term_choice import choose_terms
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.inference.sampling import Source, chain
-from vibrocap.physics.drives.harmonic import Harmonic
-from vibrocap.physics.friction.coulomb import Coulomb
-from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.drives.harmonics import Harmonic
+from vibrocap.physics.friction.curves import Coulomb
+from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import view
 from vibrocap.quantities.json_text import json_text

@@ -7,8 +7,8 @@ import pytest
 from recovery import recovery
 from thinned import exhaustive_but
 from vibrocap.physics import catalogue
-from vibrocap.physics.friction.dahl import Dahl
-from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.curves import Exponential
+from vibrocap.physics.friction.hysteresis import Dahl
 
 # What the defaults of the laws leave out, or make so large that it hides the rest: viscous friction, wide smoothing,
 # and behind a joint with play less bristle damping, which at its default strikes like a hammer.

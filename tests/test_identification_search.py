@@ -20,8 +20,8 @@ from vibrocap.identification.search.descent import LONGEST, descent, step, warm_
 from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
-from vibrocap.physics.friction.exponential import Exponential
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Exponential
 from vibrocap.quantities.json_text import plain
 
 

@@ -15,10 +15,9 @@ from vibrocap.identification.fitting.spring_fit import Step, found_step, measure
 from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.coordinates import Coordinate, Space
 from vibrocap.identification.problem.steady_prediction import steady_force
-from vibrocap.physics.friction.exponential import Exponential
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Exponential, Stribeck
 from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
-from vibrocap.physics.friction.stribeck import Stribeck
 from vibrocap.records.record import Record
 
 LAW = LuGre(viscous_damping=0.05, bristle_damping=1.0)

@@ -201,7 +201,7 @@ def test_what_smoothing_would_say_shows_its_width_and_offers_others(opened):
     assert "smoothed-exponential (width 0.01)" in page.js(card)
     exact, smooth = (page.js(f"lab.{name}.drift") for name in ("shown", "other"))
     law = vc.Exponential()
-    from vibrocap.physics.friction.smoothed import smoothed
+    from vibrocap.physics.friction.wrappers import smoothed
 
     system = vc.System(vc.PendulumCapsule(), smoothed(type(law))(smoothing_velocity=0.01), vc.Harmonic())
     motion = vc.simulate(system, periods=40, initial={"angle": math.pi / 3})

@@ -18,8 +18,8 @@ from vibrocap.contracts.samples import instances
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.measures.recorded.travel import drift
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.dimensions.scales import PendulumScales
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 
 PAGE = (Path(__file__).parents[1] / "docs" / "exchange.md").read_text(encoding="utf-8")
 TRAVELS = "examples/travels-by-stick-slip.toml"

@@ -7,8 +7,8 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but
-from vibrocap.physics.friction.coulomb import Coulomb
-from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.friction.curves import Coulomb
+from vibrocap.physics.machines.oscillators import Oscillator
 
 TOLERANCE = 1e-11
 STICK, SLIP = 5.0, 2.6112592541013093  # 2 D/v and (2/w)(pi - atan(w D/v)) of the belt below

@@ -18,7 +18,7 @@ from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.identification.experiments.motions import ramp, synthetic_record
 from vibrocap.physics import catalogue
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.curves import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 from vibrocap.physics.part_files import file_of, load_parts
 from vibrocap.studies.plan import axes, runs
@@ -90,7 +90,7 @@ def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
 MAGNET = """
 from typing import ClassVar
 
-from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.machines.machine import parameters
 
 
@@ -170,7 +170,7 @@ def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
         ("import nowhere\n", "no.py, line 1: ModuleNotFoundError: No module named 'nowhere'"),
         ("raise SystemExit(1)\n", "no.py, line 1: SystemExit: 1"),
         (law_text(), "Bad cannot be registered: force: is missing, which every law defines; see the contract, "),
-        (law_text(GOOD, name="lugre"), "Bad: the law 'lugre' exists already, vibrocap.physics.friction.lugre.LuGre"),
+        (law_text(GOOD, name="lugre"), "Bad: the law 'lugre' exists already, vibrocap.physics.friction.bristles.LuGre"),
         (law_text(GOOD, name="My Law"), "name: should be a ClassVar of small letters, digits and hyphens"),
         (law_text(GOOD, name="backlash-lugre"), "Bad: the law 'backlash-lugre' exists already"),
         (law_text(GOOD, head=""), "is no record of parameters; write @parameters above the class"),
@@ -387,7 +387,7 @@ def test_workers_are_not_sent_a_part_that_they_cannot_find():
 
     with pytest.raises(CaseError, match=r"Own stands in .*where workers cannot find it; put it in a file of its own"):
         sources_of([Own])
-    assert sources_of([vc.LuGre]) == (("vibrocap.physics.friction.lugre", "LuGre"),)
+    assert sources_of([vc.LuGre]) == (("vibrocap.physics.friction.bristles", "LuGre"),)
     receive(sources_of([vc.LuGre]))
 
 

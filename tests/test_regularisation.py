@@ -13,7 +13,7 @@ from vibrocap.motion.status import Status
 from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
-from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.friction.wrappers import smoothed
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

@@ -13,10 +13,10 @@ from vibrocap.identification.problem.parametrisation import parametrisation
 from vibrocap.identification.problem.samples import samples
 from vibrocap.identification.result.case_section import dimensionless
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
-from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
+from vibrocap.physics.dimensions.scales import PendulumScales
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import HyperbolicStribeck
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
-from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import (
     COEFFICIENT,
     FORCE,

@@ -14,7 +14,7 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.laboratory.driven import driven_equations
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
-from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.friction.wrappers import smoothed
 
 
 def oscillator(**given):

@@ -26,7 +26,7 @@ from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.expressions.powers import gaps, no_series_at_rest
 from vibrocap.numerics.run.budget import Budget, EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_run
-from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.friction.wrappers import smoothed
 
 TABLE = json.loads(Path(__file__).with_name("sharp_powers.json").read_text(encoding="utf-8"))
 STEPS = 30.0  # tolerances, times what a shift of the start grows to

@@ -8,7 +8,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.laboratory.stiffness import stiffness_report
 from vibrocap.physics.catalogue import laws
-from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.friction.wrappers import smoothed
 
 
 def steady_level(law, speed, load=1.0):

@@ -106,50 +106,44 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
         VelocityPI,
     )
     from vibrocap.physics.controllers.sliding_mode import AngleSlidingMode, PositionSlidingMode
-    from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
-    from vibrocap.physics.drives.biharmonic import Biharmonic
-    from vibrocap.physics.drives.constant import Constant
-    from vibrocap.physics.drives.fourier_series import FourierSeries
-    from vibrocap.physics.drives.harmonic import Harmonic
-    from vibrocap.physics.drives.loading import Loading
-    from vibrocap.physics.drives.on_off import OnOff
-    from vibrocap.physics.drives.phases import Phases
-    from vibrocap.physics.drives.pulse_width import PulseWidth
-    from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.dimensions.scales import (
+        FreeScales,
+        InnerMassScales,
+        PendulumScales,
+        Scales,
+        SIScales,
+        WeightScales,
+    )
+    from vibrocap.physics.drives.breakpoints import OnOff, PulseWidth, Square, Trapezoid, Triangle
+    from vibrocap.physics.drives.harmonics import Biharmonic, FourierSeries, Harmonic
+    from vibrocap.physics.drives.loadings import Constant, Loading, Ramp
+    from vibrocap.physics.drives.phases import Phases, SevenPhase, ThreePhase
     from vibrocap.physics.drives.scheduled import scheduled
-    from vibrocap.physics.drives.seven_phase import SevenPhase
-    from vibrocap.physics.drives.square import Square
     from vibrocap.physics.drives.table import DriveTable
-    from vibrocap.physics.drives.three_phase import ThreePhase
-    from vibrocap.physics.drives.trapezoid import Trapezoid
-    from vibrocap.physics.drives.triangle import Triangle
     from vibrocap.physics.environment import Environment
-    from vibrocap.physics.friction.anisotropic import anisotropic
-    from vibrocap.physics.friction.backlash import backlash
-    from vibrocap.physics.friction.bouc_wen import BoucWen
-    from vibrocap.physics.friction.coulomb import Coulomb
-    from vibrocap.physics.friction.dahl import Dahl
-    from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
-    from vibrocap.physics.friction.exponential import Exponential
-    from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
-    from vibrocap.physics.friction.lugre import LuGre
+    from vibrocap.physics.friction.bristles import ElastoPlastic, LuGre
+    from vibrocap.physics.friction.curves import (
+        Coulomb,
+        Exponential,
+        HyperbolicStribeck,
+        SmoothedArctan,
+        SmoothedTanh,
+        Stribeck,
+    )
+    from vibrocap.physics.friction.hysteresis import BoucWen, Dahl
     from vibrocap.physics.friction.maxwell_slip import MaxwellSlip
     from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing, RateAndStateSlip
-    from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
-    from vibrocap.physics.friction.stribeck import Stribeck
-    from vibrocap.physics.friction.viscous import viscous
-    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
-    from vibrocap.physics.machines.inner_mass import InnerMassScales
+    from vibrocap.physics.friction.wrappers import anisotropic, backlash, viscous
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
-    from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
-    from vibrocap.physics.machines.oscillator import Oscillator
-    from vibrocap.physics.machines.oscillator_with_stops import OscillatorWithStops
-    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
-    from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
-    from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
-    from vibrocap.physics.machines.pendulum_pairs import DoublePendulumCapsule, TwoPendulumCapsule
-    from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
-    from vibrocap.physics.machines.rotor_capsule import RotorCapsule
+    from vibrocap.physics.machines.oscillators import ModeCouplingBlock, Oscillator, OscillatorWithStops
+    from vibrocap.physics.machines.pendulum_capsules import (
+        DoublePendulumCapsule,
+        PendulumCapsule,
+        PendulumCapsuleWithStops,
+        PendulumCrawler,
+        RotorCapsule,
+        TwoPendulumCapsule,
+    )
     from vibrocap.physics.machines.rows import (
         ThreeBlockRow,
         ThreeBodyCrawler,
@@ -162,10 +156,13 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
         worm,
     )
     from vibrocap.physics.machines.turning_bodies import Clutch, DrillString
-    from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
-    from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
-    from vibrocap.physics.machines.vibrated_bodies import BristleRobot, Feeder, WeightScales
-    from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
+    from vibrocap.physics.machines.two_mass_capsules import (
+        RigidStopCapsule,
+        TwoMassCapsule,
+        TwoMassCrawler,
+        VibroImpactCapsule,
+    )
+    from vibrocap.physics.machines.vibrated_bodies import BristleRobot, Feeder
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.system import System

@@ -42,7 +42,7 @@ from vibrocap.case.mechanism_tables import (
 )
 from vibrocap.physics.dimensions.scales import EFFORTS, STANDARD_GRAVITY_M_PER_S2, FreeScales, SIScales
 from vibrocap.physics.dimensions.units import unit_name
-from vibrocap.physics.drives.constant import Constant
+from vibrocap.physics.drives.loadings import Constant
 from vibrocap.physics.mechanics.forms import whole_pattern
 from vibrocap.physics.mechanics.parts import Coordinate, Signal
 from vibrocap.physics.mechanics.sums import bounded

@@ -14,7 +14,7 @@ from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, SEE
 from vibrocap.cli.texts import column_names, pairs, priors, range_of, split
 
 if TYPE_CHECKING:
-    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+    from vibrocap.physics.dimensions.scales import PendulumScales
     from vibrocap.records.record import Record
 
 # what a fit writes into --out
@@ -330,7 +330,7 @@ def units_of_case(
     texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: Complaints
 ) -> "PendulumScales | None":
     """The units of the case that a law is written for, if it is to be in such."""
-    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+    from vibrocap.physics.dimensions.scales import PendulumScales
 
     if not texts:
         return None

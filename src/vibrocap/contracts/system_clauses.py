@@ -15,8 +15,8 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.drives.harmonic import Harmonic
-from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.drives.harmonics import Harmonic
+from vibrocap.physics.drives.loadings import Loading
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.physics.drives.fourier_series import HARMONICS
+from vibrocap.physics.drives.harmonics import HARMONICS
 from vibrocap.quantities.declared import Number, Numbers
 
 FINE = 32  # points for each half wave of the highest harmonic, among which the peaks are looked for

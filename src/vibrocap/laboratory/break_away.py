@@ -11,10 +11,10 @@ from vibrocap.laboratory.driven import check_motion, check_numbers, checked_list
 from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.drives.loadings import Loading
 from vibrocap.physics.events import SLIP_FORWARD
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.system import System
 
 RATES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # times the rate at which the contact yields with its own speed

@@ -10,9 +10,9 @@ from vibrocap.laboratory.contact_sizes import SLOW, contact_sizes
 from vibrocap.laboratory.driven import check_motion, check_numbers, driven_force
 from vibrocap.motion.simulate import period_marks
 from vibrocap.motion.status import Status
-from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.drives.loadings import Loading
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.system import System
 
 SAMPLES = 1024  # per cycle of displacement

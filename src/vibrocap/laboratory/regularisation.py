@@ -14,7 +14,7 @@ from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure, OneWanted, measure_unit
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
-from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.friction.wrappers import smoothed
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System

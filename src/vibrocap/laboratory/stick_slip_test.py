@@ -12,9 +12,9 @@ from vibrocap.laboratory.driven import check_motion, check_numbers
 from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.drives.loadings import Loading
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.system import System
 
 STILL = 0.1  # of the pulling speed: a block that is slower sticks, with a law that never holds it quite at rest

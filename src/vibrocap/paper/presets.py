@@ -8,11 +8,11 @@ that section 3.1 describes.
 import math
 
 from vibrocap.arguments import check_one_of
-from vibrocap.physics.drives.harmonic import Harmonic
-from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.drives.harmonics import Harmonic
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Exponential
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.physics.machines.pendulum_capsules import PendulumCapsule
 from vibrocap.physics.system import System
 
 LAWS: dict[str, type[Law]] = {"lugre": LuGre, "exponential": Exponential}

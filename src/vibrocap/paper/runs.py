@@ -13,7 +13,7 @@ from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.orbits.crossings.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start, with_load
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
 from vibrocap.physics.system import System
 
 TOLERANCE = 1e-10

@@ -1,4 +1,4 @@
-"""The physics: machines, friction laws and drives, one part per file, and the system that they make together.
+"""The physics: machines, friction laws and drives, one family per file, and the system that they make together.
 
 Given the numbers of a part, checked where they are declared with their symbol and meaning, it gives its equations as
 plain scalar functions (`elementary`), which compute with floats and record with symbols. `system` is the one place

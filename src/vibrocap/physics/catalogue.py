@@ -41,8 +41,8 @@ class Parts(Mapping[str, Any]):
     """The parts that keep a contract, in alphabetical order; asked for by name, it answers for the endless others too.
 
     So "lugre" is listed, and "backlash-anisotropic-lugre" is found; so are rows of more bodies, and scheduled drives.
-    All are imported where they are listed. One that is asked for by name is found in the file of that name, if there is
-    one: a command on a case needs one machine, one law and one drive.
+    All are imported where they are listed. Of one that is asked for by name only the file that writes this name is: a
+    command on a case needs one machine, one law and one drive.
     """
 
     def __init__(self, contract: type, other: Callable[[str], Any] | None = None):
@@ -55,7 +55,7 @@ class Parts(Mapping[str, Any]):
 
     def listed(self, name: Any) -> Any:
         """The part that is listed under a name; None where there is none."""
-        kind = None if "_listed" in vars(self) else _in_file_of_its_name(self._contract, name)
+        kind = None if "_listed" in vars(self) else _where_named(self._contract, name)
         return self._listed.get(name) if kind is None else kind
 
     def __getitem__(self, name: str) -> Any:
@@ -83,10 +83,7 @@ def laws() -> Parts:
 @functools.cache
 def wrappers() -> Mapping[str, Callable[[type[Law]], type[Law]]]:
     """What can be put around a law, by the word before its name: a function from the class to the new class."""
-    from vibrocap.physics.friction.anisotropic import anisotropic
-    from vibrocap.physics.friction.backlash import backlash
-    from vibrocap.physics.friction.smoothed import smoothed
-    from vibrocap.physics.friction.viscous import viscous
+    from vibrocap.physics.friction.wrappers import anisotropic, backlash, smoothed, viscous
 
     return MappingProxyType({wrapper.__name__: wrapper for wrapper in (anisotropic, backlash, smoothed, viscous)})
 
@@ -236,15 +233,17 @@ def parts_in(module: ModuleType, contract: type | None = None) -> list[type]:
     ]
 
 
-def _in_file_of_its_name(contract: type, name: Any) -> type | None:
-    """The part of the package of a name like "pendulum-capsule", if it stands in "pendulum_capsule.py"."""
+def _where_named(contract: type, name: Any) -> type | None:
+    """The part of the package of a name, from the file that writes `name = "..."` of a class; no other is imported."""
     if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
         return None
-    module = f"{CONTRACTS[contract][1]}.{name.replace('-', '_')}"
-    if importlib.util.find_spec(module) is None:
-        return None
-    parts = parts_in(importlib.import_module(module), contract)
-    return next((part for part in parts if part.name == name), None)  # type: ignore[attr-defined]
+    for module in _modules(CONTRACTS[contract][1]):
+        loader: Any = importlib.util.find_spec(module).loader  # type: ignore[union-attr]
+        if re.search(rf'^    name\b.*= "{name}"$', loader.get_source(module) or "", re.MULTILINE):
+            for part in parts_in(importlib.import_module(module), contract):
+                if part.name == name:  # type: ignore[attr-defined]
+                    return part
+    return None
 
 
 def _known(contract: type) -> dict[str, type]:
@@ -308,10 +307,14 @@ def _warn(package: str, text: str) -> None:
 def _found(folder: str, contract: type) -> Mapping[str, type]:
     """Classes that fulfil a contract and have a name, from every module of a folder."""
     parts: dict[str, Any] = {}
-    for info in pkgutil.iter_modules(importlib.import_module(folder).__path__, folder + "."):
-        for thing in parts_in(importlib.import_module(info.name), contract):
+    for module in _modules(folder):
+        for thing in parts_in(importlib.import_module(module), contract):
             name = thing.name  # type: ignore[attr-defined]
             if name in parts:
                 raise ImportError(f"{name!r} names two classes in {folder}: {parts[name]} and {thing}")
             parts[name] = thing
     return MappingProxyType(parts)
+
+
+def _modules(folder: str) -> list[str]:
+    return [info.name for info in pkgutil.iter_modules(importlib.import_module(folder).__path__, f"{folder}.")]

@@ -5,9 +5,9 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.identification.problem.parametrisation import with_values
+from vibrocap.physics.dimensions.scales import PendulumScales
 from vibrocap.physics.dimensions.units import force_keys, one_way, parameter_keys
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import parameter_table
 
 IN_SI = """\

@@ -19,9 +19,9 @@ from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
 from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.identification.search.multistart import Start
+from vibrocap.physics.dimensions.scales import PendulumScales
 from vibrocap.physics.dimensions.units import turned
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.quantities.declared import AsGiven, Context, NumberInUnit, WithUnit
 from vibrocap.quantities.json_text import json_text
 from vibrocap.results import Result

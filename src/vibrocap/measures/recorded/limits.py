@@ -7,8 +7,8 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.measures.recorded.offset_points import OffsetPoints, checked_load, offset_points, root_between
-from vibrocap.physics.friction.exponential import Exponential
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Exponential
 from vibrocap.quantities.declared import Damping, Force, Length, Speed
 from vibrocap.quantities.dimensional import Dimensional
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, is_positive
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
 from vibrocap.quantities.declared import Damping, Number, Reason, Speed
 from vibrocap.quantities.dimensional import Dimensional
 

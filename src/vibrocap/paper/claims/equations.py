@@ -8,10 +8,10 @@ import numpy as np
 from vibrocap.paper.claims.claim import ROUNDING, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import figures_5_to_8
 from vibrocap.paper.runs import Runs
-from vibrocap.physics.drives.harmonic import Harmonic
-from vibrocap.physics.friction.exponential import Exponential
-from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.physics.drives.harmonics import Harmonic
+from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Exponential
+from vibrocap.physics.machines.pendulum_capsules import PendulumCapsule
 from vibrocap.physics.system import System
 
 POINTS = 200  # random points per check

@@ -8,7 +8,7 @@ from vibrocap.measures.recorded.limits import frictional_limits, steady_friction
 from vibrocap.measures.recorded.offset_points import OffsetPoints
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.runs import Runs, imposed_sliding
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
 
 VISCOUS = 0.4  # a delta2 for which offset points exist; the paper's own is 0
 FIRST_ORDER = Tolerance(0.01, "1 %: the paper offers the formula as an approximation without saying how good")

@@ -10,8 +10,8 @@ from vibrocap.measures.recorded.travel import drift, mean_velocity
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.presets import LAWS, SHORT, law
 from vibrocap.paper.runs import Period, Runs
+from vibrocap.physics.friction.bristles import LuGre
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.friction.lugre import LuGre
 
 ALIKE = Tolerance(0.9, "correlation; no digits are printed, and 0.9 still lets the eye see one pattern in two curves")
 

@@ -9,7 +9,7 @@ from vibrocap.paper.figures.figure import Curve, Mark, Panel, figure
 from vibrocap.paper.figures.motion import around_events
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import AMPLITUDE, MEAN, Runs, imposed_cycle
-from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.bristles import LuGre
 
 SHOWN = 4  # periods in Fig. 6
 SLIDING = "LM in pure sliding, $X' = 0.1 + 0.05\\,\\sin\\tau$"

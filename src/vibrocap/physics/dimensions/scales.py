@@ -109,3 +109,55 @@ class FreeScales(Scales):
     @property
     def units(self) -> tuple[float, float, float]:
         return self.mass_unit_kg, self.length_unit_m, self.time_unit_s
+
+
+@parameters
+class PendulumScales(Scales):
+    """Scales of a pendulum of mass m and length l under gravity g_0: time in 1/omega_n = sqrt(l/g_0), force in m g_0.
+
+    Liu et al. 2019, before eq. 4.
+    """
+
+    pendulum_mass_kg: Scale = parameter(..., "m", "mass of the pendulum", unit="kg")
+    pendulum_length_m: Scale = parameter(..., "l", "length of the pendulum", unit="m")
+    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
+
+
+@parameters
+class WeightScales(Scales):
+    """Scales of a machine that has weight: mass and length of one's choice, and time in sqrt(l/g_0)."""
+
+    mass_unit_kg: Scale = parameter(..., "m", "unit of mass", unit="kg")
+    length_unit_m: Scale = parameter(..., "l", "unit of length", unit="m")
+    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        return self.mass_unit_kg, self.length_unit_m, math.sqrt(self.length_unit_m / self.gravity_m_per_s2)
+
+
+@parameters
+class InnerMassScales(Scales):
+    """Scales of a machine that counts mass in that of its inner mass.
+
+    Length is counted in a centimetre and time in sqrt(l/g), 32 milliseconds, unless they are given; force is then
+    counted in the weight of the inner mass, m g. Errors are measured over these sizes: good units are the length of a
+    stroke and the time of one radian of the drive.
+    """
+
+    inner_mass_kg: Scale = parameter(..., "m", "inner mass", unit="kg")
+    length_unit_m: Scale = parameter(0.01, "l", "unit of length, such as the stroke of the inner mass", unit="m")
+    time_unit_s: Scale | None = parameter(
+        None, "1/omega_0", "unit of time, such as sqrt(m/k); sqrt(l/g) where it is left out", unit="s"
+    )
+    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        time = self.time_unit_s
+        time = math.sqrt(self.length_unit_m / self.gravity_m_per_s2) if time is None else time
+        return self.inner_mass_kg, self.length_unit_m, time

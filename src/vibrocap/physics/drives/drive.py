@@ -1,4 +1,4 @@
-"""The contract of a drive: one waveform per file in this folder, the generalised force that the actuator applies."""
+"""The contract of a drive: the generalised force that the actuator applies."""
 
 import bisect
 import dataclasses

@@ -1,4 +1,4 @@
-"""The contract of a friction law: one file in this folder, a record of parameters with the scalar functions below.
+"""The contract of a friction law: a record of parameters with the scalar functions below.
 
 `side` is the direction of sliding, +1 or -1, constant over a smooth piece of the motion; with it |v| is
 `side * velocity` and sgn(v) is `side`, so that every expression is smooth and has a Taylor series. The integrator
@@ -153,53 +153,3 @@ def stribeck_level(law, speed, load):
     """N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)], of a law that has these four parameters."""
     levels = law.coulomb_coefficient, law.static_coefficient
     return load * stribeck_curve(speed, *levels, law.stribeck_velocity, law.stribeck_exponent)
-
-
-@parameters
-class Bristles(Law):
-    """A law of bristles of mean deflection xi, the first internal state: R = delta0 xi + delta1 xi' + delta2 v.
-
-    They store the energy delta0 xi^2/2. Of R v less its rate, sliding takes (delta0 xi + delta1 xi') (v - xi') +
-    delta2 v^2 and their deformation delta1 xi'^2. The steady force is the Stribeck level and delta2 v.
-    """
-
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles", "stiffness")
-    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles", "bristle damping")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
-    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
-    stribeck_velocity: Positive = STRIBECK_VELOCITY
-    stribeck_exponent: Exponent = STRIBECK_EXPONENT
-
-    kind: ClassVar = "kinked"
-    shape_parameters: ClassVar = ("stribeck_exponent",)
-
-    _levels = levels_in_order
-
-    def _damping(self, velocity):
-        return self.bristle_damping
-
-    def _slip_rate(self, velocity, internal, side, load):
-        """v - xi': the part of the velocity at which bristles slip."""
-        raise NotImplementedError
-
-    def steady_force(self, speed, load):
-        return stribeck_level(self, speed, load) + self.viscous_damping * speed
-
-    def force(self, velocity, internal, side, load):
-        rate = velocity - self._slip_rate(velocity, internal, side, load)
-        elastic = self.bristle_stiffness * internal[0] + self._damping(velocity) * rate
-        return elastic + self.viscous_damping * velocity, (rate, *(0.0 for _ in self.switched))
-
-    def internal_scales(self, load):
-        """The largest deflection, g(0); 1 of a piece."""
-        return (load * self.static_coefficient / self.bristle_stiffness, *(1.0 for _ in self.switched))
-
-    def losses(self, velocity, internal, side, load):
-        slip, damping = self._slip_rate(velocity, internal, side, load), self._damping(velocity)
-        rate = velocity - slip
-        elastic = self.bristle_stiffness * internal[0] + damping * rate
-        return elastic * slip + self.viscous_damping * velocity * velocity, damping * rate * rate
-
-    def stored_energy(self, internal):
-        return 0.5 * self.bristle_stiffness * internal[0] * internal[0]

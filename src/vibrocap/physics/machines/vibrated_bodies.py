@@ -1,26 +1,12 @@
 """Bodies that vibration across the ground conveys: a part on a feeder, and a robot on bristles."""
 
-import math
 from typing import ClassVar
 
 from vibrocap.physics.bodies import Shape
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale, Scales
+from vibrocap.physics.dimensions.scales import WeightScales
 from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Point, Spring, Support, coordinate
-
-
-@parameters
-class WeightScales(Scales):
-    """Scales of a machine that has weight: mass and length of one's choice, and time in sqrt(l/g_0)."""
-
-    mass_unit_kg: Scale = parameter(..., "m", "unit of mass", unit="kg")
-    length_unit_m: Scale = parameter(..., "l", "unit of length", unit="m")
-    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
-
-    @property
-    def units(self) -> tuple[float, float, float]:
-        return self.mass_unit_kg, self.length_unit_m, math.sqrt(self.length_unit_m / self.gravity_m_per_s2)
 
 
 @parameters
