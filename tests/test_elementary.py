@@ -72,7 +72,7 @@ def entry(floats, ints, trace, width):
 
 
 def test_compiled_bits_of_all_lanes_are_those_of_numpy():
-    width = plain_vectors.WIDTH
+    width = plain_vectors.lane_count()
     x = np.resize([1.0, 2.0**-1022, 1.5 * 2.0**1023, 3.0, 0.75, 7e-310 + 2.0**-1000], width)
     k = np.resize([-1022.0, 1023.0, 0.0, -1.0, 700.0], width)
     values = np.zeros(3 * width)

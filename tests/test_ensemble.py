@@ -11,7 +11,7 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.kernel.arithmetic.registers import lane_count
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import lane_count
 from vibrocap.numerics.kernel.codes import ASK_MODES, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart

@@ -32,7 +32,7 @@ def functions(states):
     names = dict.fromkeys(("SCALE", "SIDE", "KEPT", "PERIOD_BUDGET", "SEGMENT", "SEGMENT_COUNT"), 0)
     names |= {"math": math, "LANES": 1, "MARKS": 0, "MARK_COUNT": marks, "MARK_SIZE": states, "STATES": states}
     names |= {"STEADY": marks * states, "WORK": work, "CYCLIC": -1}
-    for module in ("observe.limit_of_marks", "observe.extrapolation"):
+    for module in ("observe.settle", "observe.extrapolation"):
         exec(kernel_source(module), names)
     return names, np.zeros(work + 9 * states + 40)
 

@@ -8,9 +8,9 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
-from vibrocap.numerics.kernel.observe.limit_of_marks import LINEAR
 from vibrocap.numerics.kernel.observe.settle import (
     FASTEST,
+    LINEAR,
     LONGEST_PERIOD,
     SLOWEST,
     STANDSTILL,

@@ -10,7 +10,7 @@ import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
-from vibrocap.numerics.kernel.arithmetic.registers import lane_count
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import lane_count
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
 from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_order, ensemble_run, prepared_lanes

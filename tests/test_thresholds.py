@@ -239,7 +239,7 @@ def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():
         places = {name: i for i, name in enumerate(("PHASE_SIDE", "PHASE_LENGTH", "PERIOD", "STICK_TIME"))}
         floats = np.array([0.0, length * 7.0, 7.0, 0.0, 0.0])
         names = places | {"STICK_PHASES": 4, "LANES": 1}
-        exec(kernel_source("observe.stick_statistics"), names)
+        exec(kernel_source("observe.window"), names)
         names["end_phase"](floats, 0, 0)
         assert floats[4] == counted
         assert floats[3] == counted * length * 7.0

@@ -1,7 +1,7 @@
 """One thread of a GPU: it takes run after run from a queue, and goes on where the last launch stopped."""
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.places import RUN, STATUS, WORK
+from vibrocap.numerics.kernel.generated import RUN, STATUS, WORK
 from vibrocap.numerics.kernel.hook import advance, ends_trial
 from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
 

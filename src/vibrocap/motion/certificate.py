@@ -40,7 +40,7 @@ class Certificate:
     tenth of the tolerance: their difference over 0.9. None where the two runs have no later instant in common.
     defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step, at nine points of every
     step and of Taylor steps about where the contact is slowest. Of an implicit step it is the distance to the state
-    that fits to the slopes (`stiff_point.py`): the same but along the stiff directions, where friction multiplies it.
+    that fits to the slopes (`linear_system.py`): the same but along the stiff directions, where friction multiplies it.
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `failures`: those beyond it, in words; `ok` without any.
     finished: whether the motion went to its end; one that did not is never certified.

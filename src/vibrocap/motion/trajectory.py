@@ -257,7 +257,7 @@ class Trajectory(Result):
         """Observables, or rates of integrals, at times s since the start of the pieces: array [names, *s.shape].
 
         Of pieces that implicit steps have made, what depends on the law's forces and rates is asked at states that fit
-        to the slopes of the polynomials, see `kernel/observe/stiff_point.py`.
+        to the slopes of the polynomials, see `kernel/step/linear_system.py`.
         """
         if s.size >= MANY or np.any(self.piece_implicit[index]):
             return self.observe.at_many(self, names, index, s)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.kernel import codes
     from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-    from vibrocap.numerics.kernel.observe.stick_statistics import SLIVER
+    from vibrocap.numerics.kernel.observe.window import SLIVER
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
     from vibrocap.numerics.run.devices import device

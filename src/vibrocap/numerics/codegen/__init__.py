@@ -1,4 +1,4 @@
-"""Writes kernels' text: what one system's equations make of the contracts `kernel/generated` and `driven_generated`.
+"""Writes kernels' text: what one system's equations make of the contracts `generated` and `driven_generated`.
 
 Given: recorded equations (`expressions/`) and a memory layout. Given back: Python source, without loops and branches
 where it can be: Taylor series (`jets`, `mechanics_series`), in an order in which no sum waits (`straight_line`); rates,

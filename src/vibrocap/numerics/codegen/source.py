@@ -23,7 +23,7 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 
 
 def generated_source(equations: Equations, layout: Layout, loop: str = "single") -> str:
-    """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`)."""
+    """Source of all that `kernel/generated.py` promises, for these equations and a loop of `linker/recipes.py`."""
     functions = [
         constants_source(equations, layout),
         jet_source(equations, layout, loop),

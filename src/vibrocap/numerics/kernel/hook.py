@@ -5,7 +5,7 @@ arguments. Where none does, what stands here is what happens: nothing, for the m
 raises an error here: a module defines all of those of a section, or none.
 """
 
-from vibrocap.numerics.kernel.generated.equations import jet
+from vibrocap.numerics.kernel.generated import jet
 
 # How far the next step goes, and by which method.
 

@@ -78,7 +78,7 @@ class Wholes:
     piece_stiff: int  # STIFF of the step within which the clock stands
     last_kind: int  # of event
     last_contact: int  # 1 for the first, 0: of none
-    counted: list[int]  # [counts] how often events occurred, see `stepper/event_counts.py`
+    counted: list[int]  # [counts] how often events occurred, see `loop/stepper`
     waiting_events: int  # later than the clock
     waiting_kind: list[int]  # [waiting] of these
     waiting_contact: list[int]  # [waiting]
@@ -149,7 +149,7 @@ class Numbers:
 
 
 class Gathered:
-    """Entries of `floats` over the window of a run, see `gathered_entries.py`."""
+    """Entries of `floats` over the window of a run, see `gathered_entries`."""
 
     integral: list[float]
     magnitude: list[float]  # [contacts]

@@ -8,11 +8,12 @@ places are constants of the linked kernel.
 import dataclasses
 import functools
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibrocap.numerics.expressions.traits import Traits
+from vibrocap.numerics.kernel.codes import MODE_PLACES
 from vibrocap.numerics.kernel.lane import (
     FLOAT_ENTRIES,
     INT_ENTRIES,
@@ -21,6 +22,9 @@ from vibrocap.numerics.kernel.lane import (
     OF_STEPPER,
     PER_CONTACT,
 )
+
+if TYPE_CHECKING:
+    from vibrocap.numerics.codegen.source import Integrands
 
 # A piece on the trace: period, time, length, method, then the states at its start, then row by row the other
 # coefficients of its series, but for states whose rate is another state (`Layout.rates`), then the sides.
@@ -48,7 +52,7 @@ class Layout(Traits):
     lanes: int = 1
     order: int
     marks: int = 0
-    gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries.py`
+    gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
     counts: int = 0  # events that a stepper counts apart; 0: it is none
     waiting: int = 0  # events of a stepper that may be later than its clock
     observed: int = 0  # observables that a stepper or a page shows
@@ -260,3 +264,37 @@ def _aligned_zeros(size: int, kind: type) -> np.ndarray:
     room = np.zeros(size + 7, dtype=kind)
     first = -room.__array_interface__["data"][0] % 64 // 8
     return room[first : first + size]
+
+
+def gathered_entries(
+    has: Traits, integrands: "Integrands", machine_switches: int = 0, watched: int = 0, returns: bool = False
+) -> tuple[tuple[str, int], ...]:
+    """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
+
+    machine_switches: guards of the machine; watched: true loads that are looked at, of those that are held constant
+    returns: whether these tell that a motion has settled
+    """
+    states, contacts = has.states, has.contacts
+    return (
+        ("INTEGRAL", integrands.summed),
+        ("MAGNITUDE", contacts),  # integral of |R|
+        ("PEAK", contacts + integrands.own_extremes),  # largest |R| of each contact, then own ones
+        ("LARGEST", states),
+        ("LEAST", states),
+        ("STICK_TIME", contacts),
+        ("STICK_PHASES", contacts),
+        ("PHASE_SIDE", contacts),  # of the present phase of the window
+        ("PHASE_LENGTH", contacts),
+        ("LETTER_SIDE", contacts),  # of the present phase of the last period
+        ("LETTER_LENGTH", contacts),
+        ("LETTER_COUNT", contacts),
+        ("LETTERS", contacts * MODE_PLACES),
+        ("ASYMMETRY", 1),
+        ("DEFECT", 1),  # evidence, see `observe/evidence.py`
+        ("STICKING_SHARE", 1),
+        ("LEAST_VELOCITY", 1),
+        *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
+        *((("LIFTED", watched),) if watched else ()),  # 1 once a true load has been below zero
+        # returns of the whole run; length of the window of a cycle, 0: of none; time from which on it was settled
+        *((("RETURNS", 1), ("CYCLE_TIME", 1), ("SETTLED_TIME", 1)) if returns else ()),
+    )

@@ -21,20 +21,16 @@ class Recipe:
     primitives: tuple[str, ...] = ()
 
 
-GATHERING = ("observe.accumulators", "observe.stick_statistics")
-TURNING = ("observe.turning_points",)
-POINT = TURNING, (*TURNING, "observe.stiff_point")  # where a law is asked: of laws that are never stiff, and of others
 COMMON = ("arithmetic.roots", "events.transitions", "step.taylor", "step.stabilised", "step.resolved")
-RECORDING, MEASURING = ("observe.record",), ("observe.limit_of_marks", "observe.settle", "observe.window")
+RECORDING, MEASURING = ("observe.record",), ("observe.accumulators", "observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.start", "loop.one_step")
-SIMD = ("step.side_by_side", "step.slow_manifold", "loop.turning_simd", "loop.first_events", "loop.simd_step")
+SIMD = ("step.slow_manifold", "loop.side_by_side", "loop.simd_step")
 LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
     *("square_root", "store", "where"),
 )
-SHOWING = ("observe.one_instant", "observe.drive_table")
-STORED = ("observe.one_instant", "observe.instants", "observe.stored_pieces")
+SHOWING = ("observe.one_instant", "observe.instants")
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 
@@ -48,21 +44,21 @@ def motion_recipe(layout: Layout) -> Recipe:
 def shown_motion_recipe(layout: Layout) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
     own = motion_recipe(layout)
-    return Recipe(own.entry, (*own.modules, *POINT[layout.stiff], *SHOWING, "observe.instants"))
+    return Recipe(own.entry, (*own.modules, *SHOWING))
 
 
 def stored_motion_recipe(stiff: bool) -> Recipe:
     """A stored motion that is looked at at many instants; stiff: whether implicit steps may have made its pieces."""
-    point = ("step.linear_system", "observe.stiff_point") if stiff else ()
-    return Recipe("look_along", (ALONE[0], "arithmetic.roots", "step.taylor", *point, *STORED))
+    point = ("step.linear_system",) if stiff else ()
+    return Recipe("look_along", (ALONE[0], "arithmetic.roots", "step.taylor", *point, *SHOWING))
 
 
 def stepper_recipe(layout: Layout, held_input: bool = False) -> Recipe:
-    """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
-    before = _before(layout, ("stepper.event_counts",), layout.corners and not held_input, bool(layout.slow))
-    passage = "stepper.held_input" if held_input else "stepper.own_drive"
-    own = (*POINT[layout.stiff], "stepper.clock", passage, *SHOWING, "stepper.take_step")
-    return Recipe("take_step", (*ALONE, *before, *MOVING, "loop.one_by_one", *own))
+    """One motion that its caller moves on; held_input: whether the drive is an input. See `loop/stepper.py`."""
+    before = _before(layout, (), layout.corners and not held_input, bool(layout.slow))
+    passage = "loop.held_input" if held_input else "loop.own_drive"
+    own = (*ALONE, *before, *MOVING, "loop.one_by_one", passage, SHOWING[0], "loop.stepper")
+    return Recipe("take_step", own)
 
 
 def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
@@ -72,10 +68,8 @@ def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
         the package, for targets without these; "browser", the same without what takes evidence
     """
     before = (
-        *GATHERING,
         *_before(layout, MEASURING, layout.corners, bool(layout.slow) and loop != "simd"),
         *(("observe.returns",) if layout.returns else ()),
-        *POINT[layout.stiff and not layout.tangent],
         *(("observe.evidence",) if loop != "browser" else ()),
         *(("observe.load_watch",) if layout.watched else ()),
         *(("observe.extrapolation",) if layout.extrapolates else ()),
@@ -103,7 +97,7 @@ def _before(layout: Layout, observer: tuple[str, ...], corners: bool, slow: bool
         *steps,
         *observer,
         *(("events.law_branches",) if layout.switches else ()),
-        *(("events.tried_mode", "events.decision") if layout.several else ()),
+        *(("events.decision",) if layout.several else ()),
         *(("events.corners",) if corners else ()),
         *(("events.tangents",) if layout.tangent else ()),
     )

@@ -11,9 +11,8 @@ from vibrocap.numerics.codegen.source import Integrands, generated_source, holdi
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.traits import traits
 from vibrocap.numerics.kernel import codes
-from vibrocap.numerics.kernel.arithmetic.registers import lane_count
-from vibrocap.numerics.kernel.gathered_entries import gathered_entries
-from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import lane_count
+from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
 from vibrocap.numerics.linker.link import Linked, kept_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
 from vibrocap.numerics.run.budget import COMPILED, NO_TABLES, Budget, EnsembleStart, Form, prepared_memory
@@ -74,7 +73,7 @@ def ensemble_source(
 ) -> tuple[Layout, Linked]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
-    lanes: 1 for one by one, else `registers.lane_count()`
+    lanes: 1 for one by one, else `lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
     returns: see `Budget`
     loop: "portable" for another device, "browser" for a page; else as the lanes say, see `ensemble_recipe`

@@ -66,7 +66,7 @@ class RunResults:
         return self.entries("LIFTED").max(axis=1) if self.layout.watched else np.full(len(self), np.nan)
 
     def entries(self, name: str) -> np.ndarray:
-        """[runs, numbers] of an entry of what was gathered over the window, see `kernel/gathered_entries.py`."""
+        """[runs, numbers] of an entry of what was gathered over the window, see `memory_layout.gathered_entries`."""
         return self.numbers[:, self.layout.gathered_slice(name)]
 
     def entry(self, name: str, i: int = 0) -> np.ndarray:

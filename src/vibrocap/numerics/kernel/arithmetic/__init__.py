@@ -1,5 +1,5 @@
-"""Arithmetic of kernels: elementary functions (`elementary_polynomials`) and first roots of polynomials (`roots`).
+"""Arithmetic of kernels: elementary functions (`elementary_polynomials`), roots and turns of polynomials (`roots`).
 
-Lanes side by side are one value (`plain_vectors`, as many as `registers` hold); the same names mean one number where a
+Lanes side by side are one value (`plain_vectors`); the same names mean one number where a
 motion runs alone (`one_number`).
 """

@@ -1,4 +1,4 @@
-"""Lanes as one value: a number, or a yes or no, for each of WIDTH trajectories.
+"""Lanes as one value: a number, or a yes or no, for each of `lane_count` trajectories.
 
 What acts on each lane alone is of one number, too.
 
@@ -12,16 +12,26 @@ import functools
 import numpy as np
 
 from vibrocap.numerics.kernel.arithmetic import one_number
-from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 
-WIDTH = lane_count()
 floor, square_root = np.floor, np.sqrt
 exponent, mantissa, power_of_two = one_number.exponent, one_number.mantissa, one_number.power_of_two
 
 
+@functools.cache
+def lane_count() -> int:
+    """8 where registers hold eight doubles (AVX-512), else 4.
+
+    Eight in pairs of registers of four would wait in memory most of the time, as there are half as many registers too:
+    with the LuGre law a sweep took a quarter longer. A run gives the same in eight lanes and in four.
+    """
+    from vibrocap.numerics.compiler.machine import host  # only here: plain kernels need no LLVM
+
+    return host().lanes
+
+
 def all_lanes():
     """The places of all lanes in a row that begins at 0."""
-    return np.arange(WIDTH)
+    return np.arange(lane_count())
 
 
 def align_stack():
@@ -49,12 +59,12 @@ def min(*numbers):
 
 def load(floats, place):
     """The numbers of all lanes at a place of `floats`, or of `ints`."""
-    return floats[place : place + WIDTH].copy()
+    return floats[place : place + lane_count()].copy()
 
 
 def store(floats, place, numbers):
     """Write the numbers of all lanes."""
-    floats[place : place + WIDTH] = numbers
+    floats[place : place + lane_count()] = numbers
 
 
 def bits(choices):

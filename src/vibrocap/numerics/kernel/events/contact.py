@@ -21,10 +21,7 @@ from vibrocap.numerics.kernel.events.transitions import (
     slide,
     too_many_events,
 )
-from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
-from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import GUARD, WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step, write_state

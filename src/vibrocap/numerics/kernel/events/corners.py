@@ -9,8 +9,7 @@ holds. Only a contact velocity that the drive itself makes may jump.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.events.contact import jumped
-from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, PRESENT
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.step.resolved import forget
 

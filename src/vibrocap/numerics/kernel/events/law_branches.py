@@ -19,26 +19,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root, vanish
 from vibrocap.numerics.kernel.codes import BEYOND_BOUND, BOUND_REACHED, FIRST_SWITCH, MACHINE_SWITCHED, SWITCHED
 from vibrocap.numerics.kernel.events.contact import DOUBT, jumped
 from vibrocap.numerics.kernel.events.transitions import too_many_events
-from vibrocap.numerics.kernel.generated.branches import (
-    BOUND_KINDS,
-    BRANCHES,
-    IMPACT,
-    LAW_BRANCHES,
-    LOCATED,
-    OCCURRED,
-    SWITCHES,
-)
-from vibrocap.numerics.kernel.generated.equations import (
-    after_reversal,
-    after_switch,
-    contact_velocity,
-    machine_energy,
-    rates,
-    switches,
-)
-from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL, STATE_OF
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points, write_state
 
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding

@@ -17,10 +17,7 @@ where a part of it is imposed.
 
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
-from vibrocap.numerics.kernel.generated.equations import guard_tangents
-from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.taylor import write_state
 

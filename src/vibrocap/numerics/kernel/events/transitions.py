@@ -22,11 +22,11 @@ Two memories of the instant: `came_from`, the side of one that has arrived, unti
 `gave_way`, by which the largest force that friction can hold is the kinetic one until time advances.
 """
 
-from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
-from vibrocap.numerics.kernel.generated.facts import SEVERAL
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS
+from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.generated import *
 
 MODE_HOLDS, ARRIVED, TIED = 0, -1, -2
+UNRECORDED = 9.0  # a side that is none: the sides at the start are no events
 
 
 def await_decision(floats, ints, lane, c):
@@ -73,6 +73,19 @@ def open_arrivals(ints, lane):
 def is_open(ints, lane, c):
     """Whether the decision is to be asked about a contact at rest."""
     return lane.transition[c] < MODE_HOLDS and lane.transition[c] != TIED
+
+
+def change_of_side(floats, lane, c):
+    """The kind of event by which a contact has come to its side from the one that was told last; -1: by none."""
+    now, before = lane.side[c], lane.recorded_side[c]
+    lane.recorded_side[c] = now
+    if now == before or before == UNRECORDED or STICKS[c] + KINKS[c] == 0:
+        return -1
+    if now == 0.0:
+        return STICK
+    if before == 0.0:
+        return SLIP_FORWARD if now > 0.0 else SLIP_BACK
+    return REVERSAL
 
 
 def too_many_events(ints, lane):

@@ -16,9 +16,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, first_root
 from vibrocap.numerics.kernel.codes import DONE, GRAZE, NOT_FINITE, PLACE_PASSED, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.events.transitions import settle
-from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import GUARD
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.loop.start import ends_open
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved
 from vibrocap.numerics.kernel.step.taylor import move_to

@@ -5,7 +5,7 @@ Each run has its own steps, modes and events, so lanes end at different times; n
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.sizes import MEASURED_COUNT, PARAMETERS, RESULT_SIZE, RUN_SIZE, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import every_lane, shared
 from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE

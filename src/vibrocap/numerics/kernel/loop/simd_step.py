@@ -10,28 +10,20 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import align_stack, all_l
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, HUGE, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import cross, pin
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCHES
-from vibrocap.numerics.kernel.generated.equations import jet, signs_simd, slow_jet, switch_simd
-from vibrocap.numerics.kernel.generated.facts import (
-    KINKS,
-    MAYBE_STIFF,
-    RETURNING,
-    SEVERAL,
-    SHARED,
-    SHARP,
-    SHARP_CONTACT,
-    SLOWED,
-    STATE_OF,
-    STICKS,
-    WATCHED,
-)
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at, every_lane, lanes
-from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
 from vibrocap.numerics.kernel.loop.one_step import step, turn
-from vibrocap.numerics.kernel.loop.turning_simd import before_turning, out_of_doubt, passing_simd, still_simd
+from vibrocap.numerics.kernel.loop.side_by_side import (
+    before_turning,
+    first_events,
+    out_of_doubt,
+    passing_simd,
+    resolved_simd,
+    root_simd,
+    still_simd,
+    taylor_steps,
+)
 from vibrocap.numerics.kernel.step.resolved import excursion
-from vibrocap.numerics.kernel.step.side_by_side import resolved_simd, taylor_steps
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, one_rests, stabilised_step
 from vibrocap.numerics.kernel.step.taylor import NON_STIFF, least_of_cubic, series_value, sign_in_doubt

@@ -5,17 +5,11 @@ And its end, where the sides must be those with which a motion starts that conti
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
-from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK
 from vibrocap.numerics.kernel.events.contact import DOUBT, moves_by_rounding, rests_beside, velocity_rounding
-from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS, await_decision
-from vibrocap.numerics.kernel.generated.equations import contact_velocity, rates
-from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, ORDER, STATES
+from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS, UNRECORDED, await_decision
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import series_value, sticking_rate, write_state
-
-UNRECORDED = 9.0  # a side that is none: the sides at the start are no events
 
 
 def start_lane(floats, ints, trace, lane, run):
@@ -53,19 +47,6 @@ def start_sides(floats, ints, lane):
         v = present_velocity(floats, lane, c)
         if not rests_to_rounding(floats, ints, lane, c, v, 1.0):
             lane.side[c] = 1.0 if v > 0.0 else -1.0
-
-
-def change_of_side(floats, lane, c):
-    """The kind of event by which a contact has come to its side from the one that was told last; -1: by none."""
-    now, before = lane.side[c], lane.recorded_side[c]
-    lane.recorded_side[c] = now
-    if now == before or before == UNRECORDED or STICKS[c] + KINKS[c] == 0:
-        return -1
-    if now == 0.0:
-        return STICK
-    if before == 0.0:
-        return SLIP_FORWARD if now > 0.0 else SLIP_BACK
-    return REVERSAL
 
 
 def ends_open(floats, ints, lane, h):

@@ -12,14 +12,17 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, value_and_rate
+from vibrocap.numerics.kernel.arithmetic.roots import (
+    CELLS,
+    may_turn,
+    polynomial_slope,
+    sign_change,
+    turn_in_cell,
+    value_and_rate,
+)
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
-from vibrocap.numerics.kernel.generated.equations import integrands
-from vibrocap.numerics.kernel.generated.facts import STATE_OF
-from vibrocap.numerics.kernel.generated.places import FRICTION, WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, INTEGRANDS, LANES, ORDER, STATES, SUMMED
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import shared
-from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, sign_change, turn_in_cell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 # Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).
@@ -60,7 +63,7 @@ def gather_functions(floats, ints, lane, h):
 def look(floats, ints, lane, s, out):
     """Values of the functions at time s of the piece, written to floats[out:out + INTEGRANDS].
 
-    On an implicit step they are asked at the state consistent with its slopes, see `stiff_point.py`.
+    On an implicit step they are asked at the state consistent with its slopes, see `linear_system.py`.
 
     The acceleration of a contact is the slope of its state as computed, so that R dv has no area where R depends on v
     alone; and of what its velocity is ahead of that state, where that is imposed.

@@ -5,7 +5,7 @@ largest, by the functions of the equations themselves and not by the series that
 even distances, as its dense output is less exact than its end:
 
     defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step; beyond its bound the
-                     distance to the state consistent with the slopes, which is less (`stiff_point.py`)
+                     distance to the state consistent with the slopes, which is less (`linear_system.py`)
     share of a hold  |R - middle|/limit of a contact that sticks
     velocity         side v of a contact that slides, over the terms of its series where these exceed 1
 
@@ -14,12 +14,8 @@ every eighth of the others. `motion/evidence.py` asks the same of all pieces of 
 """
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
-from vibrocap.numerics.kernel.generated.equations import evidence
-from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
-from vibrocap.numerics.kernel.observe.turning_points import sign_change
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE, sign_change, value_and_rate
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 # Of the defect, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to 1e-14, from 1e3 to

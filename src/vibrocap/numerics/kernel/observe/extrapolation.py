@@ -1,4 +1,4 @@
-"""Runs that do not wait: the limit of the period marks (`limit_of_marks.py`), tried for one period.
+"""Runs that do not wait: the limit of the period marks (`settle.py`), tried for one period.
 
 A limit is tried where the last two agree to within the threshold, the motion has taken the same events in the same
 modes for two periods, the multipliers that the marks show are all within a circle of radius SLOWEST (a saddle that a
@@ -12,21 +12,19 @@ on as if nothing had been tried, for at least 1, 2, 4 ... periods before the nex
 """
 
 from vibrocap.numerics.kernel.events.transitions import MODE_HOLDS
-from vibrocap.numerics.kernel.generated.equations import contact_velocity
-from vibrocap.numerics.kernel.generated.facts import CYCLIC, KINKS, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import KEPT, MARKS, PERIOD_BUDGET, WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, MARK_SIZE, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import shared
-from vibrocap.numerics.kernel.observe.limit_of_marks import (
+from vibrocap.numerics.kernel.observe.settle import (
     RANK,
     REMAINDER,
+    SLOWEST,
     WEIGHTS,
+    difference,
     distance_to_limit,
     mark_entry,
     unexplained_step,
     weights_of,
 )
-from vibrocap.numerics.kernel.observe.settle import SLOWEST, difference
 from vibrocap.numerics.kernel.step.resolved import forget
 
 RETURN = 0.5  # of the threshold: how far a trial may end from its start, as what is measured over it is off by as much

@@ -1,16 +1,8 @@
 """A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.generated.sizes import (
-    CONTACTS,
-    ORDER,
-    PIECE_SIZE,
-    RATE_ROWS,
-    ROOM,
-    STATES,
-    WHOLE_COUNT,
-    WHOLE_ROWS,
-)
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.observe.one_instant import INSTANT, OBSERVED, take_sizes, write_observed
@@ -54,9 +46,75 @@ def take_piece(floats, ints, trace, place):
 def look_at(floats, ints, trace, share, out):
     """Write states, then observables, at a share of the way through the piece in memory to the trace from `out` on.
 
-    What depends on the law's forces is asked at a state consistent with the slopes, see `stiff_point.py`.
+    What depends on the law's forces is asked at a state consistent with the slopes, see `linear_system.py`.
     """
     s = share * alone.step
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, alone.row[i], s)
     write_observed(floats, ints, trace, s, out)
+
+
+STORED_HEAD = 4  # wanted rows, instants, 1 where any row is an observable, bound of what is left of the equations
+SEGMENT_SIZE = COEFFICIENTS + 2 if COEFFICIENTS > 0 else 0
+
+
+def look_along(floats, ints, trace, pieces):
+    """Look at so many pieces of a stored motion: states and observables, or what its pieces leave of the equations.
+
+    The trace holds what is wanted, see `run/stored_motion.py`: a head, the wanted rows (states, then observables) with
+    1 where a row depends on the law's forces, the pieces as a run records them with the numbers of the drive's segment
+    behind, the number of instants up to the end of each piece, their times since the start of the piece. There the rows
+    follow, one after the other.
+    """
+    rows, instants, bound = int(trace[0]), int(trace[1]), trace[3]
+    piece = STORED_HEAD + 2 * rows
+    ends = piece + pieces * (PIECE_SIZE + SEGMENT_SIZE)
+    times = ends + pieces
+    out, last = times + instants, times
+    for p in range(pieces):
+        take_piece(floats, ints, trace, piece)
+        for i in range(SEGMENT_SIZE):
+            alone.parameter[PRESENT + i] = trace[piece + PIECE_SIZE + i]
+        piece += PIECE_SIZE + SEGMENT_SIZE
+        first, last = last, times + int(trace[ends + p])
+        for at in range(first, last):
+            s = trace[at]
+            for i in range(STATES):
+                floats[INSTANT + i] = series_value(floats, alone.row[i], s)
+            if bound > 0.0:
+                trace[at + instants] = left_of_equations(floats, ints, s, bound)
+            else:
+                write_rows(floats, ints, trace, s, at - times + out)
+    return 0
+
+
+def write_rows(floats, ints, trace, s, out):
+    """Write the wanted rows; what depends on the law's forces at a state consistent with the slopes."""
+    rows, instants, observed = int(trace[0]), int(trace[1]), trace[2] > 0.0
+    if observed:
+        observables(floats, alone.time + s, INSTANT, 0, OBSERVED)
+    for k in range(rows):
+        trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
+    if MAYBE_STIFF and observed and alone.stiff == 1:
+        hook.consistent_state(floats, ints, 0, s, INSTANT)
+        observables(floats, alone.time + s, INSTANT, 0, OBSERVED)
+        for k in range(rows):
+            if trace[STORED_HEAD + 2 * k + 1] > 0.0:
+                trace[out + k * instants] = floats[INSTANT + int(trace[STORED_HEAD + 2 * k])]
+
+
+def left_of_equations(floats, ints, s, bound):
+    """h |y' - f(t, y)| over the natural size of a state; of an implicit step, or beyond the bound, along stiff
+    directions where there are any."""
+    left = 0.0
+    rates(floats, alone.time + s, INSTANT, 0, OBSERVED)
+    for i in range(STATES):
+        slope = polynomial_slope(floats, alone.row[i], 1, ORDER, s)
+        own = abs(floats[OBSERVED + i] - slope) * alone.step / alone.scale[i]
+        if not (own <= left):  # also where it is no number
+            left = own
+    if MAYBE_STIFF and (alone.stiff == 1 or not (left <= bound)):
+        distance = hook.fit_to_slopes(floats, 0, s, INSTANT)
+        if distance > 0.0:
+            left = distance
+    return left

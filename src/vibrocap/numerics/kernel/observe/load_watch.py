@@ -5,12 +5,9 @@ asked as the measure of its least value asks it: at the points of the piece, and
 """
 
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.equations import reaction
-from vibrocap.numerics.kernel.generated.facts import WATCHED
-from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.arithmetic.roots import CELLS, later_terms, may_turn, turn_in_cell
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.observe.accumulators import FIT, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
-from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turn_in_cell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 

@@ -6,16 +6,8 @@ modes that are tried at an instant are none.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import SWITCHED, TRACE_FULL
-from vibrocap.numerics.kernel.generated.sizes import (
-    CONTACTS,
-    EVENT_SIZE,
-    ORDER,
-    PIECE_SIZE,
-    STATES,
-    WHOLE_COUNT,
-    WHOLE_ROWS,
-)
-from vibrocap.numerics.kernel.loop.start import change_of_side
+from vibrocap.numerics.kernel.events.transitions import change_of_side
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 

@@ -12,12 +12,9 @@ import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, bracketed_root, value_and_rate
 from vibrocap.numerics.kernel.codes import DONE
-from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
-from vibrocap.numerics.kernel.generated.places import RETURN_MARKS
-from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, ORDER
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response, still_settled
-from vibrocap.numerics.kernel.observe.stick_statistics import begin_sequence, end_phases
-from vibrocap.numerics.kernel.observe.window import begin_window
+from vibrocap.numerics.kernel.observe.window import begin_sequence, begin_window, end_phases
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 MOST_RETURNS = (MARK_COUNT - 8) // 4  # of a cycle: so many marks tell

@@ -12,10 +12,7 @@ import numpy as np
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, value_and_rate
-from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
-from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import SHIFT, SHIFTS, WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.linear_system import (
     JACOBIAN,

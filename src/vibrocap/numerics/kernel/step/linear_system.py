@@ -1,7 +1,20 @@
-"""The linear systems of implicit equations: their place in the work space, and elimination."""
+"""The linear systems of implicit equations: their place in the work space, and elimination.
 
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import EVENT_WORK, STATES
+And where the law is asked on an implicit step: at the state consistent with the slopes of the dense output. That
+follows the states to the tolerance, and its slopes are as exact, but friction may change by as much as the load within
+the error of a velocity. At the states y* that answer the slopes y' of the dense output, to its error over the length h
+of the step,
+
+    y* = y + h [f(y*) - y'],
+
+friction is as exact as the motion. They are found by Newton's method, whose matrix is 1/h - J. Where that leads
+farther than h [f(y) - y'], disturbances grow instead of decaying, and the state is left as it is.
+"""
+
+import math
+
+from vibrocap.numerics.kernel.arithmetic.roots import HUGE, polynomial_slope
+from vibrocap.numerics.kernel.generated import *
 
 STAGES = 8  # of the implicit step
 WIDTH = STATES + 1
@@ -39,3 +52,75 @@ def solve(floats, start):
         for j in range(i + 1, STATES):
             floats[start + i] -= floats[MATRIX + i * STATES + j] * floats[start + j]
         floats[start + i] /= floats[MATRIX + i * STATES + i]
+
+
+NEWTON_STEPS = 2  # the error of each is the square of that of the one before, a hundredth at most in all laws' motions
+INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
+
+
+def consistent_state(floats, ints, lane, s, point):
+    """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
+    if lane.stiff == 1:
+        fit_to_slopes(floats, lane, s, point)
+
+
+def fit_to_slopes(floats, lane, s, point):
+    """Move that state to the one consistent with the slopes; how far over natural sizes, 0.0 where it stays."""
+    time, inverse = lane.time + s, 1.0 / lane.step
+    for i in range(STATES):
+        floats[POINT + i] = floats[point + i]
+    reach, distance = 0.0, 0.0
+    for i in range(NEWTON_STEPS):
+        left = newton_step(floats, lane, s, time, inverse, point)
+        if not (left <= HUGE):
+            return 0.0
+        if i == 0:
+            reach = left
+        for c in range(CONTACTS):
+            if KINKS[c] == 1:
+                side = lane.side[c]
+                before = side * contact_velocity(floats, time, point, c, lane)
+                after = side * contact_velocity(floats, time, POINT, c, lane)
+                if after < 0.0:
+                    keep_share(floats, point, share_to_rest(before, after))
+    for i in range(STATES):
+        distance = max(distance, abs(floats[POINT + i] - floats[point + i]) / lane.scale[i])
+    if not (distance <= reach):
+        return 0.0
+    for i in range(STATES):
+        floats[point + i] = floats[POINT + i]
+    return distance
+
+
+def share_to_rest(before, after):
+    """Share of the way from a speed to one beyond rest that is left."""
+    return INSIDE * before / (before - after) if before > 0.0 else 0.0
+
+
+def keep_share(floats, point, share):
+    """Go only so much of the way from floats[point:point + STATES] to POINT."""
+    for i in range(STATES):
+        floats[POINT + i] = floats[point + i] + share * (floats[POINT + i] - floats[point + i])
+
+
+def newton_step(floats, lane, s, time, inverse, point):
+    """Move floats[POINT:POINT + STATES] by a step of Newton's method; returns h |f - y'| before, or infinity."""
+    rates(floats, time, POINT, lane, RATE)
+    jacobian(floats, time, POINT, lane, JACOBIAN)
+    largest = 0.0
+    for i in range(STATES):
+        row = lane.row[i]
+        change = floats[POINT + i] - floats[point + i]
+        floats[STAGE + i] = floats[RATE + i] - polynomial_slope(floats, row, LANES, ORDER, s) - change * inverse
+        largest = max(largest, abs(floats[STAGE + i]) / (inverse * lane.scale[i]))
+        for j in range(STATES):
+            floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
+        floats[MATRIX + i * STATES + i] += inverse
+    factorise(floats)
+    solve(floats, STAGE)
+    for i in range(STATES):
+        if not (abs(floats[STAGE + i]) <= HUGE):
+            return math.inf
+    for i in range(STATES):
+        floats[POINT + i] += floats[STAGE + i]
+    return largest

@@ -7,21 +7,7 @@ every event of that is found by explicit steps. Events of other contacts are fou
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import (
-    FOLLOWS_LOAD,
-    KINKS,
-    MANIFOLDS,
-    PAIR,
-    SEVERAL,
-    SHARP,
-    SHARP_CONTACT,
-    SHARP_INTERNAL,
-    SLOW_CONTACT,
-    SLOW_STATE,
-    STATE_OF,
-)
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import alone, at
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen

@@ -5,9 +5,7 @@ import math
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root, polynomial_slope
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
-from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
-from vibrocap.numerics.kernel.generated.places import WORK
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,

@@ -9,9 +9,7 @@ import math
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import max, min
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
-from vibrocap.numerics.kernel.generated.equations import unresolved
-from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP, SHARP_CONTACT, SHARP_INTERNAL, STICKS
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated import *
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits

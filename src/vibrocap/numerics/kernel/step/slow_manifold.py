@@ -12,8 +12,7 @@ be decided, or where
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at, lanes
 from vibrocap.numerics.kernel.step.taylor import unlike
 

@@ -19,10 +19,7 @@ import numpy as np
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, where
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCHES
-from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.places import SERIES
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.taylor import NON_STIFF, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
 

@@ -19,9 +19,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     where,
 )
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCHES
-from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum

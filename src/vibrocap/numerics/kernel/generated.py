@@ -1,4 +1,74 @@
-"""Functions that are written for one system; `floats` is the memory of all lanes."""
+"""The contract of generated code: what `codegen/source.py` writes for one system, under these names.
+
+Linking puts the generated definitions, and the places of `memory_layout.py`, in the place of these. As all parts of a
+kernel share one space of names, its modules import all of them. `floats` is the memory of all lanes.
+"""
+
+# What is known of the equations of one system: what these constants rule out is not compiled.
+MAYBE_STIFF = False  # whether a contact has a law with a force for every velocity
+SEVERAL = False  # whether there are several contacts
+LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
+SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
+VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
+FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
+LACUNARY = False  # whether four terms hold a step from stick: a law has a whole power of the speed, or is not alone
+ROUGH = (0,)  # of each contact: 1 where it can stick and its law has a power of the speed that is not whole
+GAPS = False  # whether a law has a whole power of the speed from the third on, see `powers.py`
+SHARP_INTERNAL = False  # whether any of them depends on an internal state, or on several contacts
+SHARP_CONTACT = 0  # the contact on whose velocity they depend otherwise
+WATCHED = 0  # true loads that are looked at, which friction takes as constant
+CYCLIC = 2  # the state on which nothing depends
+TURN_COUNT = 0  # coordinates that turn, on which everything depends with a period
+TURN_STATES = (-1,)  # which states they are
+TURN_RADII = (1.0,)  # their periods over 2 pi
+RETURNING = False  # whether returns tell that a motion has settled
+PLACE = 0  # the coordinate that is largest there, or has turned, where a motion returns that comes to rest nowhere
+PLACE_TURN = 0.0  # its period, if it turns
+MIRROR = (-1,)  # sign of each state under the half-period symmetry
+STICKS = (1,)  # of each contact: 1 where it can stick
+KINKS = (0,)  # of each contact: 1 where it has a force for every velocity, with a kink at rest
+STATE_OF = (3,)  # of each contact: the state that moves one to one with its velocity
+SHARED = False  # whether some share one state, as their distances are imposed
+DYNAMIC = False  # whether the loads of several contacts follow the motion
+GROUP = (0,)  # of each of several contacts: the first one of those that act on one another
+SLOWED = False  # whether bristles of a contact may be on a slow manifold, see `step/slow_manifold.py`
+MANIFOLDS = 1  # number of slow manifolds
+SLOW_CONTACT = (0,)  # of each: number of its contact
+PAIR = False  # whether they are those of two states of one contact of a motion alone, which may be slaved together
+SLOW_STATE: tuple[int, ...] = (-1,)  # of each: the state that is slaved; -1: there is none
+
+# The guards of the branches of law and machine: at a zero of one, the equations go over to another of their pieces.
+SWITCHES = 1  # how many guards there are
+LOCATED = (1,)  # of each guard: whether it is a series, whose zero is an event, or asked where a step starts
+BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
+BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
+LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
+SWITCH = 0  # first coefficient of the series of the guards (of the machine's to ORDER, of others to ORDER - 1)
+IMPACT = -1  # place among what is integrated of the energy lost in impacts; -1: there is none
+OCCURRED = -1  # place of how often each guard of the machine fell to zero; -1: it is not counted
+
+# Sizes of the memory, see `memory_layout.py`.
+LANES = CONTACTS = MARK_COUNT = 1
+STATES, ORDER, PARAMETERS = 4, 12, 10
+PIECE_SIZE = EVENT_SIZE = EVENT_WORK = PRESENT = COEFFICIENTS = MARK_SIZE = MEASURED_COUNT = RUN_SIZE = RESULT_SIZE = 0
+RATE_ROWS = (1, -1, 3, -1)  # of each row the one that is its rate and tells its series, else -1
+WHOLE_ROWS = (1, 3)  # rows of which a piece on the trace has all coefficients
+WHOLE_COUNT = 2
+BASE = 2  # states of the motion itself, where tangents follow them
+INTEGRANDS = SUMMED = 0  # functions of the instant that an ensemble gathers, of which the first SUMMED are integrated
+OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
+ROOM = 0  # bounds of states at the start, two for each state that has any
+TABLE_NUMBERS = 0  # of the segments of a part of the drive's period: length and coefficients of each
+
+# Places of entries (`lane.py`) where a text needs the place itself, of work rows, and among what is integrated.
+BACKUP = INT_COUNT = KEPT = LETTERS = MARKS = PEAK = PERIOD_BUDGET = RETURN_MARKS = 0
+RUN = SERIES = SHOWN = STATUS = WAITING = WORK = 0
+GUARD = 0  # a work row of the event search
+SHIFT = 0  # what all velocities are ahead of the state that they share, see `shifts`
+SHIFTS = 0  # how many these are
+FRICTION = 0  # of R among the functions of the instant that are gathered
+
+# Functions that are written for one system.
 
 
 def jet(floats):

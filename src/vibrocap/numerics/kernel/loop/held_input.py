@@ -8,14 +8,11 @@ makes may jump. Times in the kernel count from where the present length began.
 
 from vibrocap.numerics.kernel.codes import DONE, RUNNING
 from vibrocap.numerics.kernel.events.contact import jumped
-from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.places import BACKUP, INT_COUNT, SERIES
-from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, PRESENT, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_sides
+from vibrocap.numerics.kernel.loop.stepper import count_event, go_on
 from vibrocap.numerics.kernel.step.resolved import forget
-from vibrocap.numerics.kernel.stepper.clock import go_on
-from vibrocap.numerics.kernel.stepper.event_counts import count_event
 
 
 def begin_drive(floats, ints, trace, lane, run):

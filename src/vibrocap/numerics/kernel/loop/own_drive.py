@@ -6,11 +6,9 @@ happens later within the step waits until the clock has come to it.
 
 from vibrocap.numerics.kernel.arithmetic.roots import value_and_rate
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.places import WAITING
-from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, CONTACTS, ORDER, PRESENT, STATES
+from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import alone, stepper
-from vibrocap.numerics.kernel.stepper.clock import go_on, set_clock
-from vibrocap.numerics.kernel.stepper.event_counts import count_event
+from vibrocap.numerics.kernel.loop.stepper import count_event, go_on, set_clock
 
 
 def time_reached(floats, ints):
