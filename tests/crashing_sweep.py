@@ -38,7 +38,7 @@ for imported_by_a_sweep in (
         "psutil",
         "vibrocap.numerics.compiler",
     ),
-    "vibrocap.studies.store.zarr_files",
+    "vibrocap.studies.store.chunks",
 ):
     importlib.import_module(imported_by_a_sweep)
 machines(), laws(), drives()

@@ -17,8 +17,7 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.walk import segment
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.following import Followed, followed, started
-from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
-from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, closed_sequence, mode_change, same_cycle
 from vibrocap.orbits.walk.newton import Levels, newton
 
 STEP = 0.02

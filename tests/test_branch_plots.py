@@ -8,8 +8,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.walk.itinerary import ModeChange
-from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.finishing import save

@@ -12,8 +12,7 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
-from vibrocap.orbits.walk.itinerary import ModeChange, same_cycle
-from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, same_cycle
 
 pytestmark = pytest.mark.slow
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

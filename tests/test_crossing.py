@@ -12,8 +12,8 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
 from vibrocap.motion.simulate import period_marks
-from vibrocap.orbits.crossings import crossing_bracket
-from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+from vibrocap.orbits.continuation import crossing_bracket
+from vibrocap.orbits.continuation.crossing_bracket import CrossingKind
 from vibrocap.orbits.walk import segment
 
 START = {"angle": math.pi / 3}

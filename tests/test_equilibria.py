@@ -13,7 +13,7 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli import main as cli
 from vibrocap.orbits.equilibria import bifurcations
-from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+from vibrocap.orbits.equilibria.steady_states import SteadyEquations
 
 ZERO_PROGRESS = vc.Constant()
 

@@ -10,7 +10,7 @@ import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
-from vibrocap.measures.recorded.response import response_class
+from vibrocap.measures.recorded.settling import response_class
 from vibrocap.motion.recording.equations import equations
 from vibrocap.physics.catalogue import machines
 

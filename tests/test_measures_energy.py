@@ -7,8 +7,7 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
-from vibrocap.measures.gathered import Gathered
-from vibrocap.measures.work_balance import balanced
+from vibrocap.measures.gathered import Gathered, balanced
 from vibrocap.motion.recording.equations import equations, parameter_values
 
 PERIOD = 2 * math.pi

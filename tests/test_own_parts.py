@@ -21,9 +21,9 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.curves import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 from vibrocap.physics.part_files import file_of, load_parts
-from vibrocap.studies.plan import axes, runs
+from vibrocap.studies.plan import runs
 from vibrocap.studies.plan.study import Study, part_fingerprint
-from vibrocap.studies.store.writing import StoreError
+from vibrocap.studies.store.places import StoreError
 from vibrocap.studies.workers import receive, sources_of
 
 FILE = Path(__file__).with_name("own_laws.py")
@@ -361,7 +361,7 @@ def test_a_study_goes_on_only_with_the_same_file(folder, capsys, cheap):
 def test_a_study_of_the_packages_own_parts_does_not_mention_them():
     """So that studies stored before there were others keep their identity."""
     system = vc.System(vc.PendulumCapsule(), catalogue.law("anisotropic-lugre")(), vc.Harmonic())
-    study = Study(Case(system), axes.Grid((runs.Column("friction.law", ("lugre", "exponential")),)), ("mean_velocity",))
+    study = Study(Case(system), runs.Grid((runs.Column("friction.law", ("lugre", "exponential")),)), ("mean_velocity",))
     assert "parts" not in study.record()
 
 

@@ -11,7 +11,7 @@ from vibrocap import Exponential, Harmonic, PendulumCapsule, System, simulate, s
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, CaseError
 from vibrocap.resources import TooMuchMemory, available_memory, check_memory, free_disk, in_words
-from vibrocap.studies.plan.axes import axis_of
+from vibrocap.studies.plan.runs import axis_of
 from vibrocap.studies.sweep import spread
 
 SWEEPS = importlib.import_module("vibrocap.studies.sweep")

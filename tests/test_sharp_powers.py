@@ -20,7 +20,7 @@ import vibrocap as vc
 from independent import motion as independent_motion
 from renumbered import renumbered
 from thinned import exhaustive_but, slow_but
-from vibrocap.measures.work_balance import loses_at_switches
+from vibrocap.measures.gathered import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.expressions.powers import gaps, no_series_at_rest

@@ -15,8 +15,8 @@ from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_stud
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.studies.dataset import open_study
-from vibrocap.studies.store.marks import checksum
-from vibrocap.studies.store.writing import DamageWarning, StoreError
+from vibrocap.studies.store.places import DamageWarning, StoreError
+from vibrocap.studies.store.record import checksum
 from vibrocap.studies.sweep import sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())

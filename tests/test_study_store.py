@@ -20,14 +20,13 @@ from stored_files import files
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, PendulumScales, System
 from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.dataset import open_study, stored_study
-from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.runs import tile_counts
 from vibrocap.studies.store import places
+from vibrocap.studies.store.places import StoreError
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
-from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.sweep import Stopped, carried_out, sweep
+from vibrocap.studies.sweep import Execution, Stopped, carried_out, sweep
 from vibrocap.studies.tile import tile_block, tile_indices, tile_runs_by_time, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 

@@ -18,9 +18,8 @@ from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.main import main
 from vibrocap.studies.store import places
 from vibrocap.studies.store.chunks import unpacked_size
-from vibrocap.studies.store.marks import checksum, chunk_place, mark_text, sealed
-from vibrocap.studies.store.record import record_text
-from vibrocap.studies.store.writing import Lock
+from vibrocap.studies.store.places import Lock
+from vibrocap.studies.store.record import checksum, chunk_place, mark_text, record_text, sealed
 from vibrocap.studies.store.zarr_form import first_places
 from vibrocap.studies.sweep import sweep
 

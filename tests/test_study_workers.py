@@ -15,7 +15,7 @@ from stored_files import files
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
 from vibrocap.studies import workers
-from vibrocap.studies.store.writing import StoreError
+from vibrocap.studies.store.places import StoreError
 from vibrocap.studies.sweep import sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())

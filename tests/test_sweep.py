@@ -11,9 +11,8 @@ from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, Pendulum
 from vibrocap.case.case import CaseError
 from vibrocap.motion.status import Status
 from vibrocap.studies.dataset import stored_study
-from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.designs import Design
-from vibrocap.studies.sweep import carried_out, sweep
+from vibrocap.studies.sweep import Execution, carried_out, sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
 ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]

@@ -10,10 +10,9 @@ import vibrocap as vc
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
 from vibrocap.case.case import CaseError
 from vibrocap.ranges import cell_middles, values_between
-from vibrocap.studies.plan.axes import Grid, axis_of
-from vibrocap.studies.plan.cases import case_list
-from vibrocap.studies.plan.checks import LIMIT, check_runs, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, Range, range_from
+from vibrocap.studies.plan.planning import LIMIT, check_runs, plan_complaints
+from vibrocap.studies.plan.runs import Grid, axis_of, case_list
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 

@@ -46,7 +46,7 @@ def prepare() -> None:
     vibrocap.studies.plan.code_version.source_fingerprint()
     for name in (
         *("xarray", "xarray.backends.zarr", "h5netcdf", "zarr", "h5py", "scipy.stats.qmc", "dask.array", "psutil"),
-        *("vibrocap.numerics.compiler", "vibrocap.studies.store.zarr_files"),
+        *("vibrocap.numerics.compiler", "vibrocap.studies.store.chunks"),
     ):
         importlib.import_module(name)
     machines(), laws(), drives()

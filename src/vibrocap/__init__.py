@@ -62,8 +62,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
         steady_friction,
         steady_slope,
     )
-    from vibrocap.measures.recorded.response import ResponseClass, response_class
-    from vibrocap.measures.recorded.settling import Settling, settling
+    from vibrocap.measures.recorded.settling import ResponseClass, Settling, response_class, settling
     from vibrocap.measures.recorded.sticking import StickPhases, mode_sequence, stick_fraction, stick_phases
     from vibrocap.measures.recorded.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
@@ -74,20 +73,19 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-    from vibrocap.orbits.attractors.classification import MotionClass, ZeroOneTest, classify, zero_one_test
-    from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
+    from vibrocap.orbits.attractors.classification import MotionClass, classify
+    from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, ZeroOneTest, lyapunov_exponent, zero_one_test
+    from vibrocap.orbits.closing.autonomous_orbit import Section
     from vibrocap.orbits.closing.gradients import Gradients
     from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
-    from vibrocap.orbits.closing.returns import Section
     from vibrocap.orbits.continuation.branch import Branch, branch
     from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
     from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
+    from vibrocap.orbits.continuation.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.continuation.hopf_cycles import hopf_cycles
-    from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium, equilibria
     from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, equilibrium_branch
-    from vibrocap.orbits.walk.itinerary import ModeChange
-    from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
+    from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind
     from vibrocap.orbits.walk.special_points import SpecialPoint
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.closed_loop.actuator import Actuator

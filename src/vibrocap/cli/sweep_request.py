@@ -18,8 +18,8 @@ from vibrocap.inputs import read_input
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
-    from vibrocap.studies.execution import Execution
     from vibrocap.studies.plan.study import Study
+    from vibrocap.studies.sweep import Execution
 
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
 NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "tile_runs", "device")
@@ -78,7 +78,7 @@ class SweepRequest(WithParts):
     @functools.cached_property
     def how(self) -> "Execution":
         """How the study is carried out."""
-        from vibrocap.studies.execution import Execution
+        from vibrocap.studies.sweep import Execution
 
         names = (field.name for field in dataclasses.fields(Execution))
         return Execution(**{name: getattr(self, name) for name in names if hasattr(self, name)})

@@ -26,7 +26,7 @@ def to_xarray(result: Shown) -> "xarray.Dataset":
     Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without xarray.
     """
     require("to_xarray", "xarray")
-    from vibrocap.studies.labelled_result import labelled_arrays, labelled_result
+    from vibrocap.studies.dataset import labelled_arrays, labelled_result
 
     if isinstance(result, (Trajectory, Orbit)):
         motion = result if isinstance(result, Trajectory) else result.motion()
@@ -49,7 +49,7 @@ def to_pandas(result: Shown) -> "pandas.DataFrame":
     require("to_pandas", "pandas")
     import pandas
 
-    from vibrocap.studies.labelled_result import labelled_arrays
+    from vibrocap.studies.dataset import labelled_arrays
 
     if isinstance(result, (Trajectory, Orbit)):
         table = columns(result if isinstance(result, Trajectory) else result.motion())

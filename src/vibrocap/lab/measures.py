@@ -11,7 +11,7 @@ from vibrocap.lab.written import Ways, Written, chosen, text_of
 from vibrocap.measures.during_run import asked_groups, measure_table, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Reduction, Standard, own_integrands
-from vibrocap.measures.recorded.response import MIRROR_SHARE
+from vibrocap.measures.recorded.settling import MIRROR_SHARE
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.api import BrowserKernel, Integrands, RunResults, codes
 from vibrocap.physics.parameters import dimension_of_unit

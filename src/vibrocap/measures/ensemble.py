@@ -10,11 +10,10 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_choice, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, unavailable, values
-from vibrocap.measures.gathered import ALWAYS, Gathered
+from vibrocap.measures.gathered import ALWAYS, Gathered, balanced
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.of_measure import FINAL, ByMeasure
 from vibrocap.measures.recorded.windows import usual_window
-from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_room, check_run, initial_state
@@ -85,7 +84,7 @@ def ensemble(
     (of a cycle of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive periods (-1
     and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "mode_sequence" an empty text)
     where the run failed. A run is "not certified", with its measures, where evidence gathered during the run is beyond
-    the bounds of a certificate (`motion.run_evidence`, and where works are measured `work_balance`).
+    the bounds of a certificate (`motion.run_evidence`, and where works are measured `gathered.balanced`).
 
     The results have the same bits with any number of threads, in any order of the runs and division into calls; those
     of another device agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError, naming

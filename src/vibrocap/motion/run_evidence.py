@@ -13,7 +13,7 @@ def certified(recording: Equations, results: RunResults, parameters: np.ndarray,
 
     The velocity at located events is that of the whole run. The share of its limit that a hold takes, the sign of the
     velocity and the defect are those at some points of its last response (`kernel/observe/evidence.py`), so that a
-    certificate, which asks everywhere, may refuse a motion that passes here. Works: `measures/work_balance.py`.
+    certificate, which asks everywhere, may refuse a motion that passes here. Works: `measures/gathered.py`.
 
     parameters: [runs, parameters]
     """

@@ -11,7 +11,7 @@ from vibrocap.measures.recorded.travel import mean_velocity
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.orbits.crossings.crossing import Crossings, crossing
+from vibrocap.orbits.continuation.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start, with_load
 from vibrocap.physics.friction.bristles import LuGre
 from vibrocap.physics.system import System

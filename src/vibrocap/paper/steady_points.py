@@ -4,8 +4,8 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
-from vibrocap.orbits.crossings.crossing import Crossings
-from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind
+from vibrocap.orbits.continuation.crossing import Crossings
+from vibrocap.orbits.continuation.crossing_bracket import Crossing, CrossingKind
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
 

@@ -30,10 +30,8 @@ from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.recorded.settling import usual_threshold
 from vibrocap.motion.trust import FINISHED, ZERO, Trust, residue
 from vibrocap.progress import shows_progress, told
-from vibrocap.studies.plan.axes import Grid, axis_of
-from vibrocap.studies.plan.checks import plan_complaints
-from vibrocap.studies.plan.planning import with_load_watch
-from vibrocap.studies.plan.runs import Column
+from vibrocap.studies.plan.planning import plan_complaints, with_load_watch
+from vibrocap.studies.plan.runs import Column, Grid, axis_of
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import plainly, with_varied_parts
 from vibrocap.studies.refinement import discrete, filled, leaf_corners, levels_of, middles, wanted

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.studies.plan.axes import even_in_logarithm
+from vibrocap.studies.plan.runs import even_in_logarithm
 
 Levels = list[tuple[np.ndarray, np.ndarray]]  # of both axes: indices of the points of each level
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaint, Complaints, check_whole, require
 from vibrocap.case.case import Case, CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.numerics import api as numerics
@@ -19,21 +20,57 @@ from vibrocap.progress import Progress, reporting
 from vibrocap.quantities.declared import ByName
 from vibrocap.resources import available_memory, free_disk, in_words
 from vibrocap.studies.dataset import empty_results, labelled, open_study
-from vibrocap.studies.execution import MAX_RUNS, Execution
 from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.runs import tile_counts
 from vibrocap.studies.plan.study import Study, code_of
 from vibrocap.studies.store.chunks import stored_numbers
+from vibrocap.studies.store.places import DamageWarning
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import Opened, opened_for_writing
-from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.tile import run_tile, tile_block, tile_indices, tile_runs_by_time, tile_shape
 from vibrocap.studies.variables import variables
 
 if TYPE_CHECKING:
     import xarray
+
+MAX_RUNS = 10_000_000
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Execution:
+    """All that is said of how a study is carried out, see `sweep`; the results do not depend on it."""
+
+    out: Path | None = None
+    resume: bool = False
+    mixed: bool = False
+    max_runs: int = MAX_RUNS
+    yes: bool = False
+    tile_runs: int | None = None
+    threads: int | None = None
+    device: str = "cpu"
+    workers: int | Executor | None = None
+
+    def require_packages(self) -> None:
+        """ModuleNotFoundError for what a study needs beyond the core."""
+        require("a sweep", "xarray", "zarr")
+
+    def complaints(self) -> list[Complaint]:
+        complaints = Complaints()
+        for name in ("max_runs", "tile_runs", "threads", "workers"):
+            with complaints.collected():
+                number = getattr(self, name)
+                check_whole(name, 1 if number is None or isinstance(number, Executor) else number, 1)
+        if self.mixed and not self.resume:
+            complaints.add("mixed", "continues a stored study, for which resume has to be given, too")
+        for name in ("resume", "workers"):
+            if getattr(self, name) and self.out is None:
+                complaints.add(name, "needs a folder for the results (out)")
+        with complaints.collected():
+            numerics.device(self.device)
+        return [complaint for complaint in complaints if isinstance(complaint, Complaint)]
+
 
 STORED = 0.2  # bytes on a disk over bytes in memory, at least, of results that are not all the same
 SECONDS = {"set-valued": 2e-6, "kinked": 4e-6, "smooth": 3e-6}  # per run and period on one core, by kind of law

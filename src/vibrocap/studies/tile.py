@@ -14,7 +14,7 @@ from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
-from vibrocap.studies.plan.checks import check_runs
+from vibrocap.studies.plan.planning import check_runs
 from vibrocap.studies.plan.runs import Block, tile_counts
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import varied

@@ -25,11 +25,11 @@ from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.catalogue import register
 from vibrocap.physics.part_files import PartsError, file_of, load_parts
-from vibrocap.studies.plan.differences import code_differences
+from vibrocap.studies.plan.code_version import code_differences
 from vibrocap.studies.plan.study import Study, code_of
-from vibrocap.studies.store.marks import Index
+from vibrocap.studies.store.places import StoreError
+from vibrocap.studies.store.record import Index
 from vibrocap.studies.store.store import Store
-from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.tile import run_tile
 
 AHEAD = 2  # tiles in flight per process: one that runs and one that waits

@@ -47,8 +47,8 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
     Exit code 3: some motions did not settle, so places may be missing.
     """
     from vibrocap.measures.of_measure import measure_unit
-    from vibrocap.orbits.crossings.crossing import crossing as crossings
-    from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+    from vibrocap.orbits.continuation.crossing import crossing as crossings
+    from vibrocap.orbits.continuation.crossing_bracket import CrossingKind
 
     setup = request.setup
     along, low, high = quantity_range(request.over, setup.system)

@@ -58,10 +58,10 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
     Exit code 3: the motion did not settle, or no periodic motion was found.
     """
     from vibrocap.orbits.attractors.classification import classify
+    from vibrocap.orbits.closing.autonomous_orbit import OfSection, checked_section
     from vibrocap.orbits.closing.gradients import check_gradients
     from vibrocap.orbits.closing.orbit import orbit as steady_motion
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-    from vibrocap.orbits.closing.returns import OfSection, checked_section
 
     setup = request.setup
     if request.gradients:

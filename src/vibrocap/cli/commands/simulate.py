@@ -109,7 +109,7 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
-    from vibrocap.measures.recorded.response import response_class
+    from vibrocap.measures.recorded.settling import response_class
 
     response = response_class(computed(motion))
     if response.residual is None:

@@ -42,8 +42,7 @@ def sweep(request: SweepRequest) -> Answer:
     all of it named before any work. 3 the work could not be completed (a full disk, for example), or a study is
     damaged. 130 stopped by Ctrl-C. After 3 and 130, with --resume, the command continues where it stopped.
     """
-    from vibrocap.studies.execution import MAX_RUNS
-    from vibrocap.studies.sweep import size_in_words
+    from vibrocap.studies.sweep import MAX_RUNS, size_in_words
 
     if request.verify:
         return _verified(request.case)
@@ -124,7 +123,7 @@ def _adaptive(study: "Study", request: "SweepRequest") -> "Outcome":
 
 def _disk_failure(error: OSError, request: "SweepRequest") -> str:
     """One paragraph about a disk that did not take the results."""
-    from vibrocap.studies.store.writing import StoreError
+    from vibrocap.studies.store.places import StoreError
 
     if isinstance(error, StoreError):
         return f"The study could not be completed: {str(error).replace(' (resume=True)', '')}."

@@ -11,9 +11,8 @@ from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
-from vibrocap.studies.plan.axes import axis_of
 from vibrocap.studies.plan.designs import Range, range_from
-from vibrocap.studies.plan.runs import Column
+from vibrocap.studies.plan.runs import Column, axis_of
 from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
 
 FAR = 1e3  # distance of designs that differ in a choice: their motions are not of one kind

@@ -5,7 +5,7 @@ import dataclasses
 from typing import Annotated
 
 from vibrocap.measures.recorded.energy import EnergyBalance, energy_balance
-from vibrocap.measures.recorded.response import response_class
+from vibrocap.measures.recorded.settling import response_class
 from vibrocap.measures.recorded.sticking import stick_fraction
 from vibrocap.measures.recorded.travel import MeanVelocity, drift, mean_velocity, winding
 from vibrocap.measures.recorded.windows import usual_window, whole_periods

@@ -14,10 +14,10 @@ from vibrocap.orbits.attractors.classification import (
     class_of_iterates,
     mirrored_cloud,
     same_set,
+    settled_without_clock,
     within_set,
 )
 from vibrocap.orbits.attractors.starts import checked_ranges, spread_starts, visited_ranges
-from vibrocap.orbits.attractors.without_clock import settled_without_clock
 from vibrocap.orbits.closing.attractor_matching import mirrored_points, nearest, orbit_points, orbits_reached, selected
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs

@@ -1,117 +1,31 @@
-"""What a motion becomes: periodic modulo its drift, quasi-periodic or chaotic, with the numbers that decided it."""
+"""What a motion becomes: periodic modulo its drift, quasi-periodic or chaotic, with the numbers that decided it.
+
+Where nothing drives the system in time, runs are looked at whole drive periods apart, of whatever length. One that has
+settled within the residue of an equilibrium of the equations rests there; a set of rest is one attractor. The others
+are closed to cycles by their returns, one run for each cycle: every other run on it is near a point of its path.
+"""
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole
-from vibrocap.measures.recorded.settling import stroboscopic_states
+from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state, simulate
-from vibrocap.motion.trajectory import Trajectory
-from vibrocap.orbits.attractors.lyapunov import BATCHES, LyapunovExponents, exponents
-from vibrocap.orbits.attractors.without_clock import LOOKED_AT, settled_without_clock
+from vibrocap.motion.trust import RESIDUE
+from vibrocap.orbits.attractors.lyapunov import BATCHES, LyapunovExponents, ZeroOneTest, exponents, zero_one_test
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
-from vibrocap.orbits.closing.autonomous_orbit import comes_to_rest
+from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit, comes_to_rest
 from vibrocap.orbits.closing.orbit import Orbit
-from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, judged
 from vibrocap.orbits.closing.shooting import closed, shortest
-from vibrocap.orbits.equilibria.equilibrium import Equilibrium
-from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
+from vibrocap.orbits.equilibria.equilibrium import Equilibrium, equilibria
+from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven, named_states, state_vector
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByName, Length, Number, States
 from vibrocap.quantities.dimensional import Dimensional
-
-FREQUENCIES = 100
-LOWEST, HIGHEST = math.pi / 5, 4 * math.pi / 5  # of c: farther out resonances are frequent
-SHARE = 0.1  # of the series, the longest lag
-FEWEST = 200  # values; Gottwald and Melbourne advise a thousand or more
-CONSTANT = 1e-9  # extent over the largest value, below which a series stands still
-
-
-@dataclasses.dataclass(frozen=True)
-class ZeroOneTest:
-    """Result of the 0-1 test: `value` near 1 is chaos, near 0 a periodic or quasi-periodic motion.
-
-    value: median of `correlations`, one per frequency c in `frequencies` (radians per sample); samples: values used
-    """
-
-    value: float
-    correlations: np.ndarray
-    frequencies: np.ndarray
-    samples: int
-
-
-def zero_one_test(series: Any, *, frequencies: int = FREQUENCIES, seed: int = 0) -> ZeroOneTest:
-    """The 0-1 test of Gottwald and Melbourne (SIAM J. Appl. Dyn. Syst. 8, 129-145, 2009), by correlation.
-
-    The series phi drives a point in the plane, which wanders off as by chance if the series is chaotic and stays within
-    bounds if it is regular:
-
-        p(n) + i q(n) = sum_{j<=n} phi(j) exp(i j c)
-        M(n) = mean_j |(p, q)(j + n) - (p, q)(j)|^2,   n <= N/10
-        D(n) = M(n) - <phi>^2 (1 - cos n c)/(1 - cos c)           the modified mean-square displacement
-        K(c) = correlation of D(n) with n;   the result is the median of K over c from (pi/5, 4 pi/5)
-
-    series: [N] values, one per period (a finely sampled signal looks regular), or a `Trajectory`, of which the state at
-        the section that varies most is taken, over its natural size, in the last half of the motion
-    A series that stands still has K = 0. Weak chaos and slow transients need many values; noise counts as chaos.
-    Returns `ZeroOneTest`. Raises ValueError for fewer than 200 values or what is no series of finite numbers.
-    """
-    phi = _values(series)
-    check_whole("frequencies", frequencies, 1)
-    count = len(phi)
-    c = np.sort(np.random.default_rng(seed).uniform(LOWEST, HIGHEST, frequencies))
-    if np.ptp(phi) <= CONSTANT * np.max(np.abs(phi)):
-        return ZeroOneTest(0.0, np.zeros(frequencies), c, count)
-    lags = np.arange(1, int(SHARE * count) + 1)
-    displacement = np.stack([_displacement(phi, frequency, len(lags)) for frequency in c])
-    swinging = np.mean(phi) ** 2 * (1.0 - np.cos(lags * c[:, None])) / (1.0 - np.cos(c[:, None]))
-    correlations = _correlations(displacement - swinging, lags)
-    return ZeroOneTest(float(np.median(correlations)), correlations, c, count)
-
-
-def _values(series: Any) -> np.ndarray:
-    if isinstance(series, Trajectory):
-        states = stroboscopic_states(series)
-        states = states[len(states) // 2 :]
-        series = states[:, np.argmax(np.ptp(states, axis=0))] if len(states) else states.ravel()
-    try:
-        phi = np.asarray(series, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentError("series", f"should be numbers, one per period, or a motion, got {series!r}") from None
-    if phi.ndim != 1 or len(phi) < FEWEST:
-        why = f"should be at least {FEWEST} numbers in a row, got an array of shape {phi.shape}"
-        raise ArgumentError("series", why)
-    if not np.all(np.isfinite(phi)):
-        why = f"should be finite, got {phi[~np.isfinite(phi)][0]} at {np.argmin(np.isfinite(phi))}"
-        raise ArgumentError("series", why)
-    return phi
-
-
-def _displacement(phi: np.ndarray, c: float, longest: int) -> np.ndarray:
-    """M(n) for n = 1 ... longest, each a mean over the same number of j."""
-    count = len(phi)
-    z = np.cumsum(phi * np.exp(1j * c * np.arange(1, count + 1)))
-    used = count - longest
-    size = 1 << (2 * count - 1).bit_length()
-    first = np.where(np.arange(count) < used, z, 0.0)
-    products = np.fft.ifft(np.conj(np.fft.fft(first, size)) * np.fft.fft(z, size))[1 : longest + 1]
-    squares = np.concatenate(([0.0], np.cumsum(np.abs(z) ** 2)))
-    later = squares[used + 1 : used + longest + 1] - squares[1 : longest + 1]
-    return (later + squares[used] - 2.0 * products.real) / used
-
-
-def _correlations(rows: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Correlation of each row with the lags; 0 for a row that does not vary."""
-    rows = rows - rows.mean(axis=1, keepdims=True)
-    ramp = lags - lags.mean()
-    spread = np.sqrt(np.sum(rows**2, axis=1) * np.sum(ramp**2))
-    return np.divide(rows @ ramp, spread, out=np.zeros(len(rows)), where=spread > 0.0)
-
 
 SURE = 3.0  # errors by which an exponent, or a mean drift, differs from zero
 REGULAR, CHAOTIC = 0.2, 0.8  # results of the 0-1 test below and above which it has decided
@@ -327,3 +241,104 @@ def _mean_drift(map_: StroboscopicMap, states: np.ndarray) -> tuple[float | None
     gains = np.diff(states[:, map_.cyclic])
     batches = np.array([batch.mean() for batch in np.array_split(gains, min(BATCHES, len(gains)))])
     return float(gains.mean()), float(batches.std(ddof=1) / math.sqrt(len(batches)))
+
+
+NEAR_EQUILIBRIUM = RESIDUE * SETTLED  # of an equilibrium, over natural sizes
+MUCH_LONGER = 4
+MOST_CYCLES = 32  # runs that are tried to be closed
+LOOKED_AT = 200  # drive periods at most, from whose returns a cycle is guessed
+SAME_PERIOD = 1e-8  # relative difference between the periods of one cycle, each closed to rounding
+SAMPLES = 4096  # points of the path of a cycle
+ON_CYCLE = 1e-3  # of its extents: runs that are so near to its path lead to it
+
+
+Reached = list[Equilibrium | PeriodicSolution]
+
+
+def settled_without_clock(
+    map_: StroboscopicMap, runs: SettlingRuns, periods: int
+) -> tuple[Reached, np.ndarray, SettlingRuns]:
+    """(motions to which runs lead, index of that of each run [runs], the runs); -1: none that is known, or a failure.
+
+    What neither rests nor closes goes on for `LONGER` times as many periods: it may still be on its way.
+    """
+    which = np.full(len(runs.state), -1)
+    reached: Reached = []
+    for longer in (0, MUCH_LONGER):
+        left = np.flatnonzero(runs.finished & (which < 0))
+        if longer and len(left):
+            runs = runs.replaced(left, settling_runs(map_, runs.state[left], longer * periods))
+        _find_rests(map_, runs, which, reached)
+        _find_cycles(map_, runs, which, reached, min(periods, LOOKED_AT))
+    return reached, which, runs
+
+
+def _find_rests(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, reached: Reached) -> None:
+    """Label the runs that are at an equilibrium, adding those to what is reached."""
+    resting = np.flatnonzero(runs.finished & (runs.response_period > 0) & (which < 0))
+    known = {k: motion for k, motion in enumerate(reached) if isinstance(motion, Equilibrium)}
+    for k, rest in known.items():
+        which[resting[_belongs(map_, runs.state[resting], rest)]] = k
+    for motion in () if known or not len(resting) else equilibria(map_.system):
+        there = resting[_belongs(map_, runs.state[resting], motion) & (which[resting] < 0)]
+        if len(there):
+            which[there] = len(reached)
+            reached.append(motion)
+
+
+def _find_cycles(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, reached: Reached, periods: int) -> None:
+    """Label the runs that are on a cycle, adding those to what is reached: one run of each is closed."""
+    left = np.flatnonzero(runs.finished & (which < 0))
+    for k, motion in enumerate(reached):
+        if isinstance(motion, PeriodicSolution):
+            on_it = _near_path(map_, motion, runs.state[left])
+            which[left[on_it]] = k
+            left = left[~on_it]
+    for _ in range(MOST_CYCLES):
+        if not len(left):
+            break
+        head, solution = left[0], autonomous_orbit(map_.system, runs.state[left[0]], periods, map_.tolerance)
+        left = left[1:]
+        if not solution.closes or solution.unstable:
+            continue
+        known = next((k for k, motion in enumerate(reached) if _same_cycle(map_, motion, solution)), len(reached))
+        on_it = _near_path(map_, solution, runs.state[left])
+        which[head] = which[left[on_it]] = known
+        left = left[~on_it]
+        if known == len(reached):
+            reached.append(judged(solution))
+
+
+def _belongs(map_: StroboscopicMap, states: np.ndarray, rest: Equilibrium) -> np.ndarray:
+    """Which states [runs, states] lie within the extents of an equilibrium, but for travel and whole turns: [runs]."""
+    system, sizes = map_.system, map_.scales(map_.parameters())
+    least, most, middle = (np.array(list(named.values())) for named in (rest.least, rest.most, rest.state))
+    turned = middle + map_.away(states, middle)
+    inside = (turned >= least - NEAR_EQUILIBRIUM * sizes) & (turned <= most + NEAR_EQUILIBRIUM * sizes)
+    kept = [i for i in map_.section_states if system.state_names[i] not in system.switched]
+    return np.all(inside[:, kept], axis=1)
+
+
+def _same_cycle(map_: StroboscopicMap, one: Equilibrium | PeriodicSolution, other: PeriodicSolution) -> bool:
+    """Whether two cycles are one, begun at different places."""
+    if not isinstance(one, PeriodicSolution) or abs(one.period - other.period) > SAME_PERIOD * other.period:
+        return False
+    return bool(_near_path(map_, one, state_vector(map_.system, other.state)[None])[0])
+
+
+def _near_path(map_: StroboscopicMap, orbit: PeriodicSolution, states: np.ndarray) -> np.ndarray:
+    """Which states [runs, states] are on the path of a cycle, as far as runs come near it."""
+    from scipy.spatial import KDTree
+
+    motion = orbit.motion()
+    path = map_.section(motion.states(np.linspace(0.0, orbit.period, SAMPLES)).T)
+    extents = np.ptp(path, axis=0)
+    extents[extents == 0.0] = 1.0
+    path, ends = path / extents, map_.section(states) / extents
+    places = KDTree(path).query(ends)[1]
+    away = np.full(len(ends), np.inf)
+    for other in (-1, 1):  # the nearest point of either side that begins or ends at the nearest sample
+        start, step = path[places], path[(places + other) % SAMPLES] - path[places]
+        share = np.clip(np.sum((ends - start) * step, axis=1) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0.0, 1.0)
+        away = np.minimum(away, np.max(np.abs(start + share[:, None] * step - ends), axis=1))
+    return away <= ON_CYCLE

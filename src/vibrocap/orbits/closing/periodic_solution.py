@@ -9,8 +9,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.orbits.walk.branch_point import FORGOTTEN
-from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE, FORGOTTEN
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Context, Derivative, In, Length, Number, Speed, States
 from vibrocap.results import Advised, Result

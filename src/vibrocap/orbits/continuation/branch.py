@@ -18,12 +18,11 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven, state_vector
 from vibrocap.orbits.parameter_range import checked_range
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected
 from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.following import Followed, end_at, followed, started, walked
 from vibrocap.orbits.walk.kinds import CORNERS, BranchEnd, SpecialKind
-from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE, BranchPoint, corrected
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path, value_in_words
 from vibrocap.physics.system import System

@@ -11,13 +11,13 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.crossings.crossing import checked_measure, sign_changes
-from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+from vibrocap.orbits.continuation.crossing import checked_measure, sign_changes
+from vibrocap.orbits.continuation.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import named_states
-from vibrocap.orbits.walk.branch_point import BranchPoint
 from vibrocap.orbits.walk.following import started
+from vibrocap.orbits.walk.residual import BranchPoint
 from vibrocap.orbits.walk.segment import Lost, Segment
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.dimensional import Dimensional

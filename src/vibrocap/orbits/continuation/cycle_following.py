@@ -18,14 +18,13 @@ import numpy as np
 from vibrocap.measures.recorded.sticking import by_contact
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.equilibria.bifurcations import Located, hopf
-from vibrocap.orbits.equilibria.sliding import Sliding
-from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+from vibrocap.orbits.equilibria.equilibrium_branch import Sliding
+from vibrocap.orbits.equilibria.steady_states import SteadyEquations
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import named_states
-from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at
 from vibrocap.orbits.walk.following import Followed, followed, started
-from vibrocap.orbits.walk.itinerary import mode_change
-from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
+from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind, mode_change
+from vibrocap.orbits.walk.residual import BranchPoint, closed_at
 from vibrocap.orbits.walk.special_points import Found
 from vibrocap.physics.names import numbered
 

@@ -10,8 +10,8 @@ from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.parameter_range import system_at
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
+from vibrocap.orbits.walk.residual import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.walk.special_points import Found, SpecialPoint
 from vibrocap.physics.dimensions.conversion import value_in_words
 

@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.orbits.equilibria.search import ROUNDINGS
-from vibrocap.orbits.equilibria.steady_equations import balanced
+from vibrocap.orbits.equilibria.steady_states import ROUNDINGS, balanced
 from vibrocap.orbits.walk.newton import Levels, newton
 
 if TYPE_CHECKING:
-    from vibrocap.orbits.equilibria.sliding import Sliding
+    from vibrocap.orbits.equilibria.equilibrium_branch import Sliding
 
 MOST_STEPS = 40
 LEVELS = Levels(0.0, 1e-9)  # of the length of a step

@@ -18,10 +18,8 @@ from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.grazing import grazing_beyond
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, named_states
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.orbits.walk.branch_point import BranchPoint
-from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, same_cycle
-from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
-from vibrocap.orbits.walk.residual import Closing, Residual
+from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, closed_sequence, same_cycle
+from vibrocap.orbits.walk.residual import BranchPoint, Closing, Residual
 from vibrocap.orbits.walk.segment import Segment
 from vibrocap.orbits.walk.special_points import Found, special_points_of_maps
 from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF

@@ -4,9 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at, null_tangent
 from vibrocap.orbits.walk.kinds import CORNERS, SpecialKind
-from vibrocap.orbits.walk.residual import Residual
+from vibrocap.orbits.walk.residual import BranchPoint, Residual, closed_at, null_tangent
 from vibrocap.orbits.walk.segment import Segment
 from vibrocap.orbits.walk.special_points import Found, flip_test, special_points_between
 

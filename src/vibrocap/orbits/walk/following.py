@@ -5,10 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.walk.branch_point import BranchPoint, closed_at, corrected, null_tangent, tangent
 from vibrocap.orbits.walk.branch_switching import parent_bifurcation, unlocated_bifurcation
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
-from vibrocap.orbits.walk.residual import Closing, Residual
+from vibrocap.orbits.walk.residual import BranchPoint, Closing, Residual, closed_at, corrected, null_tangent, tangent
 from vibrocap.orbits.walk.segment import TOO_MANY, Lost, Segment
 from vibrocap.orbits.walk.special_points import (
     Found,

@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, tangent
-from vibrocap.orbits.walk.residual import Residual
+from vibrocap.orbits.walk.residual import BranchPoint, Residual, corrected, tangent
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves

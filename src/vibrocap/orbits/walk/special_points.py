@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.orbits.walk.branch_point import BranchPoint
-from vibrocap.orbits.walk.itinerary import ModeChange
-from vibrocap.orbits.walk.kinds import CORNERS, SpecialKind
-from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE, Residual
+from vibrocap.orbits.walk.kinds import CORNERS, ModeChange, SpecialKind
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE, BranchPoint, Residual
 from vibrocap.orbits.walk.segment import Bracket, Lost, Segment, mode_changes
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.declared import AngularFrequency, Length, Number, Numbers, States

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibrocap.measures.recorded.energy import energy_balance
-from vibrocap.measures.recorded.response import response_class
+from vibrocap.measures.recorded.settling import response_class
 from vibrocap.paper.claims.claim import DRAWN, RUN_ERROR, Finding, Outcome, Tolerance, claim, decided, restricted
 from vibrocap.paper.claims.vibration import both, larger
 from vibrocap.paper.presets import SHORT, figures_5_to_8

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from vibrocap.measures.recorded.limits import frictional_limits, steady_friction, steady_slope
-from vibrocap.measures.recorded.offset_points import OffsetPoints
+from vibrocap.measures.recorded.limits import OffsetPoints, frictional_limits, steady_friction, steady_slope
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.runs import Runs, imposed_sliding
 from vibrocap.physics.friction.bristles import LuGre

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from vibrocap.measures.recorded.response import response_class
-from vibrocap.measures.recorded.settling import settling
+from vibrocap.measures.recorded.settling import response_class, settling
 from vibrocap.measures.recorded.sticking import stick_phases
 from vibrocap.measures.recorded.travel import drift
 from vibrocap.motion.trajectory import Trajectory

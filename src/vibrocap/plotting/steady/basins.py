@@ -21,7 +21,7 @@ from vibrocap.plotting.look.style import drawing, legend_below, settings_of, sty
 from vibrocap.plotting.studies import maps
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, case_of
-from vibrocap.studies.labelled_result import PHASE_ATTRIBUTES, labelled_result
+from vibrocap.studies.dataset import PHASE_ATTRIBUTES, labelled_result
 
 TITLES = {"direction": "direction of travel", "attractor": "attractor"}
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}

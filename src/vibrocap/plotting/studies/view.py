@@ -16,7 +16,7 @@ from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.motion.status import Status
 from vibrocap.motion.trust import TRAVEL, ZERO, residue
 from vibrocap.plotting.look.labels import bracketed, case_words, percent, symbol_text, value_text, whole
-from vibrocap.studies.plan.axes import even_in_logarithm
+from vibrocap.studies.plan.runs import even_in_logarithm
 from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
 MOST_PANELS = 6

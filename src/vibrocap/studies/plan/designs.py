@@ -11,8 +11,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, check_whole, is_number, shown, suggestion
 from vibrocap.case.sections import is_kind
-from vibrocap.studies.plan.axes import end_complaints, range_of
-from vibrocap.studies.plan.runs import Block, Runs
+from vibrocap.studies.plan.runs import Block, Runs, end_complaints, range_of
 
 # kind: most runs. A Sobol sequence has that many points; a Latin hypercube has to be drawn as a whole.
 KINDS_OF_DESIGN = {"sobol": 2**30, "halton": 2**40, "latin-hypercube": 10**7, "random": 2**60}

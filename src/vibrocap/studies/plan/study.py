@@ -18,11 +18,9 @@ from vibrocap.measures.measure import Measure
 from vibrocap.numerics import api as numerics
 from vibrocap.physics.names import split_path
 from vibrocap.physics.part_files import file_of
-from vibrocap.studies.plan.axes import Grid
-from vibrocap.studies.plan.cases import CaseList
 from vibrocap.studies.plan.code_version import code_version
 from vibrocap.studies.plan.designs import Drawn
-from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.runs import CaseList, Grid, Runs
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
 

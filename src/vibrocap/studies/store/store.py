@@ -24,16 +24,36 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.studies.plan.code_version import surroundings
-from vibrocap.studies.plan.differences import code_differences, differences
+from vibrocap.studies.plan.code_version import code_differences, differences, surroundings
 from vibrocap.studies.plan.study import FORMAT, Study
 from vibrocap.studies.store import places
-from vibrocap.studies.store.marks import Index, checksum, finished_text, is_mark, mark_text, tile_name
-from vibrocap.studies.store.places import BEGINNING, DONE, FILE, FINISHED, FOLDER, LOCK, MIXED, RESULTS, STUDY
-from vibrocap.studies.store.record import LARGEST, read_record, record_text
+from vibrocap.studies.store.chunks import ZarrFiles
+from vibrocap.studies.store.places import (
+    BEGINNING,
+    DONE,
+    FILE,
+    FINISHED,
+    FOLDER,
+    LOCK,
+    MIXED,
+    RESULTS,
+    STUDY,
+    Lock,
+    StoreError,
+    kept,
+)
+from vibrocap.studies.store.record import (
+    LARGEST,
+    Index,
+    checksum,
+    finished_text,
+    is_mark,
+    mark_text,
+    read_record,
+    record_text,
+    tile_name,
+)
 from vibrocap.studies.store.verification import Verification, verified
-from vibrocap.studies.store.writing import Lock, StoreError, kept
-from vibrocap.studies.store.zarr_files import ZarrFiles
 from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.tile import tile_indices
 

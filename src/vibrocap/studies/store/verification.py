@@ -7,9 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.case.case import CaseError
-from vibrocap.studies.store.marks import DamageError, Index, is_finished, read_chunk, read_first, read_mark, tile_name
 from vibrocap.studies.store.places import DONE, LOCK, RESULTS, STRANGE, STUDY, names, strange_places, why_strange
-from vibrocap.studies.store.record import DamagedRecord, plan_of, read_record
+from vibrocap.studies.store.record import (
+    DamagedRecord,
+    DamageError,
+    Index,
+    is_finished,
+    plan_of,
+    read_chunk,
+    read_first,
+    read_mark,
+    read_record,
+    tile_name,
+)
 from vibrocap.studies.store.zarr_form import checked_results, expected_arrays, first_places, strange_names
 from vibrocap.studies.tile import tile_indices
 

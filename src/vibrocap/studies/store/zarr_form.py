@@ -21,17 +21,15 @@ from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.measures.of_measure import measure_unit, unit_in
 from vibrocap.measures.standard import known_measure
 from vibrocap.physics.system import System
-from vibrocap.studies.store.marks import DamageError, is_finished, read_first
-from vibrocap.studies.store.places import FILE, FOLDER, RESULTS, names, read_plain, why_unread
-from vibrocap.studies.store.record import measure_names, plan_of
-from vibrocap.studies.store.writing import StoreError
+from vibrocap.studies.store.places import FILE, FOLDER, RESULTS, StoreError, names, read_plain, why_unread
+from vibrocap.studies.store.record import DamageError, is_finished, measure_names, plan_of, read_first
 from vibrocap.studies.variables import ALWAYS, coordinate_attributes
 
 METADATA = "zarr.json"
 LARGEST = 2**24  # bytes of such a file
 COMPRESSION = 3  # level of zstd: measures hardly shrink further
-NUMBERS, TEXT = "float64", "string"
-FILLS = {NUMBERS: "NaN", TEXT: ""}
+NUMBERS, STRING = "float64", "string"
+FILLS = {NUMBERS: "NaN", STRING: ""}
 GROUP = {"zarr_format": 3, "node_type": "group"}
 PLAIN = (str, int, float, type(None))
 ATTRIBUTES: dict[str, Any] = {
@@ -77,7 +75,7 @@ def array_entries(
 ) -> dict[str, Any]:
     """The entries that say what an array is, but for its attributes, as they are written."""
     own: dict[str, Any] = {"name": "bytes"}
-    if kind == TEXT:
+    if kind == STRING:
         own = {"name": "vlen-utf8", "configuration": {}}
     elif kind not in ("int8", "bool"):
         own["configuration"] = {"endian": "little"}
@@ -102,13 +100,13 @@ def expected_arrays(record: Mapping[str, Any]) -> dict[str, ExpectedArray]:
     arrays: dict[str, ExpectedArray] = {}
     lengths = dict(zip(plan.dims, plan.shape, strict=True))
     for path in plan.paths:
-        kind = TEXT if plan.is_text(path) else NUMBERS
+        kind = STRING if plan.is_text(path) else NUMBERS
         if plan.gridded:
             arrays[path] = ExpectedArray((path,), (lengths[path],), (lengths[path],), (kind,), False)
         else:
             arrays[path] = ExpectedArray(plan.dims, plan.shape, tile, (kind,), True)
     for name in (*ALWAYS, *measure_names(record)):
-        types = (ALWAYS[name].dtype.name,) if name in ALWAYS else (NUMBERS, TEXT)
+        types = (ALWAYS[name].dtype.name,) if name in ALWAYS else (NUMBERS, STRING)
         arrays[name] = ExpectedArray(plan.dims, plan.shape, tile, types, True)
     return arrays
 

@@ -13,7 +13,7 @@ from vibrocap.measures.during_run import check_travel, measure_table, near_measu
 from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
 from vibrocap.measures.standard import known_measure
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
+from vibrocap.orbits.continuation.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
