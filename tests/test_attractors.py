@@ -14,9 +14,8 @@ from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD,
 from vibrocap.orbits.attractors.bifurcation_diagram import bifurcation_diagram
 from vibrocap.orbits.attractors.classification import same_set, within_set
 from vibrocap.orbits.attractors.starts import evenly_spread
-from vibrocap.orbits.closing import attractor_matching
-from vibrocap.orbits.closing.attractor_matching import distinct_orbits
-from vibrocap.orbits.maps import settling_runs
+from vibrocap.orbits.closing import settling_runs
+from vibrocap.orbits.closing.settling_runs import distinct_orbits
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.friction.bristles import ElastoPlastic
 
@@ -56,11 +55,11 @@ def test_sets_are_told_apart_by_where_their_marks_lie():
 
 def test_settled_runs_near_orbits_that_are_known_are_theirs_without_shooting(monkeypatch):
     """That of the nearer one of two, and of none where both are farther than what counts as settled."""
-    monkeypatch.setattr(attractor_matching, "closed", None)
+    monkeypatch.setattr(settling_runs, "closed", None)
     map_ = types.SimpleNamespace(section=lambda states: states)
-    points = np.array([[0.0], [1.0]]), np.array([[1.5 * attractor_matching.NEAR]])
-    known = [attractor_matching.OrbitPoints(None, point) for point in points]  # type: ignore[arg-type]
-    ends = np.array([[0.0], [1.0], [1.4], [0.7], [2.6], [0.9999]]) * attractor_matching.NEAR
+    points = np.array([[0.0], [1.0]]), np.array([[1.5 * settling_runs.NEAR]])
+    known = [settling_runs.OrbitPoints(None, point) for point in points]  # type: ignore[arg-type]
+    ends = np.array([[0.0], [1.0], [1.4], [0.7], [2.6], [0.9999]]) * settling_runs.NEAR
     found, which = distinct_orbits(map_, ends, np.ones(6, dtype=int), 0, known)  # type: ignore[arg-type]
     assert found == known
     assert list(which) == [0, 1, 1, 0, -1, 1]

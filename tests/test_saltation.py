@@ -16,7 +16,7 @@ from thinned import exhaustive_but
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.attractors.lyapunov import lyapunov_exponent
-from vibrocap.orbits.maps import differences
+from vibrocap.orbits.closing import shooting
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 from vibrocap.physics.catalogue import law as law_of
@@ -50,13 +50,13 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     map_, sound = plain, StroboscopicMap.images
     state = np.array([0.0, 0.2275240469])
     images = map_.images(state[None], map_.parameters()[None])
-    assert not differences.contradicted(map_, state, images, map_.parameters())
+    assert not shooting.contradicted(map_, state, images, map_.parameters())
     for factor, sure in ((0.5, True), (1.05, True), (-1.0, False)):
         wrong = dataclasses.replace(images, jacobian=factor * images.jacobian)
         with monkeypatch.context() as planted:
             if not sure:
-                planted.setattr(differences, "slopes_along", lambda *_: (images.state, np.array([False])))
-            assert differences.contradicted(map_, state, wrong, map_.parameters())
+                planted.setattr(shooting, "slopes_along", lambda *_: (images.state, np.array([False])))
+            assert shooting.contradicted(map_, state, wrong, map_.parameters())
     monkeypatch.setattr(
         StroboscopicMap,
         "images",

@@ -11,7 +11,7 @@ from thinned import slow_but
 from vibrocap.case.case import case_from_text
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.motion.trust import ZERO, residue
-from vibrocap.studies import refinement
+from vibrocap.studies import adaptive
 from vibrocap.studies.adaptive import adaptive_map, border
 
 SIDE = 385  # 12 coarse cells of 32 steps
@@ -193,9 +193,9 @@ def test_what_is_counted_is_filled_from_the_nearest_corner():
     order, missing = np.flatnonzero(computed), int(np.sum(~computed))
     corners = np.repeat([[0], [4], [0], [2]], missing, axis=1)
     axes = np.linspace(1.0, 2.0, 5), np.linspace(0.0, 1.0, 3)
-    full = refinement.filled(np.array([1.0, 2.0, 3.0, 4.0]), order, computed, corners, axes)
+    full = adaptive.filled(np.array([1.0, 2.0, 3.0, 4.0]), order, computed, corners, axes)
     assert full.tolist() == 3 * [[1.0, 1.0, 2.0]] + 2 * [[3.0, 3.0, 4.0]]
-    smooth = refinement.filled(np.array([0.5, 1.5, 2.5, 3.5]), order, computed, corners, axes)
+    smooth = adaptive.filled(np.array([0.5, 1.5, 2.5, 3.5]), order, computed, corners, axes)
     assert smooth[:, 1] == pytest.approx([1.0, 1.5, 2.0, 2.5, 3.0], abs=1e-15)
 
 

@@ -79,9 +79,9 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.orbits.closing.gradients import Gradients
     from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
     from vibrocap.orbits.continuation.branch import Branch, branch
-    from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
     from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
-    from vibrocap.orbits.continuation.crossing import Crossing, CrossingKind, Crossings, crossing
+    from vibrocap.orbits.continuation.crossing import BranchCrossing, Crossings, crossing
+    from vibrocap.orbits.continuation.crossing_bracket import Crossing, CrossingKind
     from vibrocap.orbits.continuation.hopf_cycles import hopf_cycles
     from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium, equilibria
     from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, equilibrium_branch

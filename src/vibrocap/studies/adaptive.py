@@ -20,6 +20,7 @@ border leads to it. The attributes `coarse_steps` and `coarse_spacing` of the ax
 
 import dataclasses
 import inspect
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -31,10 +32,9 @@ from vibrocap.measures.recorded.settling import usual_threshold
 from vibrocap.motion.trust import FINISHED, ZERO, Trust, residue
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.planning import plan_complaints, with_load_watch
-from vibrocap.studies.plan.runs import Column, Grid, axis_of
+from vibrocap.studies.plan.runs import Column, Grid, axis_of, even_in_logarithm
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import plainly, with_varied_parts
-from vibrocap.studies.refinement import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
     import xarray
@@ -126,8 +126,7 @@ def adaptive_map(
     x, y = axes.values()
     levels = levels_of((len(x), len(y)), steps)
     computed, codes = np.zeros((len(x), len(y)), dtype=bool), np.zeros((len(x), len(y)), dtype=np.int64)
-    known: dict[tuple, int] = {}
-    places, blocks, rounds = [], [], 0
+    places, blocks, rounds, known = [], [], 0, dict[tuple, int]()
     while (new := np.flatnonzero(wanted(codes, computed, levels, margin) & ~computed)).size:
         rounds, goal = rounds + 1, int(computed.sum()) + len(new)
         for start in range(0, len(new), tile):
@@ -201,9 +200,7 @@ def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str
     return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
 
 
-def _checked_results(
-    returned: Mapping[str, Any], runs: int, by: Sequence[str], dead_band: float
-) -> dict[str, np.ndarray]:
+def _checked_results(returned: Mapping[str, Any], runs: int, by: Sequence[str], band: float) -> dict[str, np.ndarray]:
     """What the evaluator returned, as arrays, with the direction of travel where that is asked for."""
     results = {name: np.asarray(values) for name, values in returned.items()}
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
@@ -212,7 +209,7 @@ def _checked_results(
             wanted = f"{name} should hold one value per run, shape ({runs},)"
             raise ArgumentError("evaluate", f"{wanted}, got {values.shape}")
     if "travel" in by and "travel" not in results and "mean_velocity" in results:
-        trust = Trust(results.get("status", np.full(runs, FINISHED)), None, dead_band)
+        trust = Trust(results.get("status", np.full(runs, FINISHED)), None, band)
         direction = trust.direction(results["mean_velocity"])
         results["travel"] = np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
     for label in by:
@@ -237,15 +234,13 @@ def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettle
     return np.array([known.setdefault(key, len(known)) for key in keys])[codes.reshape(-1)]
 
 
-# --- what is asked for -----------------------------------------------------------------------------------------------
 def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> dict[str, np.ndarray]:
     """The values along the two axes, by path."""
     if not isinstance(over, Mapping) or len(over) != 2:
         raise ArgumentError("over", f"should name two quantities with their values, got {over!r}")
     if system is None and evaluate is None:
         raise ArgumentError("system", "should be a System unless there is an evaluator, got None")
-    axes: list[Column] = []
-    complaints: list[str] = []
+    axes, complaints = list[Column](), list[str]()
     for path, values in over.items():
         is_range = isinstance(values, tuple) and len(values) == 3 and isinstance(values[2], (int, np.integer))
         axis, complaint = axis_of(path, ":".join(map(str, values)) if is_range else values)
@@ -281,8 +276,8 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
 
     defaults = {parameter.name: parameter.default for parameter in inspect.signature(ensemble).parameters.values()}
     known = ("initial", *RUN_DEFAULTS, "window", "settle", "extrapolate", "threads")
-    if unknown := [name for name in settings if name not in known]:
-        raise ArgumentError(unknown[0], f"there is no such setting; {suggestion(unknown[0], known)}")
+    for unknown in (name for name in settings if name not in known):
+        raise ArgumentError(unknown, f"there is no such setting; {suggestion(unknown, known)}")
     used = {name: defaults[name] for name in known} | RUN_DEFAULTS | settings
     case = Case(system, used["initial"] or {}, **{name: used[name] for name in RUN_DEFAULTS})
     used["settle"] = usual_threshold(case.tolerance) if used["settle"] is None else used["settle"] or None
@@ -299,3 +294,107 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
     attributes["dead_band"] = residue(system, "mean_velocity", used["settle"]) if used["settle"] else ZERO
     return evaluate, attributes, {variable.name: variable for variable in variables(study)}
+
+
+Levels = list[tuple[np.ndarray, np.ndarray]]  # of both axes: indices of the points of each level
+
+
+def levels_of(shape: tuple[int, int], steps: tuple[int, int]) -> Levels:
+    """Points of each level; cells of one point's width are not halved, and those of odd width are unevenly."""
+    axes = []
+    for points, step in zip(shape, steps, strict=True):
+        cells = -(-(points - 1) // step)
+        axes.append([np.round(np.linspace(0, points - 1, cells + 1)).astype(np.intp)])
+    while any(len(levels[-1]) < points for levels, points in zip(axes, shape, strict=True)):
+        for levels in axes:
+            levels.append(np.union1d(levels[-1], (levels[-1][1:] + levels[-1][:-1]) // 2))
+    return list(zip(*axes, strict=True))
+
+
+def _halved(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> list[np.ndarray]:
+    """Which cells are halved, for each level but the last: bool [cells, cells].
+
+    A halved cell lies in a halved one, for a cell around a mixed cell is mixed, and its neighbours hold theirs.
+    """
+    from scipy.ndimage import binary_dilation
+
+    least = np.where(computed, codes, np.iinfo(codes.dtype).max)
+    most = np.where(computed, codes, -1)
+    least = np.minimum.reduce([least[1:, 1:], least[1:, :-1], least[:-1, 1:], least[:-1, :-1]])
+    most = np.maximum.reduce([most[1:, 1:], most[1:, :-1], most[:-1, 1:], most[:-1, :-1]])
+    halved = []
+    for upper, lower in reversed(list(itertools.pairwise(levels))):
+        for axis in (0, 1):
+            first = np.searchsorted(lower[axis], upper[axis][:-1])
+            least, most = np.minimum.reduceat(least, first, axis), np.maximum.reduceat(most, first, axis)
+        mixed = least < most
+        grows = halved and margin  # not at the last halving: runs on the rims follow the border there
+        halved.append(binary_dilation(mixed, np.ones((2 * margin + 1,) * 2)) if grows else mixed)
+    return halved[::-1]
+
+
+def _children(cells: np.ndarray, upper: tuple, lower: tuple) -> np.ndarray:
+    return cells[np.ix_(*(np.searchsorted(upper[axis], lower[axis][:-1], "right") - 1 for axis in (0, 1)))]
+
+
+def wanted(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> np.ndarray:
+    """Points that are wanted by what is known: the coarse ones, and those of the next level in halved cells."""
+    wanted = np.zeros(computed.shape, dtype=bool)
+    wanted[np.ix_(*levels[0])] = True
+    for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
+        cells = np.pad(_children(halved, upper, lower), 1)
+        wanted[np.ix_(*lower)] |= cells[1:, 1:] | cells[1:, :-1] | cells[:-1, 1:] | cells[:-1, :-1]
+    return wanted
+
+
+def leaf_corners(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> np.ndarray:
+    """Of each point that was not run, the cell around it that is not halved: ends along both axes [4, points]."""
+    point = np.nonzero(~computed)
+    corners = np.zeros((4, len(point[0])), dtype=np.intp)
+    exist = np.ones((len(levels[0][0]) - 1, len(levels[0][1]) - 1), dtype=bool)
+    for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
+        low = [np.minimum(np.searchsorted(u, p, "right"), len(u) - 1) - 1 for u, p in zip(upper, point, strict=True)]
+        inside = (exist & ~halved)[low[0], low[1]]
+        points = [upper[axis][low[axis] + far] for axis in (0, 1) for far in (0, 1)]
+        corners[:, inside] = np.stack(points)[:, inside]
+        exist = _children(halved, upper, lower)
+    return corners
+
+
+def filled(
+    values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any, name: str = ""
+) -> np.ndarray:
+    """A variable on the full grid, from its values at the points that were run and the cells around the others."""
+    full = np.empty(computed.size, dtype=values.dtype)
+    full[order] = values
+    full = full.reshape(computed.shape)
+    (i, j), (i0, i1, j0, j1) = np.nonzero(~computed), corners
+    if discrete(values, name):
+        full[i, j] = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
+        return full
+    x, y = (_scale(axis)[0] for axis in axes)
+    u, v = (x[i] - x[i0]) / (x[i1] - x[i0]), (y[j] - y[j0]) / (y[j1] - y[j0])
+    with np.errstate(invalid="ignore"):  # a corner may be infinite or no number
+        straight = full[i0, j0] * ((1 - u) * (1 - v)) + full[i1, j1] * (u * v)
+        full[i, j] = straight + (full[i1, j0] * (u * (1 - v)) + full[i0, j1] * ((1 - u) * v))
+    return full
+
+
+def _scale(values: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+    """(positions along an axis, logarithms where it is evenly spaced in these; the way back)."""
+    return (np.log(values), np.exp) if even_in_logarithm(values) else (values, np.asarray)
+
+
+def middles(values: np.ndarray) -> np.ndarray:
+    positions, back = _scale(values)
+    return back((positions[1:] + positions[:-1]) / 2)
+
+
+COUNTS = ("impacts",)  # per period of a response of several: whole numbers over that
+
+
+def discrete(values: np.ndarray, name: str = "") -> bool:
+    """Whether values are words, flags, whole numbers (also as floats, NaN or infinite), or by their name counts."""
+    if values.dtype.kind in "biuUT" or name in COUNTS:
+        return True
+    return bool(np.all((values == np.floor(values)) | np.isnan(values)))

@@ -18,9 +18,17 @@ from vibrocap.orbits.attractors.classification import (
     within_set,
 )
 from vibrocap.orbits.attractors.starts import checked_ranges, spread_starts, visited_ranges
-from vibrocap.orbits.closing.attractor_matching import mirrored_points, nearest, orbit_points, orbits_reached, selected
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
-from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
+from vibrocap.orbits.closing.settling_runs import (
+    SettlingRuns,
+    iterates,
+    mirrored_points,
+    nearest,
+    orbit_points,
+    orbits_reached,
+    selected,
+    settling_runs,
+)
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told

@@ -14,7 +14,7 @@ from vibrocap.numerics.api import codes
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.classification import SURE
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
-from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
+from vibrocap.orbits.closing.settling_runs import SETTLED, SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.dimensions.conversion import INITIAL

@@ -11,9 +11,8 @@ from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.recording.section import brought_back, whole_turns
 from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
-from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.closing.autonomous_orbit import Section, SectionAsked, checked_section, recurrence, returns_of
-from vibrocap.orbits.maps.settling_runs import ROUGH, SettlingRuns, iterates, settling_runs
+from vibrocap.orbits.closing.settling_runs import NEAR, ROUGH, SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven, named_states, state_vector
 from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path

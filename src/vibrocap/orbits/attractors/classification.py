@@ -14,13 +14,12 @@ from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state, simulate
 from vibrocap.motion.trust import RESIDUE
 from vibrocap.orbits.attractors.lyapunov import BATCHES, LyapunovExponents, ZeroOneTest, exponents, zero_one_test
-from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit, comes_to_rest
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, judged
+from vibrocap.orbits.closing.settling_runs import NEAR, SETTLED, SettlingRuns, iterates, orbits_reached, settling_runs
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.equilibria.equilibrium import Equilibrium, equilibria
-from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven, named_states, state_vector
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System

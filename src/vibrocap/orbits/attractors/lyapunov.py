@@ -13,8 +13,8 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.motion.trust import stands_still
 from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
-from vibrocap.orbits.maps.differences import differ, slopes_along
-from vibrocap.orbits.maps.settling_runs import SETTLED, iterates
+from vibrocap.orbits.closing.settling_runs import SETTLED, iterates
+from vibrocap.orbits.closing.shooting import differ, slopes_along
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, is_driven
 from vibrocap.orbits.maps.variations import LEEWAY
 from vibrocap.physics.system import System

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.numerics.api import Budget, codes
-from vibrocap.orbits.maps.settling_runs import ROUGH
+from vibrocap.orbits.closing.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.dimensions.conversion import INITIAL, value_in_words

@@ -2,5 +2,6 @@
 
 Given a system and a start, `orbit` simulates until the motion settles and closes it by Newton's method; `shoot` closes
 an orbit near a given state. Both give an `Orbit` with its period, drift and Floquet multipliers, and a status that says
-what to try where none closed. Runs that have settled are matched with the orbits that they lead to.
+what to try where none closed. Settling runs iterate the map until motions repeat, and are matched with the orbits that
+they lead to.
 """

@@ -18,8 +18,8 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.motion.trust import stands_still
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
+from vibrocap.orbits.closing.settling_runs import SETTLED
 from vibrocap.orbits.closing.shooting import closed
-from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
 from vibrocap.physics.events import CONTACT, IMPACT, STICK
 from vibrocap.physics.names import numbered

@@ -9,12 +9,11 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.measures.recorded.sticking import spelled_all
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import MOST_RETURNS, SectionAsked, autonomous_orbit, checked_section
 from vibrocap.orbits.closing.gradients import Gradients, gradients
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, judged
+from vibrocap.orbits.closing.settling_runs import SETTLED, orbits_reached, settling_runs
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
-from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven, state_vector
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System

@@ -12,7 +12,7 @@ from vibrocap.motion.recording.section import whole_turns
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, OfOrbit, branch_crossings, orbit_near
+from vibrocap.orbits.continuation.crossing import BranchCrossing, OfOrbit, branch_crossings, orbit_near
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap

@@ -14,8 +14,8 @@ from vibrocap.motion.simulate import period_marks, simulate, within_room
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Stroboscope
 from vibrocap.orbits.closing.periodic_solution import CERTIFIED
+from vibrocap.orbits.closing.settling_runs import SETTLED
 from vibrocap.orbits.closing.shooting import closed, shortest
-from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
 from vibrocap.orbits.walk.segment import Lost, root
 from vibrocap.physics.dimensions.conversion import Parameter

@@ -14,9 +14,15 @@ from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, RunResults, codes
-from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.grazing import grazing_beyond
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, named_states
+from vibrocap.orbits.maps.stroboscopic_map import (
+    BACKWARDS,
+    MOST_EVENTS,
+    MOST_STEPS,
+    ORDER,
+    StroboscopicMap,
+    named_states,
+)
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, closed_sequence, same_cycle
 from vibrocap.orbits.walk.residual import BranchPoint, Closing, Residual
@@ -243,7 +249,7 @@ class ClosingMap(Residual):
         ]
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
-        possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
+        possible = not map_.keeps_order or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
         near = None if like is None else like.slope[:m]
         return OrbitClosing(
             x=x,

@@ -23,6 +23,7 @@ MOST_STEPS = 2_000_000
 AT_REST = 1e-11  # speed of a contact whose velocity is imposed in part, which is at rest as far as orbits are closed
 PUSHES = 1e-5, 1e-6  # over the natural size, of the differences that check a derivative through turns at one instant
 AGREE = 1e-3  # of derivatives that are the same, relative
+BACKWARDS = -1e-6  # a slope that no rounding makes of one that is not negative
 ORDER = 12  # of the series: one kernel serves all tolerances
 
 
@@ -87,6 +88,15 @@ class StroboscopicMap:
     def resting(self) -> tuple[int, ...]:
         """Velocities among the states that are exactly zero while their contact, whichever, rests."""
         return tuple(dict.fromkeys(contact.state for contact in self.equations.contacts if contact.sticks))
+
+    @property
+    def keeps_order(self) -> bool:
+        """Whether motions cannot pass one another: there is one smooth state, which no event of the machine makes jump.
+
+        So it is of the common centre of bodies whose relative motion is imposed, under laws without memory. Two
+        solutions of one scalar equation merge or stay apart, so that no derivative of the map is negative.
+        """
+        return len(self.smooth_states) == 1 and not self.system.machine.switched
 
     def parameters(self) -> np.ndarray:
         return np.array(parameter_values(self.system))
