@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, is_positive
-from vibrocap.physics.friction.curves import Exponential
 from vibrocap.physics.friction.bristles import LuGre
+from vibrocap.physics.friction.curves import Exponential
 from vibrocap.quantities.declared import Damping, Force, Length, Number, Reason, Speed
 from vibrocap.quantities.dimensional import Dimensional
 
