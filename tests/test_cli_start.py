@@ -3,6 +3,7 @@
 import itertools
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import vibrocap as vc
@@ -13,7 +14,9 @@ from vibrocap.cli.examples import examples_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.parameters import parameter_table
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -36,10 +39,15 @@ PAIRS = [(m, d) for m, d in itertools.product(machines(), drives()) if fit_toget
 
 @pytest.mark.parametrize(("machine", "drive"), [PAIRS[i] for i in covering(PAIRS)])
 def test_a_new_case_is_the_default_of_its_parts(machine, drive, capsys):
+    """Or what its machine begins with, where it says so; of its law and its drive what these have."""
     law = "lugre" if drive == "harmonic" else "exponential"
     text = printed(capsys, "new", machine, "--law", law, "--drive", drive)
-    case = case_from_text(text)
-    assert case.system == vc.System(machines()[machine](), laws()[law](), drives()[drive]())
+    case, plain = case_from_text(text), vc.System(machines()[machine](), laws()[law](), drives()[drive]())
+    first = {path: x for path, x in machines()[machine].first_case.items() if path in plain.parameter_paths}
+    assert case.system == plain.with_parameters(first)
+    assert text.count("; default ") == len(first)
+    command = ["new", machine, "--law", law, "--drive", drive, "--defaults"]
+    assert case_from_text(printed(capsys, *command)).system == plain
     assert case.run == RUN_DEFAULTS
     assert set(case.initial) == set(case.system.state_names)
     assert not any(case.initial.values())
@@ -51,30 +59,42 @@ def test_a_new_case_is_the_default_of_its_parts(machine, drive, capsys):
 def test_a_new_case_in_si_is_the_default_at_the_size_of_a_bench(machine, drive, capsys):
     """To three digits, and with the weight as load where that is known; every number has its unit."""
     law = "lugre" if drive == "harmonic" else "exponential"
-    text = printed(capsys, "new", machine, "--law", law, "--drive", drive, "--si")
-    assert ("A bench of usual size" in text) == (
-        "_unit_" in text or "pendulum_mass_kg" in text or "inner_mass_kg" in text
-    )
+    text = printed(capsys, "new", machine, "--law", law, "--drive", drive, "--si", "--defaults")
+    assert "A bench of usual size" in text
+    optional = [info.name for info in parameter_table(machines()[machine].si_scales) if info.default is None]
+    assert not any(line.startswith((*optional, "gravity_m_per_s2")) for line in text.splitlines())
     case = case_from_text(text)
     assert case.system.units is not None
     plain = vc.System(machines()[machine](), laws()[law](), drives()[drive]())
+    bench = (
+        vc.FreeScales(0.1, 0.01, 0.03) if case.system.units == vc.SIScales() else None
+    )  # of what has no units itself
     for path in plain.parameter_paths:
         value, known = case.system.parameter(path), plain.parameter(path)
         if path == "machine.normal_load" and "weight" in machines()[machine].si_load:
             assert value == "weight"
         elif isinstance(known, (float, tuple)):
-            assert value == pytest.approx(known, rel=5e-3), path
+            part, name = path.split(".")
+            info = next(info for info in parameter_table(plain.parts[part]) if info.name == name)
+            scale = bench.of(info.dimension, effort_of(part, plain.parts)) if bench and info.dimension else 1.0
+            assert value == pytest.approx(np.multiply(known, scale), rel=5e-3), path
         else:
             assert value == known, path
     assert case.run == RUN_DEFAULTS
 
 
 @pytest.mark.slow
-def test_a_new_case_in_si_runs_as_it_is(capsys):
-    assert main(["new", "vibro-impact-capsule", "--si", "--out", "bench.toml"]) == OK
-    text = Path("bench.toml").read_text()
-    assert not any(line.startswith(("length_unit_m", "time_unit_s", "gravity")) for line in text.splitlines())
-    assert "in SI" in printed(capsys, "simulate", "bench.toml", "--periods", "2")
+@pytest.mark.parametrize("form", [(), ("--si",)], ids=["plain", "si"])
+@pytest.mark.parametrize("machine", machines())
+def test_a_new_case_shows_a_bounded_motion_in_which_a_contact_slides(machine, form, capsys):
+    """To its end and certified; no place but one of travel moves by ten lengths, of a bench ten centimetres."""
+    text = printed(capsys, "new", machine, *form)
+    motion = case_from_text(text).simulate()
+    assert motion.certificate.ok
+    assert motion.piece_sides.any()
+    for name, coordinate in machines()[machine].all_coordinates.items():
+        if name != machines()[machine].cyclic and coordinate.unit == "m":
+            assert np.ptp(motion[name]) < (0.16 if form else 16.0), name
 
 
 def test_a_new_case_is_written_once(capsys):

@@ -17,9 +17,10 @@ from vibrocap.cli.options import file, option
 from vibrocap.cli.texts import pairs, split
 from vibrocap.files import write_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.scales import FreeScales, Scales
 from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.consistent_units import ConsistentUnits
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.symbols import STATES
 
@@ -29,9 +30,9 @@ HEAD = """\
 #     vibrocap simulate {file}
 #
 """
-PLAIN = "# Every value is the default, which also holds for a missing key. All are dimensionless.\n"
-SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits.\n"
-SI_AS_IT_STANDS = "# In SI, with every default as it stands, of 1 kg, 1 m and 1 s: no bench.\n"
+PLAIN = "# A missing key has its default, which is the value here or behind its meaning. All are dimensionless.\n"
+SI_HEAD = "# A bench of usual size, in SI, to three digits.\n"
+SI_AS_IT_STANDS = "# In SI, with every default as it stands.\n"
 BENCH = {  # of a bench, what a machine declares as its units
     "pendulum_mass_kg": 0.2,
     "pendulum_length_m": 0.25,
@@ -49,8 +50,11 @@ RUN = {
 }
 
 
-def new_case(kinds: Mapping[str, str], file: str, si: bool = False) -> str:
-    """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI."""
+def new_case(kinds: Mapping[str, str], file: str, si: bool = False, defaults: bool = False) -> str:
+    """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI.
+
+    defaults: whether every value is the default of its part, also where a machine has another `first_case`
+    """
     from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.names import state_names
@@ -61,6 +65,7 @@ def new_case(kinds: Mapping[str, str], file: str, si: bool = False) -> str:
         {"machine": described_machine({"machine": {"kind": "mechanism"}, **tomllib.loads(own)})} if own else {}
     )
     classes |= {name: known()[kinds[name]] for name, (_, known) in CHOICES.items() if name not in classes}
+    first = {} if defaults else classes["machine"].first_case
     form = _InSI(classes) if si else _Plain()
     lines = [HEAD.format(file=file) + form.head]
     for section, (key, catalogue) in CHOICES.items():
@@ -69,13 +74,15 @@ def new_case(kinds: Mapping[str, str], file: str, si: bool = False) -> str:
         others = "see `vibrocap list laws` for the others" if section == "friction" else f"or {others}"
         others = "described below, under [mechanism]" if own and section == "machine" else others
         lines += [f"[{section}]", _line(key, part.name, others), *(form.scales() if section == "machine" else ())]
-        lines += [*(text for info in parameter_table(part) for text in form.lines(part, info)), ""]
+        for info in parameter_table(part):
+            lines.append(form.line(part, info, first.get(f"{section}.{info.name}", info.default)))
+        lines.append("")
     for part, words in (
         (Environment, "a slope, a fluid or an external force; without this section there is none."),
         (Actuator, "a lag and limits between drive and machine; left out, there are none."),
     ):
         lines.append(f"# [{part.name}]: {words}")
-        texts = (text for info in parameter_table(part) for text in form.lines(part, info))
+        texts = (form.line(part, info, info.default) for info in parameter_table(part))
         lines += [*(text if text.startswith("#") else f"# {text}" for text in texts), ""]
     key, catalogue = CHOICES_LEFT_OUT["controller"]
     lines += ["# [controller]: computes the command from its measurement; the drive is then its reference."]
@@ -100,10 +107,12 @@ class _Plain:
     def scales(self) -> list[str]:
         return []
 
-    def lines(self, part: Any, info: ParameterInfo) -> list[str]:
-        """A parameter with its default, or where it has none a comment."""
+    def line(self, part: Any, info: ParameterInfo, value: Any) -> str:
+        """A parameter with a value, or where it has none a comment."""
         words = f"{info.symbol}: {info.meaning}"
-        return [f"# {info.name}: {words}" if info.default is None else _line(info.name, info.default, words)]
+        if value != info.default:
+            words += f"; default {'none' if info.default is None else info.default}"
+        return f"# {info.name}: {words}" if value is None else _line(info.name, value, words)
 
     def state(self, name: str) -> str:
         symbol, meaning = STATES.get(name, (name, name))
@@ -117,9 +126,11 @@ class _InSI(_Plain):
         record = classes["machine"].si_scales
         table = parameter_table(record)
         self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
-        self.head = SI_HEAD if self.needed else SI_AS_IT_STANDS
-        self.given = record(**{name: BENCH[name] for name in self.needed})
-        self.units = units_of(classes, self.given)
+        self.given = bench = record(**{name: BENCH[name] for name in self.needed})
+        if issubclass(classes["machine"], ConsistentUnits):
+            bench = FreeScales(**{info.name: BENCH[info.name] for info in parameter_table(FreeScales)})
+        self.head = SI_HEAD if parameter_table(bench) else SI_AS_IT_STANDS
+        self.units = units_of(classes, bench)
 
     def scales(self) -> list[str]:
         lines = []
@@ -129,21 +140,20 @@ class _InSI(_Plain):
             lines.append(_line(info.name, value, info.meaning) if required else f"# {info.name}: {info.meaning}")
         return lines
 
-    def lines(self, part: Any, info: ParameterInfo) -> list[str]:
-        """A parameter with its default in SI."""
+    def line(self, part: Any, info: ParameterInfo, value: Any) -> str:
+        """A parameter with a value in SI."""
         units = self.units.of_part("friction" if Law in part.__mro__ else "")
         key = one_way(parameter_keys(part, units.effort), info.name)
         name = info.name if key is None else key.key
-        if info.default is None:
-            return [f"# {name}: {info.in_si}"]
-        value = info.default
+        if value is None:
+            return f"# {name}: {info.in_si}"
         if info.name == "normal_load" and part.si_load.startswith('"weight"'):
-            return [_line("normal_load", "weight", info.in_si)]
+            return _line("normal_load", "weight", info.in_si)
         if key is not None and key.has_unit and is_number(value):
             value = float(f"{value * units.per_key(key):.3g}")
         elif key is not None and key.has_unit and isinstance(value, (tuple, list)):
             value = [float(f"{number * units.per_key(key):.3g}") for number in value]
-        return [_line(name, value, info.in_si)]
+        return _line(name, value, info.in_si)
 
     def state(self, name: str) -> str:
         key, (symbol, meaning) = one_way(state_keys(self.units.states), name), STATES.get(name, (name, name))
@@ -160,6 +170,7 @@ class NewRequest(WithParts):
     law: str = option("of friction, see `vibrocap list laws`", "exponential", offers=completers.law_names)
     drive: str = option("its waveform, see `vibrocap list drives`", "harmonic", offers=completers.drive_names)
     si: bool = option("a case in SI, of a bench of a usual size", False)
+    defaults: bool = option("with the defaults of the parts only", False, advanced=True)
     from_: Path | None = option(
         "a case file (.toml) or exported motion to write in the other form, SI or without units"
     )
@@ -207,13 +218,18 @@ class NewRequest(WithParts):
 def new(request: NewRequest) -> Answer:
     """A new case, or a case in SI or without units.
 
-    A new case lists every parameter of its parts with default, symbol and meaning. With --from, the command rewrites a
+    A new case lists every parameter of its parts with symbol and meaning. Its values are defaults, but of machines that
+    show little with them (`default ...`). With --from, the command rewrites a
     case in the other form: in SI, or without units; its comments are not kept. A case in SI knows its units, and so
     does the file without units that is made of it, in its section [scales]: the way back gives the same numbers. Of any
     other case --scales gives them.
     """
     converted = request.from_ is not None
-    text = _converted(request) if converted else new_case(request.chosen, str(request.out or "case.toml"), request.si)
+    text = (
+        _converted(request)
+        if converted
+        else new_case(request.chosen, str(request.out or "case.toml"), request.si, request.defaults)
+    )
     if request.out is None:
         return Answer(text=text.removesuffix("\n"))
     write_text(request.out, text)

@@ -150,7 +150,7 @@ function asCommand(model) {
   }
   for (const [name, value] of Object.entries(started(model))) settings.push(`--initial ${quoted(`${name}=${value}`)}`);
   const made = model.part("machine").described ? "# case.toml: this case, copied as TOML" :
-    `vibrocap new ${form.machine} --law ${form.friction} --drive ${form.drive} --out case.toml`;
+    `vibrocap new ${form.machine} --law ${form.friction} --drive ${form.drive} --defaults --out case.toml`;
   return [
     made,
     ["vibrocap simulate case.toml", ...settings, `--periods ${state.periods}`, `--tolerance ${state.tolerance}`].join(" "), "",

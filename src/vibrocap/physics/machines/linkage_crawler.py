@@ -34,6 +34,7 @@ class LinkageCrawler(Machine):
     stance: Stance = parameter(1.2, "w_0", "distance of the bodies at which the spring is not stretched", "distance")
 
     name: ClassVar[str] = "linkage-crawler"
+    first_case: ClassVar = {"drive.amplitude": 1.0, "drive.frequency": 2.0}
     source: ClassVar[str] = "vibrocap"
     displacement = coordinate("z", "opening of the bodies", "m")
     position = coordinate("X", "place of body 1", "m")

@@ -110,6 +110,7 @@ class Machine(Part):
     that it imposes, `q.drive`: what `q.imposed(path)` takes along the path is shown as the actuator's
     si_scales: the record of what one unit of mass, length and time is in SI, whose fields stand in [machine] of a case
     in SI. si_names: names in SI of parameters that are ratios. si_load: what may be given in SI as the load but a force
+    first_case: values by path with which a new case begins in place of defaults, so that it shows what the machine does
     gravity: its parts normal to the line and back along it, of the class those on level ground. It follows, but for
     None: the units of the machine say nothing of it, and only the environment does
 
@@ -136,6 +137,7 @@ class Machine(Part):
     si_scales: ClassVar[type[Scales]] = FreeScales
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
+    first_case: ClassVar[Mapping[str, float]] = {}
     gravity: ClassVar[Any] = Derived()
     symmetry: ClassVar[Any] = Derived()
     declared: ClassVar[Mapping[str, Any]] = {}

@@ -33,6 +33,7 @@ class Oscillator(ConsistentUnits):
 
     name: ClassVar[str] = "oscillator"
     source: ClassVar[str] = "denhartog1931"
+    first_case: ClassVar = {"machine.belt_speed": 0.1, "drive.amplitude": 0.2, "drive.frequency": 0.5}
     position = coordinate("x", "place of the block", "m", rate="sliding_velocity")
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
@@ -76,6 +77,7 @@ class OscillatorWithStops(Oscillator):
 
     source: ClassVar[str] = "denhartog1931; shaw1983"
     name: ClassVar[str] = "oscillator-with-stops"
+    first_case: ClassVar = {"drive.frequency": 0.5}
 
     @model_validator(mode="after")
     def _told_of_stops_that_there_are(self):
@@ -123,6 +125,12 @@ class ModeCouplingBlock(ConsistentUnits):
     source: ClassVar[str] = "hoffmann2002"
     approach = coordinate("y", "place of the block towards the belt", "m")
     position = coordinate("x", "place of the block along the belt", "m", rate="sliding_velocity")
+    first_case: ClassVar = {
+        "machine.damping": 0.02,
+        "machine.belt_speed": 0.1,
+        "drive.amplitude": 0.1,
+        "drive.frequency": 0.5,
+    }
     gravity: ClassVar = None
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 

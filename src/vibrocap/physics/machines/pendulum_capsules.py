@@ -101,6 +101,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
 
     source: ClassVar[str] = "liu2019; brogliato2016"
     name: ClassVar[str] = "pendulum-capsule-with-stops"
+    first_case: ClassVar = {"machine.limit_angle": 0.8, "machine.restitution": 0.6}
 
     @model_validator(mode="after")
     def _constant_load(self):
@@ -240,6 +241,7 @@ class DoublePendulumCapsule(PendulumPair):
     stiffness: NonNegative = parameter(6.0, "rho", "torsional spring of each joint", "torsional stiffness")
     damping: NonNegative = JOINT
     name: ClassVar[str] = "double-pendulum-capsule"
+    first_case: ClassVar = {"friction.coulomb_coefficient": 0.05, "friction.static_coefficient": 0.1}
 
     def parts(self, q):
         bodies, (first, second) = self.bodies(q, joined=True), q.angle

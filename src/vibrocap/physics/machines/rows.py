@@ -108,6 +108,7 @@ class Crawler(Row):
 
     called: ClassVar = ("body", "crawler")
     source: ClassVar[str] = "zimmermann2009"
+    first_case: ClassVar = {"drive.amplitude": 1.0, "drive.frequency": 0.5}
     summary: ClassVar = "bodies in a row, all of them rubbing."
     row_parameters: ClassVar = (
         Numbered("mass", "body", Positive, 1.0, "m", "mass of body {}", "mass"),
@@ -224,6 +225,12 @@ class BlockRow(Row):
 
     called: ClassVar = ("block", "row")
     source: ClassVar[str] = "burridge1967; galvanetto1994; pascal2008"
+    first_case: ClassVar = {
+        "machine.normal_load": 0.7,
+        "machine.belt_speed": 0.1,
+        "drive.amplitude": 0.2,
+        "drive.frequency": 0.5,
+    }
     summary: ClassVar = "blocks in a row on a belt, on springs to a wall and to each other."
     belt_speed: Any
     row_parameters: ClassVar = (

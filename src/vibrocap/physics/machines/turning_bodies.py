@@ -23,6 +23,7 @@ class DrillString(ConsistentUnits):
     table_speed: Number = parameter(0.3, "Omega", "angular speed of the table", "frequency")
     normal_load: Positive = parameter(1.0, "N", "load on the bit, as a torque", "torque")
     name: ClassVar[str] = "drill-string"
+    first_case: ClassVar = {"drive.amplitude": 0.3, "drive.frequency": 0.5}
     source: ClassVar[str] = "leine1998"
     effort: ClassVar = "torque"
     twist = coordinate("phi", "twist of each string", "rad", count=2)

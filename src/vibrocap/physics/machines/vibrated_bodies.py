@@ -51,6 +51,7 @@ class BristleRobot(Machine):
     lean: Number = parameter(0.5, "s", "how far the feet stand behind the hips", "distance")
     arm: Number = parameter(0.2, "r", "how far the motor is in front of the middle of the body", "distance")
     name: ClassVar[str] = "bristle-robot"
+    first_case: ClassVar = {"drive.frequency": 3.0}
     source: ClassVar[str] = "cicconofri2015"
     si_scales: ClassVar = WeightScales
     sag = coordinate("h", "how far the body has sunk", "m")
