@@ -19,7 +19,21 @@ from mechanisms import MECHANISMS as OWN
 from mechanisms import Washboard
 from thinned import slow_but
 from vibrocap.arguments import ArgumentError
-from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
+from vibrocap.mechanics import (
+    Contact,
+    Drive,
+    Machine,
+    Mass,
+    NonNegative,
+    Spring,
+    coordinate,
+    cos,
+    parameter,
+    parameters,
+    sin,
+)
+from vibrocap.motion.recording.recorded_machine import drawn_length
+from vibrocap.motion.shapes import moving_shapes
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
@@ -448,8 +462,38 @@ class Towed(Machine):
 
 def test_bodies_that_would_stand_in_one_another_are_drawn_in_a_row():
     shapes = {each.name: each for each in Towed().scene(0.0, (0.3, 0.0, 0.25, 0.0))}
-    assert shapes["rear"].points[0][0] == 0.3
-    assert shapes["middle"].points[0][0] == pytest.approx(0.3 + 0.25 + 5.0)
-    assert shapes["bob"].points[0][0] == pytest.approx(shapes["middle"].points[0][0] + 0.4)
-    ends = shapes["spring between rear and middle"].points
+    assert shapes["rear"].places()[0][0] == 0.3
+    assert shapes["middle"].places()[0][0] == pytest.approx(0.3 + 0.25 + 5.0)
+    assert shapes["bob"].places()[0][0] == pytest.approx(shapes["middle"].places()[0][0] + 0.4)
+    ends = shapes["spring between rear and middle"].places()
     assert [x for x, _ in ends] == pytest.approx([0.8, 5.05])
+
+
+@parameters
+class Bench(Machine):
+    """A sledge on a spring, from which a bob hangs on a rod, in SI."""
+
+    stiffness: NonNegative = parameter(1e5, "k", "spring", "stiffness")
+    rod: NonNegative = parameter(0.0, "l", "rod", "distance")
+    name: ClassVar[str] = "bench"
+    source: ClassVar[str] = "vibrocap"
+    si_scales: ClassVar = vc.SIScales
+    position = coordinate("X", "place of the sledge", "m")
+    angle = coordinate("phi", "angle of the rod", "rad")
+
+    def parts(self, q):
+        sledge, x, z = Mass("sledge", 2.0, x=q.position), self.rod * sin(q.angle), -self.rod * cos(q.angle)
+        bob = Mass("bob", 1.0, on=sledge, x=x, z=z, inertia=1e-3, angle=q.angle)
+        return [sledge, bob, Spring(self.stiffness, q.position), Contact(sledge), Drive(q.position)]
+
+
+@pytest.mark.parametrize(("stiffness", "rod", "length"), [(1e5, 0.0, 2e-4), (0.0, 0.2, 0.05), (0.0, 8.0, 1.0)])
+def test_a_machine_in_metres_is_drawn_at_its_size(stiffness, rod, length):
+    """A film and a page show 30 um of a stage, and not a body of a metre that stands still."""
+    system = vc.System(Bench(stiffness, rod), vc.Coulomb(), vc.Harmonic(3.0, 12.0))
+    motion = vc.simulate(system, periods=1, initial={"angle": 0.5})
+    assert drawn_length(motion.system) == pytest.approx(length, rel=1e-12)
+    shapes = {each.shape.name: each.points[0] for each in moving_shapes(motion, motion.time)}
+    assert shapes["sledge"][0] == pytest.approx(motion.at(motion.time, "position") / length, rel=1e-12)
+    far = shapes["bob"] - shapes["sledge"] - [[0.0], [0.25]]  # of the middle of the disc from that of the box
+    assert np.hypot(*far) * length == pytest.approx(rod, abs=1e-12)

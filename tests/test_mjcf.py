@@ -17,6 +17,7 @@ from vibrocap.cli.main import main
 from vibrocap.contracts.samples import instances
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.measures.recorded.travel import drift
+from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.dimensions.scales import PendulumScales
 from vibrocap.physics.environment import Environment
@@ -53,14 +54,15 @@ def test_every_body_stands_where_the_scene_has_it(machine):
     system = system_of(machine)
     start = dict.fromkeys(system.state_names, 0.3)
     root = ET.fromstring(mujoco_model(Case(system, start)).text)
-    drawn = {shape.name: shape for shape in machine.scene(0.0, (0.0,) * len(machine.states))}
+    length, scene = drawn_length(system), machine.scene(0.0, (0.0,) * len(machine.states))
+    drawn = {shape.name: length * np.array(shape.places(length)[0]) for shape in scene}
     for body in machine.mechanism(0.0, (0.0,) * len(machine.states)).bodies:
         place, arm, element = np.zeros(3), np.zeros(3), root.find(f".//body[@name='{body.name}']")
         while element is not None and element.tag == "body":
             place += np.array(element.get("pos").split(), float)
             element = next((letter for letter in root.iter("body") if element in list(letter)), None)
         arm += np.array(root.find(f".//body[@name='{body.name}']/geom").get("pos").split(), float)
-        np.testing.assert_allclose((place + arm)[[0, 2]], drawn[body.name].points[0], atol=1e-15)
+        np.testing.assert_allclose((place + arm)[[0, 2]], drawn[body.name], atol=1e-15)
     start = root.find("keyframe/key")
     assert len(start.get("qpos").split()) == len(list(root.iter("joint"))) - 2 * len(list(root.iter("fixed")))
 

@@ -375,7 +375,7 @@ def test_what_a_film_draws_does_not_grow_with_the_travel():
         scene.show(1)
         labels = [(number.get_position()[0], number.get_text()) for number in scene.numbers]
         for place, text in labels:
-            assert float(text) == pytest.approx(place + scene.camera[1], rel=1e-3, abs=1e-9)
+            assert float(text) == pytest.approx(scene.length * (place + scene.camera[1]), rel=1e-3, abs=1e-9)
         extents = [number.get_window_extent() for number in scene.numbers if number.get_visible()]
         frame, words = scene.figure.bbox, scene.small_print.get_window_extent()
         assert not any(extent.overlaps(words) or extent.x0 < frame.x0 or extent.x1 > frame.x1 for extent in extents)

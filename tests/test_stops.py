@@ -315,10 +315,10 @@ def test_the_bob_is_drawn_at_its_stop_where_it_touches_it(name, side, limit):
     def gap(angle):
         shapes = vc.PendulumCapsuleWithStops(limit_angle=limit).scene(0.0, (side * angle, 0.0, 0.7, 0.0, 0.0))
         drawn = {shape.name: shape for shape in shapes}
-        bob, (first, last) = np.array(drawn["bob"].points[0]), np.array(drawn[name].points)
+        bob, (first, last) = np.array(drawn["bob"].places()[0]), np.array(drawn[name].places())
         along = (last - first) / np.linalg.norm(last - first)
         away = bob - first
-        assert drawn["rod of bob"].points[0] == (0.7, 0.5)
+        assert drawn["rod of bob"].places()[0] == (0.7, 0.5)
         assert 0.0 < away @ along < np.linalg.norm(last - first)
         return abs(away[0] * along[1] - away[1] * along[0]) - 0.5 * drawn["bob"].size[0]
 

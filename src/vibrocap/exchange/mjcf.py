@@ -15,6 +15,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, is_positive, shown
 from vibrocap.case.case import Case
 from vibrocap.files import write_text
+from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.motion.simulate import initial_state
 from vibrocap.physics.bodies import Body, Mechanism
 from vibrocap.physics.environment import Environment
@@ -167,11 +168,13 @@ def _bodies(
 ) -> None:
     """Bodies with their joints; levels: of the friction at each contact, None where contacts are MuJoCo's own."""
     drawn = {shape.name: shape for shape in system.placed.scene(0.0, (0.0,) * len(system.placed.states))}
+    drawing = drawn_length(system)
     length = unit("m")
     elements: dict[str, tuple[ET.Element, Any, Any]] = {"": (world, 0.0, 0.0)}
     for body in mechanism.bodies:
         shape = drawn[body.name]
-        (x, z), turns = shape.points[0], body.joint == "hinge"
+        x, z = (drawing * place for place in shape.places(drawing)[0])
+        turns = body.joint == "hinge"
         z = z - 1.0 if turns else z  # of the hinge
         carrier, before_x, before_z = elements[body.carrier]
         position = f"{_number(length * (x - before_x))} 0 {_number(length * (z - before_z))}"
@@ -183,7 +186,7 @@ def _bodies(
         point = _number(max(POINT * mass * length * length if turns else mass * length * length, SMALLEST_INERTIA))
         inertial = {"pos": f"0 0 {_number(arm)}", "mass": _number(mass), "diaginertia": " ".join([point] * 3)}
         ET.SubElement(element, "inertial", inertial)
-        _looks(element, shape, arm, length, touches=body.contact is not None and levels is None)
+        _looks(element, shape, arm, drawing * length, touches=body.contact is not None and levels is None)
 
 
 def _joint(element: ET.Element, body: Body, unit: Units, soft: dict, level: float | None) -> None:

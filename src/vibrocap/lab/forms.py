@@ -8,7 +8,7 @@ from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import gathered_functions, measure_records, result_record
 from vibrocap.lab.rules import mirrored, parts_of_period, rules
 from vibrocap.motion.recording.equations import equations
-from vibrocap.motion.recording.recorded_machine import recorded_room, recorded_scene
+from vibrocap.motion.recording.recorded_machine import drawn_length, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
@@ -87,6 +87,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "room": list(room),
         "corners": _corners(recording.corners, system, paths),
         "fixed": fixed,
+        "length": drawn_length(system),
         "scene": [
             {"kind": x.kind, "name": x.name, "points": len(x.points), "size": list(x.size), "box": x.box}
             for x in shapes

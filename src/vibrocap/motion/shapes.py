@@ -12,7 +12,7 @@ from vibrocap.physics.bodies import Shape
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class MovingShape:
-    """A shape of the machine's scene with its places: points [points, 2, times], in lengths of the equations."""
+    """A shape of the machine's scene with its places: points [points, 2, times], in units of `drawn_length`."""
 
     shape: Shape
     points: np.ndarray

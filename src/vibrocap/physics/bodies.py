@@ -68,10 +68,11 @@ class Shape:
     kind: "box" (a body: centre, width and height), "disc" (a body: centre and diameter), "rod" and "spring" (from one
         point to another), "hinge" (a point), "contact" (the point of a body at which friction acts, and its width)
     name: what it is, in words
-    points: (x, y) of each point, one or two
-    size: (width, height); zero where it has none
+    points: (x, y) of each point of the machine, one or two, in the lengths of the equations
+    size: (width, height), in units of drawing; zero where it has none
     box: of a disc the box in which it slides, of a spring that at whose wall it begins, of a contact that above it: a
         box is drawn as wide as what slides in it needs
+    aside: how far from each point it is drawn, in units of drawing; by default there
     """
 
     kind: Kind
@@ -79,3 +80,10 @@ class Shape:
     points: tuple[tuple[Any, Any], ...]
     size: tuple[float, float] = (0.0, 0.0)
     box: str = ""
+    aside: tuple[tuple[Any, Any], ...] = ()
+
+    def places(self, length: float = 1.0) -> tuple[tuple[Any, Any], ...]:
+        """Where it is drawn, in units of drawing of this length."""
+        beside = self.aside or ((0.0, 0.0),) * len(self.points)
+        drawn = zip(self.points, beside, strict=True)
+        return tuple((x / length + right, z / length + up) for (x, z), (right, up) in drawn)

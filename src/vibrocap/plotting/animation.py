@@ -21,6 +21,7 @@ from matplotlib.transforms import Affine2D, Transform
 
 from vibrocap.files import replacing
 from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.physics.names import number_in, numbered
@@ -111,7 +112,8 @@ class Scene:
         self.times = times
         machine = motion.system.machine
         self.place = machine.place or machine.cyclic
-        self.position = motion.at(times, self.place)
+        self.length = drawn_length(motion.system)
+        self.position = motion.at(times, self.place) / self.length
         self.sides = [_shown_side(motion, times, contact) for contact in contacts_of(motion)]
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
         self.loads = {number_in(name, "reaction"): motion.at(times, name) for name in loads_of(motion)}
@@ -153,7 +155,7 @@ class Scene:
         self.reach = math.hypot(self.half, max(self.high, -self.low))  # how far ground is to be seen
 
     def _ground(self) -> None:
-        """A line with a long tick every length l (or ten, a hundred, ... where so many are to be seen), short ones
+        """A line with a long tick every length (or ten, a hundred, ... where so many are to be seen), short ones
         between, and a flag where the film starts. What is drawn does not grow with the travel.
         """
         grey = "#404040"
@@ -208,7 +210,8 @@ class Scene:
             x, y = shape.points[:, 0, number] - camera, shape.points[:, 1, number]
             move(x, y, modes[min(contact, len(modes) - 1)][0])
             contact += shape.shape.kind == "contact"
-        size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
+        size = scale(self.place, self.motion.system) * self.length
+        unit = "" if self.motion.system.units is None else " m"
         first = self.step * math.floor((camera - self.reach) / self.step)
         self.ticks.set_xdata(np.repeat(first + self.step * self.marks - camera, 3))
         soles = [shape.points[0, 0] for shape in self.shapes if shape.shape.kind == "contact"] or [self.position]
@@ -229,7 +232,7 @@ class Scene:
         decimals = _decimals(float(np.ptp(self.position)) * size, 3)
         lines = [clock, f"position $X$ = {position * size:+.{decimals}f}{unit}"]
         if earlier >= 0.0 and self.motion.system.cyclic is not None:
-            drift = position - self.motion.at(earlier, self.place)[0]
+            drift = position - self.motion.at(earlier, self.place)[0] / self.length
             lines.append(f"drift over the last period = {drift * size:+.{decimals + 1}f}{unit}")
         loads = [self._shown_load(i, float(load[number]), feet[i] - camera) for i, load in self.loads.items()]
         if loads:

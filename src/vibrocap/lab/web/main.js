@@ -180,13 +180,13 @@ class Lab {
 
   // What the scene shows of a row.
   now(row) {
-    const { shown } = this, state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
+    const { shown } = this, { cyclic, states, length } = shown.form, state = cyclic >= 0 ? states[cyclic] : null;
     const [ahead, reach] = this.spread, position = state ? shown.of(row, state) : 0;
     return {
       sides: shown.sides(row), friction: shown.of(row, "friction"), load: shown.of(row, "load"),
       perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row), walls: this.walls,
-      camera: state ? this.camera(position, row[0]) + ahead : 0, reach, origin: this.model.state.initial[state] ?? 0,
-      unit: this.units.factor("position"), slope: this.slope,
+      camera: state ? this.camera(position, row[0]) / length + ahead : 0, reach, origin: (this.model.state.initial[state] ?? 0) / length,
+      unit: this.units.factor("position") * length, slope: this.slope,
     };
   }
 
@@ -218,13 +218,13 @@ class Lab {
   get spread() {
     const { shown } = this;
     if (!shown._spread) {
-      const { data, width, rows } = shown.rows, moves = shown.form.cyclic >= 0, places = [];
+      const { data, width, rows } = shown.rows, { length } = shown.form, moves = shown.form.cyclic >= 0, places = [];
       let place = shown.names.length, far = 1;
       for (const { kind, points } of shown.form.scene) { if (kind === "contact") places.push(place); place += 2 * points; }
       const at = moves ? 2 + shown.form.cyclic : -1, n = places.length || 1;
-      const ahead = moves ? places.reduce((sum, each) => sum + data[each] - data[at], 0) / n : 0;
+      const ahead = moves ? places.reduce((sum, each) => sum + data[each] - data[at] / length, 0) / n : 0;
       for (let i = 0; i < rows * width; i += width) {
-        const middle = moves ? this.camera(data[i + at], data[i]) + ahead : 0;
+        const middle = moves ? this.camera(data[i + at], data[i]) / length + ahead : 0;
         for (const each of places) far = Math.max(far, Math.abs(data[i + each] - middle));
       }
       shown._spread = [ahead, far];

@@ -2,22 +2,50 @@
 
 import copy
 import dataclasses
+import math
 from typing import Any
 
 from vibrocap.motion.recording.equations import equations, put_on_segment, with_symbols
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.bodies import Shape
+from vibrocap.physics.dimensions.scales import SIScales
 from vibrocap.physics.system import System
 
 FAR = 1e300  # a bound that is none
 
 
+def drawn_length(system: System) -> float:
+    """The length by which a machine is drawn, about the width of a body: the unit of its equations.
+
+    Where that says nothing of its size, as in SI: how far it moves by its natural sizes, but no more than the length
+    over which its parts lie and no less than a tenth of that; of these the next in 1, 2, 5, 10, 20, ...
+    """
+    if system.machine.si_scales is not SIScales:
+        return 1.0
+    units = system.machine.state_units
+    moved = [size for name, size in zip(system.state_names, system.scales(), strict=True) if units.get(name) == "m"]
+    machine = system.placed
+    shapes = machine.scene(0.0, (0.0,) * len(machine.states))
+    places = [*zip(*(point for shape in shapes for point in shape.points), strict=True)]
+    reach = max((max(each) - min(each) for each in places), default=0.0)
+    length = min(moved, default=1.0) or 1.0
+    length = min(max(length, 0.1 * reach), reach) if reach else length
+    decade = 10.0 ** math.floor(math.log10(length))
+    return min((step * decade for step in (1.0, 2.0, 5.0, 10.0)), key=lambda each: abs(math.log(each / length)))
+
+
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
-    """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
+    """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own.
+
+    Points are where they are drawn, in units of `drawn_length`.
+    """
     graph, machine = _recorded_machine(system)
+    length = drawn_length(system)
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
     shapes = tuple(
-        dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
+        dataclasses.replace(
+            shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.places(length)), aside=()
+        )
         for shape in machine.scene(graph.node("time"), y)
     )
     return shapes, graph.expression(machine.loads()[0])

@@ -109,75 +109,100 @@ def _row(motion: Any) -> dict[Any, float]:
     return {body: APART * still[:i].count(still[i]) for i, body in enumerate(bodies)}
 
 
+@dataclasses.dataclass(frozen=True)
+class _Place:
+    """A point of the machine, and how far beside it something is drawn."""
+
+    x: Any
+    z: Any
+    right: float = 0.0
+    up: float = 0.0
+
+    def beside(self, right: float = 0.0, up: float = 0.0) -> "_Place":
+        return dataclasses.replace(self, right=self.right + right, up=self.up + up)
+
+
+def _shape(kind: Any, name: str, *places: _Place, size: tuple[float, float] = (0.0, 0.0), box: str = "") -> Shape:
+    points = tuple(_at(place.x, place.z) for place in places)
+    return Shape(kind, name, points, size, box, tuple((place.right, place.up) for place in places))
+
+
 def _between(motion: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """What joins bodies of a row: springs, and rods as long as the drive makes them."""
     links: list[tuple[Any, Quantity]] = [("spring", stretch) for stretch in motion.stretches.values()]
     links += [("rod", each) for each in motion.imposed]
-    for (a, behind), (b, ahead) in itertools.combinations(row.items(), 2):
+    for a, b in itertools.combinations(row, 2):
         for kind in dict.fromkeys(kind for kind, path in links if not (path - (b.along - a.along)).moves):
-            ends = _at(a.along.value + (behind + 0.5), 0.25), _at(b.along.value + (ahead - 0.5), 0.25)
-            yield Shape(kind, f"{kind} between {a.name} and {b.name}", ends)
+            ends = _place(a, row).beside(0.5, 0.25), _place(b, row).beside(-0.5, 0.25)
+            yield _shape(kind, f"{kind} between {a.name} and {b.name}", *ends)
 
 
-def _place(m: Any, row: dict[Any, float]) -> tuple[Sum, Sum]:
+def _place(m: Any, row: dict[Any, float]) -> _Place:
     """Where a body is drawn; of one that turns only its angle, as a place."""
     base = m
     while isinstance(base.on, Mass):
         base = base.on
-    return (m.along.value + row.get(base, 0.0), m.height.value) if isinstance(m, Mass) else (m.turn.value, Sum())
+    return (
+        _Place(m.along.value, m.height.value, row.get(base, 0.0))
+        if isinstance(m, Mass)
+        else _Place(m.turn.value, Sum())
+    )
 
 
 def _body(motion: Any, m: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """A box with its contact, large enough for what is in it or on it; a disc for what does not rub."""
-    (x, z), rubs = _place(m, row), [contact.body for contact in motion.contacts]
+    place, rubs = _place(m, row), [contact.body for contact in motion.contacts]
     carried = [mass for mass in motion.masses if mass.on is m]
     if m not in rubs:
         inside = m.on.name if _slides(m) else ""
-        yield Shape("disc", m.name, (_at(x, z + (0.4 if inside else 0.5)),), (0.3, 0.3), inside)
+        yield _shape("disc", m.name, place.beside(up=0.4 if inside else 0.5), size=(0.3, 0.3), box=inside)
         return
     width, height = (1.8, 0.8) if any(map(_slides, carried)) else (1.3 if carried else 1.0, 0.5)
-    yield Shape("box", m.name, (_at(x, z + 0.5 * height),), (width, height))
+    yield _shape("box", m.name, place.beside(up=0.5 * height), size=(width, height))
     name = "contact" if len(rubs) == 1 else f"contact {rubs.index(m) + 1}"
-    yield Shape("contact", name, (_at(x, z),), (width - 0.1, 0.0), m.name)
+    yield _shape("contact", name, place, size=(width - 0.1, 0.0), box=m.name)
 
 
 def _joint_shapes(motion: Any, m: Any, row: dict[Any, float]) -> Iterator[Shape]:
     """The rod and the hinge on which a body turns; or the spring on which it slides, and its stops."""
-    x, z = _place(m, row)
+    place = _place(m, row)
     if isinstance(m.on, Mass) and not _slides(m):
-        pivot = _at(_place(m.on, row)[0], m.on.height.value + 0.5)
-        yield Shape("rod", f"rod of {m.name}", (pivot, _at(x, z + 0.5)))
-        yield Shape("hinge", f"pivot of {m.name}", (pivot,))
+        pivot = _place(m.on, row).beside(up=0.5)
+        yield _shape("rod", f"rod of {m.name}", pivot, place.beside(up=0.5))
+        yield _shape("hinge", f"pivot of {m.name}", pivot)
         kind, angle = _joint(motion, m) or ("", Quantity(0.0))
         for stop in motion.stops:
             if kind == "hinge" and _same(stop.way, angle):
-                yield from _stops_of_hinge(stop, _place(m.on, row)[0], m.on.height.value + 0.5)
+                yield from _stops_of_hinge(stop, pivot)
         return
-    foot, half, height = (
-        (Sum.of(-2.5), 0.5, 0.25) if m.on is None else (x - m.along.value + m.on.along.value - 0.9, 0.15, 0.4)
-    )
+    half, height = (0.5, 0.25) if m.on is None else (0.15, 0.4)
+    foot = _Place(Sum(), place.z, -2.5) if m.on is None else _place(m.on, row).beside(-0.9)
     if any(_same(stretch, Quantity.of(m.x)) for stretch in motion.stretches.values()):
-        ends = _at(foot, z + height), _at(x - half, z + height)
+        ends = foot.beside(up=height), place.beside(-half, height)
         if any(row.values()) and m in row:
-            ends = _at(row[m], WALL), _at(x, z + 2.0 * height)
-        yield Shape("spring", f"spring of {m.name}", ends, box=m.on.name if m.on else "")
+            ends = _Place(Sum(), Sum(), row[m], WALL), place.beside(up=2.0 * height)
+        yield _shape("spring", f"spring of {m.name}", *ends, box=m.on.name if m.on else "")
     for stop in motion.stops:
         if _same(stop.way, Quantity.of(m.x)):
-            ends = {"in front": as_sum(stop.gap) + half}
-            ends |= {} if stop.back_gap is None else {"behind": -as_sum(stop.back_gap) - half}
-            for name, end in ends.items():
-                at = x - stop.way.value + end
-                yield Shape("rod", f"stop {name}", (_at(at, z + 0.2), _at(at, z + 0.6)))
+            free = dataclasses.replace(place, x=place.x - stop.way.value)
+            for name, side, gap in (("in front", 1.0, stop.gap), ("behind", -1.0, stop.back_gap)):
+                if gap is not None:
+                    at = dataclasses.replace(free, x=free.x + side * as_sum(gap)).beside(side * half)
+                    yield _shape("rod", f"stop {name}", at.beside(up=0.2), at.beside(up=0.6))
 
 
-def _stops_of_hinge(stop: Any, x: Sum, z: Sum) -> Iterator[Shape]:
-    """The stops of a body that turns about x, z, each with its arm."""
+def _stops_of_hinge(stop: Any, pivot: _Place) -> Iterator[Shape]:
+    """The stops of a body that turns about a pivot at the distance 1, each with its arm."""
     for side, name, gap in ((1.0, "behind", stop.gap), (-1.0, "in front", stop.back_gap)):
         if gap is not None:
             sine, cosine = sin(as_sum(gap) + TOUCHING), cos(as_sum(gap) + TOUCHING)
-            near, far = (_at(x - side * (distance * sine), z + distance * cosine) for distance in STOP)
-            yield Shape("rod", f"stop {name}", (near, far))
-            yield Shape("rod", f"arm of the stop {name}", (_at(x - side * CORNER, z), near))
+            near, far = (
+                dataclasses.replace(pivot, x=pivot.x - side * (distance * sine), z=pivot.z + distance * cosine)
+                for distance in STOP
+            )
+            corner = dataclasses.replace(pivot, x=pivot.x - side * CORNER)
+            yield _shape("rod", f"stop {name}", near, far)
+            yield _shape("rod", f"arm of the stop {name}", corner, near)
 
 
 def _slides(m: Any) -> bool:
