@@ -214,7 +214,7 @@ class Lab {
     return shown._walls;
   }
 
-  // Of the contacts: how far their middle is ahead of the position, and how far one gets from the camera, at least one length.
+  // Of the contacts: how far their middle is ahead of the position, and how far one or a wall gets from the camera, at least one length.
   get spread() {
     const { shown } = this;
     if (!shown._spread) {
@@ -227,7 +227,7 @@ class Lab {
         const middle = moves ? this.camera(data[i + at], data[i]) / length + ahead : 0;
         for (const each of places) far = Math.max(far, Math.abs(data[i + each] - middle));
       }
-      shown._spread = [ahead, far];
+      shown._spread = [ahead, far + Math.max(0, ...Object.values(this.walls))];
     }
     return shown._spread;
   }
