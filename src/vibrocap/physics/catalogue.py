@@ -7,7 +7,6 @@ packages, which announce them under the entry points `vibrocap.parts`, and those
 import functools
 import importlib
 import importlib.metadata
-import importlib.util
 import inspect
 import pkgutil
 import re
@@ -237,10 +236,10 @@ def _where_named(contract: type, name: Any) -> type | None:
     """The part of the package of a name, from the file that writes `name = "..."` of a class; no other is imported."""
     if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
         return None
-    for module in _modules(CONTRACTS[contract][1]):
-        loader: Any = importlib.util.find_spec(module).loader  # type: ignore[union-attr]
-        if re.search(rf'^    name\b.*= "{name}"$', loader.get_source(module) or "", re.MULTILINE):
-            for part in parts_in(importlib.import_module(module), contract):
+    for info in _modules(CONTRACTS[contract][1]):
+        loader: Any = info.module_finder.find_spec(info.name, None).loader  # type: ignore[union-attr]
+        if re.search(rf'^    name\b.*= "{name}"$', loader.get_source(info.name) or "", re.MULTILINE):
+            for part in parts_in(importlib.import_module(info.name), contract):
                 if part.name == name:  # type: ignore[attr-defined]
                     return part
     return None
@@ -307,8 +306,8 @@ def _warn(package: str, text: str) -> None:
 def _found(folder: str, contract: type) -> Mapping[str, type]:
     """Classes that fulfil a contract and have a name, from every module of a folder."""
     parts: dict[str, Any] = {}
-    for module in _modules(folder):
-        for thing in parts_in(importlib.import_module(module), contract):
+    for info in _modules(folder):
+        for thing in parts_in(importlib.import_module(info.name), contract):
             name = thing.name  # type: ignore[attr-defined]
             if name in parts:
                 raise ImportError(f"{name!r} names two classes in {folder}: {parts[name]} and {thing}")
@@ -316,5 +315,5 @@ def _found(folder: str, contract: type) -> Mapping[str, type]:
     return MappingProxyType(parts)
 
 
-def _modules(folder: str) -> list[str]:
-    return [info.name for info in pkgutil.iter_modules(importlib.import_module(folder).__path__, f"{folder}.")]
+def _modules(folder: str) -> Iterator[pkgutil.ModuleInfo]:
+    return pkgutil.iter_modules(importlib.import_module(folder).__path__, f"{folder}.")
