@@ -14,7 +14,7 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from benchmarks.sweep_vibrocap import budget, problem
-from vibrocap.numerics.linker import link
+from vibrocap.numerics import linker as link
 from vibrocap.numerics.run.budget import EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source
 

@@ -20,7 +20,7 @@ from numba import types
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state
-from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
+from vibrocap.numerics.linker import compiled_kernel, plain_kernel
 from vibrocap.numerics.run.budget import Budget, MotionStart
 from vibrocap.numerics.run.motion import linked_motion, motion_memory
 

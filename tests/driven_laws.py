@@ -8,9 +8,8 @@ from unittest import mock
 import numpy as np
 
 from vibrocap.laboratory.driven import driven_equations
-from vibrocap.numerics.codegen.driven_step import driven_source
-from vibrocap.numerics.linker.link import linked_source, plain_kernel
-from vibrocap.numerics.linker.recipes import DRIVEN
+from vibrocap.numerics.codegen.driven_source import driven_source
+from vibrocap.numerics.linker import DRIVEN, linked_source, plain_kernel
 from vibrocap.numerics.run import driven_run
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 

@@ -13,10 +13,9 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.traits import traits
+from vibrocap.numerics.expressions.structure import traits
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import linked_source, plain_kernel
-from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.numerics.linker import linked_source, motion_recipe, plain_kernel
 from vibrocap.numerics.run import motion
 
 

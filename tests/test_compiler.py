@@ -18,7 +18,7 @@ from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.lowering import lowered
-from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.linker import plain_kernel
 from vibrocap.numerics.run import ensemble, motion
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
 from vibrocap.numerics.run.ensemble import ensemble_run

@@ -8,7 +8,7 @@ import pytest
 import vibrocap as vc
 from driven_laws import Play, on_plain_python, uneven, wandering
 from vibrocap.laboratory.driven import driven_equations
-from vibrocap.numerics.codegen.driven_step import decomposition, solution
+from vibrocap.numerics.codegen.driven_source import decomposition, solution
 from vibrocap.numerics.run.driven_run import driven_runs
 
 

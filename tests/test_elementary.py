@@ -9,7 +9,7 @@ import pytest
 from vibrocap.numerics.compiler import compiled
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials, plain_vectors
-from vibrocap.numerics.linker.link import kernel_source, plain_kernel
+from vibrocap.numerics.linker import kernel_source, plain_kernel
 from vibrocap.physics.elementary import atan, tanh
 
 MODULES = ("arithmetic.one_number", "arithmetic.elementary_polynomials")

@@ -35,7 +35,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
 from vibrocap.numerics.api import Budget, Form, MotionStart, recorded_run
 from vibrocap.numerics.compiler import compiled
-from vibrocap.numerics.compiler.c.text import c_source
+from vibrocap.numerics.compiler.c_text import c_source
 from vibrocap.physics.events import BOUNDS
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))

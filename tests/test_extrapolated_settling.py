@@ -14,7 +14,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
-from vibrocap.numerics.linker.link import compiled_kernel, kernel_source
+from vibrocap.numerics.linker import compiled_kernel, kernel_source
 from vibrocap.numerics.run import ensemble as runs_of
 
 THRESHOLD = 1e-6

@@ -26,7 +26,7 @@ from vibrocap.lab.page import SCRIPTS, WORKER, functions, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.measures.during_run import measure_table
-from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.linker import plain_kernel
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.drive import ROUNDING, Piecewise

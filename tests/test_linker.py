@@ -9,14 +9,13 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.held_input import with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.numerics import linker as link
 from vibrocap.numerics.codegen.source import Integrands
-from vibrocap.numerics.expressions.traits import Traits
+from vibrocap.numerics.expressions.structure import Traits
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.lane import Gathered
+from vibrocap.numerics.kernel.lane import Gathered, with_places
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
-from vibrocap.numerics.linker import link, recipes
-from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
-from vibrocap.numerics.linker.places import with_places
+from vibrocap.numerics.linker import LinkError, check, file_of, outline
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
 from vibrocap.numerics.run.stepper import stepper_kernel
@@ -92,7 +91,7 @@ def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():
 
 @pytest.mark.parametrize("left_out", ["step.method_choice", "observe.window", "observe.settle", "loop.one_by_one"])
 def test_what_must_be_answered_and_is_not_is_refused(left_out):
-    recipe = recipes.ensemble_recipe(layout_with(stiff=True), "ensemble")
+    recipe = link.ensemble_recipe(layout_with(stiff=True), "ensemble")
     _, text = ensemble_source(equations(vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Harmonic())), 10, 1)
     text.check()
     assert left_out in recipe.modules
@@ -103,7 +102,7 @@ def test_what_must_be_answered_and_is_not_is_refused(left_out):
 
 @pytest.mark.parametrize("other", ["step.method_choice", "events.corners", "observe.record", "loop.simd_step"])
 def test_what_is_answered_twice_is_refused(other):
-    recipe = recipes.ensemble_recipe(layout_with(stiff=False, coefficients=1), "ensemble")
+    recipe = link.ensemble_recipe(layout_with(stiff=False, coefficients=1), "ensemble")
     twice = recipe.modules if other in recipe.modules else (*recipe.modules, other)
     parts = {f"{name} ": link.kernel_source(name) for name in twice} | {other: link.kernel_source(other)}
     with pytest.raises(LinkError, match=r"` is defined in .* and in "):
@@ -179,7 +178,7 @@ def test_a_fault_is_refused_before_it_is_compiled(monkeypatch):
 
 
 def test_a_kernel_is_a_file_without_its_head():
-    for recipe in (recipes.DRIVEN, recipes.ensemble_recipe(layout_with(stiff=True), "simd")):
+    for recipe in (link.DRIVEN, link.ensemble_recipe(layout_with(stiff=True), "simd")):
         for module in recipe.modules:
             path = link.KERNEL / f"{module.replace('.', '/')}.py"
             heads = (ast.Import, ast.ImportFrom, ast.Expr)
@@ -208,13 +207,13 @@ def test_names_of_a_lane_become_places():
 
 def test_modules_import_what_runs():
     """What a module of the kernel imports from another one is what a kernel with it holds, of that other one."""
-    every = [recipes.DRIVEN]
+    every = [link.DRIVEN]
     for stiff in (False, True):
         for switches in (0, 1):
-            every.append(recipes.motion_recipe(layout_with(stiff=stiff, switches=switches)))
+            every.append(link.motion_recipe(layout_with(stiff=stiff, switches=switches)))
             for tangent in (False, True):
                 layout = layout_with(stiff=stiff, switches=switches, tangent=tangent, coefficients=int(tangent))
-                every += [recipes.ensemble_recipe(layout, loop) for loop in ("ensemble", "simd", "portable")]
+                every += [link.ensemble_recipe(layout, loop) for loop in ("ensemble", "simd", "portable")]
     promised = {"codes", "lane", "memory_layout", "generated", "driven_generated", "hook", "arithmetic.plain_vectors"}
     imports, strays = {}, set()
     for module in {module for recipe in every for module in recipe.modules}:

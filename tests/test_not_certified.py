@@ -13,7 +13,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
-from vibrocap.motion import evidence, run_evidence
+from vibrocap.motion import evidence
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
 from vibrocap.numerics.run.ensemble import ensemble_kernel, ensemble_run
@@ -101,7 +101,7 @@ def seen(system, start, periods, fault=None, tolerance=TOLERANCE):
     names = ensemble_kernel(recorded, form, False)[1].__globals__
     with mock.patch.dict(names, fault(names) if fault else {}):
         results = ensemble_run(EnsembleStart(recorded, row, state), budget, form, threads=1)
-    return results, bool(run_evidence.certified(recorded, results, row, tolerance)[0])
+    return results, bool(evidence.certified(recorded, results, row, tolerance)[0])
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=[fault.__name__ for fault in FAULTS])
@@ -155,9 +155,7 @@ def test_evidence_changes_no_bit_of_a_run_and_is_the_same_in_any_lane():
 @pytest.fixture
 def nothing_passes(monkeypatch):
     """The bound of the defect is taken away, of certificates and of runs: there is one number, in one place."""
-    assert evidence.DEFECT_BOUND == run_evidence.DEFECT_BOUND
     monkeypatch.setattr(evidence, "DEFECT_BOUND", 0.0)
-    monkeypatch.setattr(run_evidence, "DEFECT_BOUND", 0.0)
 
 
 CAPSULE = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(amplitude=1.8))
@@ -269,7 +267,7 @@ def test_whole_runs_at_loose_tolerances_are_refused_where_their_certificates_are
     states[:, 0] = draw.uniform(-1.0, 1.0, 30)
     budget = Budget(3, 1e-5, 10_000, 30_000, evidence=3)
     results = ensemble_run(EnsembleStart(recorded, rows, states), budget, Form(order=10))
-    good, differ = run_evidence.certified(recorded, results, rows, 1e-5), 0
+    good, differ = evidence.certified(recorded, results, rows, 1e-5), 0
     for system, state, passed in zip(systems, states, good, strict=True):
         motion = vc.simulate(system, periods=3, initial={"angle": state[0]}, tolerance=1e-5, max_steps=30_000)
         fields = {verdict.field for verdict in motion.certificate.verdicts if not verdict.ok}

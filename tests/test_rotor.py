@@ -16,7 +16,7 @@ from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
 from vibrocap.motion.recording.section import brought_back, section_states, winding
-from vibrocap.numerics.linker.link import kernel_source
+from vibrocap.numerics.linker import kernel_source
 from vibrocap.orbits.maps.stroboscopic_map import state_vector
 
 TURN = 2.0 * math.pi

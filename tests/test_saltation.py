@@ -13,7 +13,7 @@ import pytest
 import vibrocap as vc
 from independent import motion as independent_motion
 from thinned import exhaustive_but
-from vibrocap.numerics.linker import link
+from vibrocap.numerics import linker as link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.attractors.lyapunov import lyapunov_exponent
 from vibrocap.orbits.closing import shooting

@@ -13,7 +13,7 @@ import pytest
 import vibrocap as vc
 from cases import DEFAULTS
 from vibrocap.motion.recording.equations import equations
-from vibrocap.numerics.linker import link
+from vibrocap.numerics import linker as link
 from vibrocap.numerics.run import motion
 
 CASE = f"{DEFAULTS}amplitude = 1.8\n"

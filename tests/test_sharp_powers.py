@@ -23,7 +23,7 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.measures.gathered import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness
-from vibrocap.numerics.expressions.powers import gaps, no_series_at_rest
+from vibrocap.numerics.expressions.structure import gaps, no_series_at_rest
 from vibrocap.numerics.run.budget import Budget, EnsembleStart
 from vibrocap.numerics.run.ensemble import ensemble_run
 from vibrocap.physics.friction.wrappers import smoothed

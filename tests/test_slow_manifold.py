@@ -83,7 +83,7 @@ def test_stability_bounds_no_step_where_bristles_have_relaxed(monkeypatch):
     amplitudes = np.linspace(0.8, 2.0, 2 * LANES)
     taken = [np.sum(runs(*SYSTEMS["blocks"], value, amplitudes).head("taylor_steps")) for value in (1e-6, 1e-8, 1e-9)]
     assert sorted(taken) == taken
-    monkeypatch.setattr("vibrocap.numerics.expressions.traits.slow_bristles", lambda _: ())
+    monkeypatch.setattr("vibrocap.numerics.expressions.structure.slow_bristles", lambda _: ())
     monkeypatch.setattr("vibrocap.numerics.run.ensemble.ensemble_kernel", ensemble_kernel.__wrapped__)
     assert taken[1] < 0.45 * np.sum(runs(*SYSTEMS["blocks"], 1e-8, amplitudes).head("taylor_steps"))
 

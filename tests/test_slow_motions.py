@@ -82,7 +82,7 @@ def implicit(monkeypatch):
 
     def made(*given):
         with monkeypatch.context() as patch:
-            patch.setattr("vibrocap.numerics.expressions.traits.slow_states", lambda _: ())
+            patch.setattr("vibrocap.numerics.expressions.structure.slow_states", lambda _: ())
             kernels.kernel.cache_clear()
             run = motion(*given)
         kernels.kernel.cache_clear()

@@ -16,7 +16,7 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
 from vibrocap.numerics.api import Stroboscope
 from vibrocap.numerics.kernel.events.transitions import ARRIVED, TIED
-from vibrocap.numerics.linker.link import kernel_source
+from vibrocap.numerics.linker import kernel_source
 
 EPSILON = 2.0**-52
 STOPS = vc.System(vc.RigidStopCapsule(gap=1.0), vc.Coulomb(0.2, 0.3), vc.Harmonic())

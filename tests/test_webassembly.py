@@ -19,11 +19,10 @@ from test_compiler import BODIES, Python, bits, body_text, operands
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused
-from vibrocap.numerics.compiler.own_functions import OWN
-from vibrocap.numerics.compiler.subset import LIBRARY
+from vibrocap.numerics.compiler.subset import LIBRARY, OWN
 from vibrocap.numerics.compiler.webassembly import webassembly_module
 from vibrocap.numerics.kernel.codes import DONE, MACHINE_SWITCHED
-from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
+from vibrocap.numerics.linker import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.budget import Budget, Form, MotionStart
 from vibrocap.numerics.run.motion import recorded_run

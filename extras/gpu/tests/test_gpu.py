@@ -26,10 +26,10 @@ import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, host, object_code
-from vibrocap.numerics.compiler.own_functions import with_own_functions
+from vibrocap.numerics.compiler.subset import with_own_functions
 from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
-from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.linker import plain_kernel
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form
 from vibrocap.numerics.run.ensemble import ensemble_run
 

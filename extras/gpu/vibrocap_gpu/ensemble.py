@@ -32,10 +32,9 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import module_source
+from vibrocap.numerics.linker import module_source
 from vibrocap.numerics.run.budget import COMPILED, Budget, EnsembleStart, Form
-from vibrocap.numerics.run.devices import Device
-from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source, prepared_lanes
+from vibrocap.numerics.run.ensemble import Device, ensemble_order, ensemble_source, prepared_lanes
 from vibrocap.numerics.run.results import RunResults
 from vibrocap_gpu.driver import Gpu, first_gpu, gpu_problem
 from vibrocap_gpu.ptx import ENTRY, ptx

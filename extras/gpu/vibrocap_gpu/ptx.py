@@ -10,8 +10,7 @@ from vibrocap.numerics.compiler.foreign import foreign_code
 from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.machine import Target, called_once_marked
-from vibrocap.numerics.compiler.own_functions import with_own_functions
-from vibrocap.numerics.compiler.subset import LIBRARY
+from vibrocap.numerics.compiler.subset import LIBRARY, with_own_functions
 
 GPU = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
 ENTRY = "run_all"

@@ -12,7 +12,7 @@ from vibrocap.motion.recording.recorded_machine import drawn_length, recorded_ro
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
-from vibrocap.numerics.expressions.corners import Corners
+from vibrocap.numerics.expressions.equations import Corners
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, QUANTITIES, state_units
 from vibrocap.physics.drives.drive import ROUNDING
 from vibrocap.physics.names import split_path

@@ -14,8 +14,8 @@ from vibrocap.measures.gathered import ALWAYS, Gathered, balanced
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.of_measure import FINAL, ByMeasure
 from vibrocap.measures.recorded.windows import usual_window
+from vibrocap.motion.evidence import certified
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_room, check_run, initial_state
 from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
@@ -84,7 +84,7 @@ def ensemble(
     (of a cycle of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive periods (-1
     and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "mode_sequence" an empty text)
     where the run failed. A run is "not certified", with its measures, where evidence gathered during the run is beyond
-    the bounds of a certificate (`motion.run_evidence`, and where works are measured `gathered.balanced`).
+    the bounds of a certificate (`motion.evidence`, and where works are measured `gathered.balanced`).
 
     The results have the same bits with any number of threads, in any order of the runs and division into calls; those
     of another device agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError, naming

@@ -1,6 +1,8 @@
-"""What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
+"""What a certificate rests on: evidence from a motion, its steps, its contact, its balances and a second run.
 
-import dataclasses
+And whether the runs of an ensemble are motions of the equations, by the evidence that was taken while they ran.
+"""
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,7 +12,7 @@ from vibrocap.motion.certificate import Certificate, Verdict
 from vibrocap.motion.contradictions import at_starts, energy_contradiction, momentum_contradiction, unbalanced
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, MANY, PIECES_AT_A_TIME, Trajectory, along
-from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
+from vibrocap.numerics.api import DEFECT_BOUND, Recorded, RunResults, codes
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import derivative, evaluate, evaluated
 from vibrocap.physics.names import numbered
@@ -62,9 +64,9 @@ def certificate(
     impulse = momentum - momentum[0] + impulses.sum(axis=0) - outer
     if motion.system.machine.strikes_ground:
         impulse[1:] -= np.cumsum(np.append(motion.piece_blows, 0.0))
-    contacts = [_contact_evidence(motion, number, observed) for number in range(1, 1 + motion.piece_sides.shape[1])]
-    least = min(contact.least for contact in contacts)
-    slack = ROUNDING * max(1.0, *(contact.fastest for contact in contacts))
+    numbers = range(1, 1 + motion.piece_sides.shape[1])
+    shares, lows, speeds = zip(*(_contact_evidence(motion, number, observed) for number in numbers), strict=True)
+    least, slack = min(lows), ROUNDING * max(1.0, *speeds)
     starts = at_starts(motion)
     natural_speed = max(_natural_size(recording, scales, starts, name) for name in velocity_names(recording))
     imposed = any(derivative(contact.velocity, -1).value != 0.0 for contact in recording.contacts)
@@ -72,7 +74,7 @@ def certificate(
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * natural_speed)
     energy_residual, momentum_residual = (float(np.max(np.abs(verdict), initial=0.0)) for verdict in (balance, impulse))
-    ratio = max((contact.share for contact in contacts if contact.share is not None), default=None)
+    ratio = max((share for share in shares if share is not None), default=None)
     defect = _defect(motion, observed, scales, DEFECT_BOUND * tolerance)
     of_states = tighter and _estimated_errors(motion, recorded, tighter, 1.0 / (1.0 - ratio_of_tolerances))
     estimate = None if of_states is None else float(np.max(of_states / scales))
@@ -144,21 +146,11 @@ def _seen(motion: Trajectory) -> dict[str, np.ndarray]:
     return dict(zip(names, motion.piece_observables(tuple(names), np.arange(len(s)), s), strict=True))
 
 
-@dataclasses.dataclass(frozen=True)
-class ContactEvidence:
-    """What was seen of one contact.
-
-    share: largest part of what it can hold that it held at rest; None: its law cannot stick
-    least: least velocity along its side while it slides, 0 of a smooth law; fastest: largest size of its velocity
-    """
-
-    share: float | None
-    least: float
-    fastest: float
-
-
-def _contact_evidence(motion: Trajectory, number: int, observed: Mapping[str, np.ndarray]) -> ContactEvidence:
-    """Of a contact, at all points of the pieces; at an event of its own its velocity is that of the event."""
+def _contact_evidence(
+    motion: Trajectory, number: int, observed: Mapping[str, np.ndarray]
+) -> tuple[float | None, float, float]:
+    """Of a contact: largest part of what it can hold that it held at rest (None: its law cannot stick), least velocity
+    along its side while it slides (0 of a smooth law), largest size of its velocity; at an event that of the event."""
     law, sides = motion.system.laws[number - 1], motion.piece_sides[:, number - 1]
     velocity = observed[numbered("contact_velocity", number)]
     forward = sides[:, None] * velocity
@@ -168,7 +160,7 @@ def _contact_evidence(motion: Trajectory, number: int, observed: Mapping[str, np
         held = _shares_held(motion, number, observed, "friction", sides == 0.0)
         share = float(np.max(np.abs(held), initial=0.0))
     least = 0.0 if law.kind == "smooth" else float(np.min(forward, initial=0.0))
-    return ContactEvidence(share, least, float(np.max(np.abs(velocity), initial=0.0)))
+    return share, least, float(np.max(np.abs(velocity), initial=0.0))
 
 
 def _slip_shortfall(motion: Trajectory, observed: Mapping[str, np.ndarray], still: float) -> float | None:
@@ -379,3 +371,29 @@ def _barely_known(
 def _at_marks(values: np.ndarray) -> np.ndarray:
     """Of values at POINTS points per piece: those at the start of every piece, and at the end."""
     return np.append(values[:, 0], values[-1, -1])
+
+
+def certified(recording: Equations, results: RunResults, parameters: np.ndarray, tolerance: float) -> np.ndarray:
+    """Whether what was seen of each run is within the bounds of a certificate: array [runs] of bool.
+
+    The velocity at located events is that of the whole run. The share of its limit that a hold takes, the sign of the
+    velocity and the defect are those at some points of its last response (`kernel/observe/evidence.py`), so that a
+    certificate, which asks everywhere, may refuse a motion that passes here. Works: `measures/gathered.py`.
+
+    parameters: [runs, parameters]
+    """
+    count = len(results)
+    tolerance = max(tolerance, LEAST_TOLERANCE)
+    states = results.start[:, : recording.base].T
+    values = recording.filled(parameters).T
+    with np.errstate(all="ignore"):  # of runs that failed
+        scales, speeds = evaluated(recording.scales, 0.0, states, 1.0, values, (count,)), np.zeros(count)
+        for name in velocity_names(recording):
+            speeds = np.maximum(speeds, changes(recording, (name,), scales, 0.0, states, values).sum(axis=0))
+    slowest = EVENT_BOUND * tolerance * speeds
+    good = results.head("contact_residual") <= slowest
+    rounding = ROUNDING * np.maximum(1.0, speeds)
+    imposed = recording.several or any(derivative(contact.velocity, -1).value != 0.0 for contact in recording.contacts)
+    good &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
+    good &= results.entry("STICKING_SHARE") <= 1.0 + STICK_SLACK
+    return good & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)

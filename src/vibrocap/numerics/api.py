@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from vibrocap.numerics.kernel.observe.window import SLIVER
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
-    from vibrocap.numerics.run.devices import device
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
-    from vibrocap.numerics.run.ensemble import ensemble_run
+    from vibrocap.numerics.run.ensemble import device, ensemble_run
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import PieceSeries, RunResults

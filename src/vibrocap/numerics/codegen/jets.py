@@ -14,8 +14,7 @@ from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
 from vibrocap.numerics.codegen.straight_line import ONE, ZERO, Code, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.equations import Equations, Mechanics
 from vibrocap.numerics.expressions.graph import LEAST_BASE, Expression, Graph, operands_of, reachable
-from vibrocap.numerics.expressions.powers import zero_of_base
-from vibrocap.numerics.expressions.structure import Forms
+from vibrocap.numerics.expressions.structure import Forms, zero_of_base
 
 SUMS = ("add", "sub", "neg")
 COUNTED = 4  # order up to which operations are counted

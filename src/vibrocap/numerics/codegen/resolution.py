@@ -10,7 +10,7 @@ law, it is asked over the whole step:
     smooth      x changes by a factor of 2 (1/x, sqrt) or 3 (log, power)    the series converges, whatever it is
 
 Where the contact velocity vanishes, a power that is not whole may only be negligible; of a whole one from the third on
-what the first power of its argument beyond the order would add is held to the tolerance besides (`powers.py`).
+what the first power of its argument beyond the order would add is held to the tolerance besides (`structure.py`).
 
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
@@ -36,7 +36,7 @@ import numpy as np
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
-from vibrocap.numerics.expressions.powers import Speed, gaps, speeds, zero_of_base
+from vibrocap.numerics.expressions.structure import Speed, gaps, speeds, zero_of_base
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div", "power")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more

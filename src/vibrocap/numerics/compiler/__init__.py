@@ -67,7 +67,7 @@ def literal_ir(text: str, entry: str) -> str:
     Every sum and product is rounded, none are fused; the functions of `math` are the kernel's own polynomials.
     """
     from vibrocap.numerics.compiler.lowering import lowered
-    from vibrocap.numerics.compiler.own_functions import with_own_functions
+    from vibrocap.numerics.compiler.subset import with_own_functions
 
     lowered_text = lowered(with_own_functions(text), entry, host().lanes, short=True, library=LIBRARY)
     return lowered_text.replace(" contract ", " ")

@@ -16,8 +16,7 @@ from vibrocap.numerics.compiler.foreign import foreign_code
 from vibrocap.numerics.compiler.kinds import Kind
 from vibrocap.numerics.compiler.lowering import Module, entry_text
 from vibrocap.numerics.compiler.machine import SMALL, Target
-from vibrocap.numerics.compiler.own_functions import with_own_functions
-from vibrocap.numerics.compiler.subset import LIBRARY, parsed, uncollected
+from vibrocap.numerics.compiler.subset import LIBRARY, parsed, uncollected, with_own_functions
 from vibrocap.numerics.compiler.typed.nodes import Function
 from vibrocap.numerics.compiler.typed.program import Program
 

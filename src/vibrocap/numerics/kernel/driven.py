@@ -2,7 +2,7 @@
 
 Velocity and load are linear between samples, so within an interval the rates of the internal states are smooth except
 where the contact turns (the interval is cut there) and where a guard of the law falls to zero (the step is cut there).
-Between these, an L-stable method (`driven_step.py`) takes steps under error control: of whole intervals, as a rule.
+Between these, an L-stable method (`driven_source.py`) takes steps under error control: of whole intervals, as a rule.
 
 The trace holds time, velocity and load of all samples, then what is computed.
 """

@@ -1,4 +1,4 @@
-"""The contract of generated code of a driven law: what `driven_step.py` writes and `driven.py` calls by these names.
+"""The contract of generated code of a driven law: what `driven_source.py` writes and `driven.py` calls by these names.
 
 Linking puts the generated definitions in the place of these.
 """

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.numerics.expressions.traits import Traits
+from vibrocap.numerics.expressions.structure import Traits
 from vibrocap.numerics.kernel.codes import MODE_PLACES
 from vibrocap.numerics.kernel.lane import (
     FLOAT_ENTRIES,

@@ -9,8 +9,7 @@ from vibrocap.numerics.compiler.webassembly import webassembly_module
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
-from vibrocap.numerics.linker.link import linked_source
-from vibrocap.numerics.linker.recipes import shown_motion_recipe
+from vibrocap.numerics.linker import linked_source, shown_motion_recipe
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source
 from vibrocap.numerics.run.motion import series_order
 

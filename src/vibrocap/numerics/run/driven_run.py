@@ -8,12 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.numerics.codegen.driven_source import DrivenEquations, DrivenLayout
-from vibrocap.numerics.codegen.driven_step import driven_source
+from vibrocap.numerics.codegen.driven_source import DrivenEquations, DrivenLayout, driven_source
 from vibrocap.numerics.codegen.resolution import visible_speed
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
-from vibrocap.numerics.linker.recipes import DRIVEN
+from vibrocap.numerics.linker import DRIVEN, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.run.threads import available_threads, share
 
 LEAP = 0.25  # of its natural size: the most by which a state changes in a step where a sharp function of it could hide

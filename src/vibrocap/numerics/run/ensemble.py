@@ -1,20 +1,26 @@
-"""Runs the kernel for many motions: side by side in lanes, over threads, a few measures of each, not a trace."""
+"""Runs the kernel for many motions: side by side in lanes, over threads, a few measures of each, not a trace.
+
+On this processor, or on a device that another package brings. Such a package has entry points of the group
+`vibrocap.devices`: the name of a device, and a function that returns it. Its kernels have the text of all others
+(`ensemble_source`, loop "portable").
+"""
 
 import dataclasses
 import functools
+import importlib.metadata
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.numerics.codegen.source import Integrands, generated_source, holding_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.traits import traits
+from vibrocap.numerics.expressions.structure import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import lane_count
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
-from vibrocap.numerics.linker.link import Linked, kept_kernel, linked_source, plain_kernel
-from vibrocap.numerics.linker.recipes import ensemble_recipe
+from vibrocap.numerics.linker import Linked, ensemble_recipe, kept_kernel, linked_source, plain_kernel
 from vibrocap.numerics.run.budget import COMPILED, NO_TABLES, Budget, EnsembleStart, Form, prepared_memory
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
@@ -150,3 +156,38 @@ def prepared_lanes(
         SCALE=1.0,  # free lanes are computed along with the others
         PERIOD=1.0,
     )
+
+
+GROUP = "vibrocap.devices"
+
+
+@dataclasses.dataclass(frozen=True)
+class Device:
+    """What runs ensembles.
+
+    run: has the contract of `ensemble_run`; chunk: runs that it takes at a time
+    tile_runs: runs of a study that are stored together, unless these are given; None: as many as its time allows
+    code: with what its results are made, by name, beside the package; see `studies.plan.code_version`
+    """
+
+    run: Callable[..., RunResults]
+    chunk: int
+    tile_runs: int | None = None
+    code: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+
+PROCESSOR = Device(ensemble_run, chunk=32_768)  # some 40 MB
+
+
+def device(name: str) -> Device:
+    """The device of this name: "cpu", or one of an installed package.
+
+    Raises ArgumentError where there is none, with the reason that it gives where it cannot run here.
+    """
+    if name == "cpu":
+        return PROCESSOR
+    brought = {entry_point.name: entry_point for entry_point in importlib.metadata.entry_points(group=GROUP)}
+    if name not in brought:
+        known = ", ".join(["cpu", *sorted(brought)])
+        raise ArgumentError("device", f"should be one of: {known}; cuda needs the package vibrocap-gpu, got {name!r}")
+    return brought[name].load()()

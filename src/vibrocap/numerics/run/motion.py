@@ -9,12 +9,11 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.traits import traits
+from vibrocap.numerics.expressions.structure import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import Linked, kept_kernel, linked_source, plain_kernel
-from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.numerics.linker import Linked, kept_kernel, linked_source, motion_recipe, plain_kernel
 from vibrocap.numerics.run.budget import COMPILED, Budget, Form, MotionStart, prepared_memory
 from vibrocap.numerics.run.results import PieceSeries
 from vibrocap.resources import check_kept, check_memory

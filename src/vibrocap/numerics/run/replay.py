@@ -11,7 +11,7 @@ from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.linker import plain_kernel
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, MotionStart, prepared_memory
 from vibrocap.numerics.run.ensemble import ensemble_source
 from vibrocap.numerics.run.results import RunResults

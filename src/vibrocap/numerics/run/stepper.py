@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import generated_source, instants_source
-from vibrocap.numerics.compiler.c.text import c_source
+from vibrocap.numerics.compiler.c_text import c_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.traits import traits
+from vibrocap.numerics.expressions.structure import traits
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
-from vibrocap.numerics.linker.recipes import stepper_recipe
+from vibrocap.numerics.linker import Linked, compiled_kernel, linked_source, plain_kernel, stepper_recipe
 from vibrocap.numerics.run.budget import Budget, prepared_memory
 from vibrocap.numerics.run.motion import series_order
 

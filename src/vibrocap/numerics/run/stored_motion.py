@@ -8,8 +8,7 @@ import numpy as np
 from vibrocap.numerics.codegen.source import stored_motion_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker.link import compiled_kernel, linked_source
-from vibrocap.numerics.linker.recipes import stored_motion_recipe
+from vibrocap.numerics.linker import compiled_kernel, linked_source, stored_motion_recipe
 from vibrocap.numerics.run.motion import motion_layout
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-from vibrocap.numerics.linker.link import kernel_source
+from vibrocap.numerics.linker import kernel_source
 
 
 class Stroboscope:

@@ -38,7 +38,7 @@ class LyapunovExponents(Dimensional):
         sticking forgets; errors: theirs (0 for those)
     periods: drive periods averaged over; finished: False where the motion could not be completed: of what there was
     certified: whether it was, and the evidence of all these periods is within the bounds of a certificate
-        (`motion.run_evidence`); False: the motion is not one of the equations, or not to the tolerance
+        (`motion.evidence`); False: the motion is not one of the equations, or not to the tolerance
     """
 
     value: Rate

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.motion.run_evidence import certified
+from vibrocap.motion.evidence import certified
 from vibrocap.numerics.api import Budget, codes, device
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
@@ -25,7 +25,7 @@ class SettlingRuns:
     response_period: drive periods, or returns of a cycle; 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
     certified: whether the evidence of the last response, or else of the last drive period, is within the bounds of a
-        certificate, see `motion.run_evidence`
+        certificate, see `motion.evidence`
     """
 
     state: np.ndarray

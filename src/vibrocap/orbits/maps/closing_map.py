@@ -56,7 +56,7 @@ class OrbitClosing(Closing):
 
     @functools.cached_property
     def certified(self) -> bool:
-        """Whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`."""
+        """Whether the evidence of its response is within the bounds of a certificate, see `motion.evidence`."""
         return self.judge is None or bool(self.judge().all())
 
     @property

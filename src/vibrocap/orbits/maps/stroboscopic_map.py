@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.motion.evidence import certified
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.recording.section import section_states, whole_turns
-from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, EnsembleStart, Form, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate, evaluated

@@ -65,7 +65,7 @@ def code_version(drawn: bool = False) -> dict[str, str]:
     """What decides the bits of a study's results, beside the study itself, by name.
 
     The package, the processor and its instructions, LLVM, the system's mathematical functions, NumPy; and SciPy where
-    it draws the runs. Devices that other packages bring add what they know, see `numerics.run.devices`.
+    it draws the runs. Devices that other packages bring add what they know, see `numerics.run.ensemble`.
     """
     from vibrocap.numerics.api import code_made_for
 

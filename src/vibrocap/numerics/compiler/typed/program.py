@@ -13,8 +13,7 @@ from typing import Any
 
 from vibrocap.numerics.compiler import kinds
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, SCALARS, TABLE, Kind
-from vibrocap.numerics.compiler.own_functions import WHOLE_POWER
-from vibrocap.numerics.compiler.subset import Kernel, Refused, names_assigned, parsed
+from vibrocap.numerics.compiler.subset import WHOLE_POWER, Kernel, Refused, names_assigned, parsed
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.expressions import Expressions
 from vibrocap.numerics.compiler.typed.nodes import Typed, known, named

@@ -41,7 +41,7 @@ def write_table(floats, ints, trace, period, place):
     """Write SEGMENT_COUNT rows to the trace: the share of the period at the end of each segment, its coefficients.
 
     The parts of the period are equal, as many as there are rows for them, and no rounding adds up at their ends. See
-    `numerics/expressions/corners.py`.
+    `numerics/expressions/equations.py`.
     """
     if TABLE_NUMBERS > 0:
         width, out = COEFFICIENTS + 1, WORK + STATES

@@ -3,13 +3,12 @@
 import functools
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.numerics.compiler.c.snippets import number_text
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind
 from vibrocap.numerics.compiler.subset import Refused
 from vibrocap.numerics.compiler.typed import nodes
 
 if TYPE_CHECKING:
-    from vibrocap.numerics.compiler.c.text import Module
+    from vibrocap.numerics.compiler.c_text import Module
 
 SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "BitAnd": "&", "BitOr": "|", "BitXor": "^"}
 WRAPPED = {"Add": "add", "Sub": "sub", "Mult": "mul", "LShift": "shl", "RShift": "shr"}
@@ -308,3 +307,18 @@ def _in_brackets(text: str) -> str:
         if depth == 0:
             return text if letter == ")" and place == len(text) - 1 else f"({text})"
     return f"({text})"
+
+
+def number_text(number: bool | int | float) -> str:
+    """All bits of a number, as C reads them."""
+    if isinstance(number, bool):
+        return str(int(number))
+    if isinstance(number, int):
+        if number == -(2**63):
+            return "INT64_MIN"
+        return f"INT64_C({number})" if number >= 0 else f"(-INT64_C({-number}))"
+    if number != number:
+        return "NAN"
+    if number in (float("inf"), float("-inf")):
+        return "INFINITY" if number > 0 else "(-INFINITY)"
+    return number.hex() if not number.hex().startswith("-") else f"({number.hex()})"
