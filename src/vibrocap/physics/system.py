@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, check_mapping, is_number, suggestion
-from vibrocap.physics.assembly import by_name, check_contacts, fields_of, kind_of, waves_of
 from vibrocap.physics.closed_loop.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
 from vibrocap.physics.closed_loop.measuring import check_controller
@@ -28,6 +27,10 @@ from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.names import (
     NAMED_LAW,
     SIGNAL,
+    by_name,
+    check_contacts,
+    fields_of,
+    kind_of,
     laws_by_state,
     laws_of,
     number_in,
@@ -36,6 +39,7 @@ from vibrocap.physics.names import (
     plain_path,
     split_path,
     state_names,
+    waves_of,
 )
 from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
@@ -202,8 +206,7 @@ class System:
 
     @property
     def parts(self) -> dict[str, Any]:
-        """The parts by name: machine, friction, drive, then those that may be left out and are not, the laws of further
-        contacts ("friction_2", ...) last."""
+        """The parts by name: machine, friction, drive, what else there is, then laws of further contacts and signals."""
         parts = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
         parts |= {numbered("friction", i): law for i, law in enumerate(self.further, 2)}
         parts |= dict(zip((SIGNAL + name for name in kind_of(self.machine).signals), self.drives, strict=False))
@@ -270,9 +273,7 @@ class System:
 
     @property
     def contact_kinds(self) -> tuple[str, ...]:
-        """The kind of each contact: that of its law, which has a kink at rest by the drag of an environment, and by a
-        controller that measures to which side it slides.
-        """
+        """The kind of each contact: that of its law, with a kink by drag and by a controller that measures its side."""
         kinked = self.environment is not None
         kinked = kinked or (self.controller is not None and SIDE in self.controller.measures(self.machine))
         return tuple("kinked" if law.kind == "smooth" and kinked else law.kind for law in self.laws)
@@ -333,10 +334,7 @@ class System:
         return self.drive.odd and self.placed.symmetric and laws and alike
 
     def flow(self, t, y, side) -> Flow:
-        """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only).
-
-        side: of several contacts a tuple, one for each, or one for all
-        """
+        """The equations at time t and state y, each contact sliding to its `side` or stuck, see `flow_of`."""
         return flow_of(self, t, y, side)
 
     def rates(self, t, y, side) -> tuple:
