@@ -46,7 +46,7 @@ EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values(), *controllers().values()]
 SAMPLES = 20
 # the contracts, wrappers of laws and drives, and what machines share
-NO_PARTS = {"law", "machine", "drive", "controller", "wrappers", "scheduled", "consistent_units", "stops"}
+NO_PARTS = {"law", "machine", "drive", "controller", "wrappers", "scheduled", "stops"}
 
 
 WRAPPED = ("anisotropic-stribeck", "anisotropic-lugre", "backlash-dahl")

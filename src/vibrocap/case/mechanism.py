@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, Complaints, listed, shown
 from vibrocap.case.expressions import Expression
-from vibrocap.physics.machines.machine import Derived, Machine
+from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.mechanics.forms import Derived
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,

@@ -206,7 +206,7 @@ class System:
 
     @property
     def parts(self) -> dict[str, Any]:
-        """The parts by name: machine, friction, drive, what else there is, then laws of further contacts and signals."""
+        """The parts by name: machine, friction, drive, what else there is, laws of further contacts, signals."""
         parts = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
         parts |= {numbered("friction", i): law for i, law in enumerate(self.further, 2)}
         parts |= dict(zip((SIGNAL + name for name in kind_of(self.machine).signals), self.drives, strict=False))

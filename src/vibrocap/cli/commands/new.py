@@ -20,7 +20,7 @@ from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.scales import FreeScales, Scales
 from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.consistent_units import ConsistentUnits
+from vibrocap.physics.machines.machine import ConsistentUnits
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.symbols import STATES
 

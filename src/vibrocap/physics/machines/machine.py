@@ -4,7 +4,7 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
 
@@ -16,14 +16,12 @@ from vibrocap.physics.dimensions.scales import (
     SIScales,
     oscillation,
 )
-from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, whole_pattern
-from vibrocap.physics.mechanics.formulas import numbers_in
+from vibrocap.physics.mechanics.forms import Derived, Described, SwitchEvents, cyclic_place, result, units_of_states
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
-from vibrocap.physics.mechanics.stops import stopped, switch_events
+from vibrocap.physics.mechanics.stops import stopped
 from vibrocap.physics.names import numbered
-from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameter_table, parameters  # noqa: F401
+from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters  # noqa: F401
 
-REPEATED = 1e-9  # of rates and loads over the largest: by how much they may differ a period later
 IMPOSED = ("displacement", "number")  # efforts that are motions
 
 
@@ -49,58 +47,7 @@ class Contact:
     factor: Any = 1.0
 
 
-class Derived:
-    """A constant of a class that follows from what its machines are made of; computed when it is first asked for.
-
-    value: of (what is the same of all machines of the class, the class); by default what has the constant's name there
-    """
-
-    def __init__(self, value: Callable[[Any, type], Any] | None = None):
-        self.value = value
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.value = self.value or (lambda kind, _: getattr(kind, name))
-
-    def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
-        kind, known = owner.kind(), owner._known
-        if self not in known:
-            assert self.value is not None
-            known[self] = self.value(kind, owner)
-        return known[self]
-
-
-class SwitchEvents(Derived):
-    """What happens at each guard: of a class at those of every stop that there may be, of a machine at its own."""
-
-    def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
-        return super().__get__(None, owner) if instance is None else switch_events(instance.derived.stops)
-
-
-def result(name: str, doc: str) -> Any:
-    """A function of a machine that is what the formulas of this name give."""
-
-    def function(self, t, y, drive=0.0, frictions=None):
-        return self.evaluated(name, t, y, drive, frictions)
-
-    function.__name__, function.__qualname__, function.__doc__ = name, f"Machine.{name}", doc
-    return function
-
-
-def _units(kind: Kind, owner: type["Machine"]) -> dict[str, str]:
-    """Of coordinates and their rates."""
-    pairs = ((name, kind.rates[name], coordinate.unit) for name, coordinate in owner.all_coordinates.items())
-    return {state: unit for name, rate, own in pairs for state, unit in ((name, own), (rate, f"{own}/s"))}
-
-
-def _cyclic(kind: Kind, owner: type["Machine"]) -> str | None:
-    """The place of the first contact, where nothing depends on it, whatever the numbers."""
-    form = owner.form(whole_pattern(owner))
-    at = 4 + len(form.inputs.parameters) + form.states.index(kind.place)
-    names = ("rates", "energy", "contacts", "switches", "bounds")
-    return None if any(at in form.program(name).inputs for name in names) else kind.place
-
-
-class Machine(Part):
+class Machine(Described):
     """A machine says in `parts` what it is made of, as a function of its coordinates; all else follows.
 
     A class declares its parameters, its coordinates, `angle = coordinate("theta", "angle of the pendulum", "rad")`, its
@@ -142,17 +89,15 @@ class Machine(Part):
     symmetry: ClassVar[Any] = Derived()
     declared: ClassVar[Mapping[str, Any]] = {}
     imposes_motion: ClassVar[bool] = False
-    imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
-    waves: ClassVar[tuple | None] = None  # of its signals; None: as the class has them
 
     states, contact_states, contact_names, stops, place = (Derived() for _ in range(5))
     switched, strikes_ground, channels = (Derived() for _ in range(3))
     switch_events: ClassVar[Any] = SwitchEvents()
-    cyclic: ClassVar[Any] = Derived(_cyclic)
+    cyclic: ClassVar[Any] = Derived(cyclic_place)
     turns: ClassVar[Any] = Derived(
         lambda kind, owner: {name: own.repeats for name, own in owner.all_coordinates.items() if own.repeats}
     )
-    state_units: ClassVar[Any] = Derived(_units)
+    state_units: ClassVar[Any] = Derived(units_of_states)
 
     def __init_subclass__(cls, **options: Any):
         """TypeError for a class that defines what follows from its parts."""
@@ -174,89 +119,6 @@ class Machine(Part):
     def parts(self, q: Any) -> Iterable:
         """The parts of the machine at coordinates q."""
         raise MechanicsError("should list the parts of the machine: def parts(self, q)")
-
-    @classmethod
-    def kind(cls) -> Kind:
-        """What is the same of all its machines."""
-        if "_kind" not in vars(cls):
-            cls._kind = Kind(cls)
-            cls._forms: dict[tuple, Form] = {}
-            cls._known: dict[Derived, Any] = {}
-        return cls._kind
-
-    @classmethod
-    def form(cls, pattern: tuple, level: bool = True) -> Form:
-        """The form of its machines with these parameters that are no numbers."""
-        cls.kind()
-        if (pattern, level) not in cls._forms:
-            cls._forms[pattern, level] = Form(cls, pattern, cls.states, level)
-        return cls._forms[pattern, level]
-
-    # --- evaluation --------------------------------------------------------------------------------------------------
-
-    def _form(self) -> tuple[Form, list]:
-        values = [vars(self)[info.name] for info in parameter_table(self)]
-        pattern = tuple(value if isinstance(value, NO_NUMBERS) else NUMBER for value in values)
-        return self.form(pattern, self.level), [value for value in values if not isinstance(value, NO_NUMBERS)]
-
-    @property
-    def derived(self) -> Any:
-        """The mechanics of its form, as formulas."""
-        return self._form()[0].derived
-
-    def evaluated(self, name: str, t: Any = 0.0, y: Any = None, drive: Any = 0.0, frictions: Any = None) -> Any:
-        """What the formulas of this name give (`RESULTS`)."""
-        form, numbers = self._form()
-        program, contacts = form.program(name), len(form.derived.speeds)
-        inputs = [t, drive, *(self.gravity or (0.0, 0.0)), *numbers]
-        inputs.extend((0.0,) * len(form.states) if y is None else y)
-        inputs.extend((0.0,) * contacts if frictions is None else frictions)
-        own = [signal.default for signal in self.signals.values()] if self.waves is None else self.waves
-        for waveform in [self.imposed, *own] if self.imposes_motion else own:  # asked for no more than is needed
-            for quantity in ("value", "slope", "curvature"):
-                needed = waveform is not None and len(inputs) in program.inputs
-                inputs.append(getattr(waveform, quantity)(t) if needed else 0.0)
-        return program(inputs)
-
-    def constant(self, name: str) -> bool:
-        """Whether the formulas of this name depend on its numbers alone."""
-        return self._form()[0].program(name).inputs.isdisjoint(self.derived.inputs.changing)
-
-    def _with(self, name: str, value: Any) -> "Machine":
-        """The same machine with another attribute."""
-        copy = object.__new__(type(self))
-        vars(copy).update(vars(self) | {name: value})
-        return copy
-
-    def driven_by(self, drive, waves=None) -> "Machine":
-        """The machine under a drive, whose value each function is given; of a motion and of signals it knows all."""
-        driven = self if waves is None or not self.signals else self._with("waves", waves)
-        return driven._with("imposed", drive) if self.imposes_motion else driven
-
-    def tilted(self, normal, along) -> "Machine":
-        """The same machine under gravity with these parts, normal to the line and along it, against forward."""
-        return self._with("gravity", (normal, along))
-
-    def repeats_after(self, period: float) -> bool:
-        """Whether what depends on time in its parts is the same a period later, as far as some instants tell."""
-        form, names = self._form()[0], ("rates", "contacts")
-        own = (value for name, values in form.inputs.signals.items() if name != "drive" for value in values)
-        timed = {value.operands[0] for value in (form.inputs.t, *own)}
-        if all(timed.isdisjoint(form.program(name).inputs) for name in names):
-            return True
-        y = [0.01 * (1 + i) for i in range(len(self.states))]
-        for share in (0.0, 0.31, 0.77):
-            now, later = (
-                [*numbers_in([self.evaluated(name, (share + whole) * period, y) for name in names])] for whole in (0, 1)
-            )
-            if max(abs(a - b) for a, b in zip(now, later, strict=True)) > REPEATED * max(map(abs, now)):
-                return False
-        return True
-
-    @property
-    def level(self) -> bool:
-        """Whether it stands on level ground, under the gravity of its class."""
-        return self.gravity is type(self).gravity
 
     # --- what a class may say itself ---------------------------------------------------------------------------------
 
@@ -383,6 +245,25 @@ SWITCHED = {"switched", "switch_events", "strikes_ground", "switches", "after_sw
 OWN = SWITCHED | {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
 FOLLOWS = {
     name
-    for name, value in vars(Machine).items()
+    for name, value in {**vars(Described), **vars(Machine)}.items()
     if name[0] != "_" and name not in OWN and isinstance(value, (Derived, property, FunctionType))
 }
+
+
+class ConsistentUnits(Machine):
+    """A machine whose parameters stand in any consistent units, SI as well as none: its loads give natural sizes."""
+
+    stiffness: Any
+    si_scales: ClassVar = SIScales
+
+    def sized_by(self):
+        """The stiffness by which the sizes are told."""
+        return self.stiffness
+
+    def scales(self, time=1.0):
+        """Amplitude and speed that a force of the size of all loads gives to all masses, of each coordinate."""
+        sizes = oscillation(self.evaluated("whole_mass"), self.sized_by(), self.effort_scale(), time)
+        return sizes * len(self.coordinates) + (1.0,) * len(self.switched)
+
+    def effort_scale(self):
+        return sum(self.loads())

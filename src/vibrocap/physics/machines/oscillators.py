@@ -5,8 +5,7 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.consistent_units import ConsistentUnits
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import ConsistentUnits, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, behind, elastic_stop
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 from vibrocap.physics.parameters import Fraction

@@ -8,8 +8,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import model_validator
 
-from vibrocap.physics.machines.consistent_units import ConsistentUnits
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import ConsistentUnits, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 from vibrocap.physics.names import numbered
 

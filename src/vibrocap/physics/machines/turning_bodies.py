@@ -2,8 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.consistent_units import ConsistentUnits
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import ConsistentUnits, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Spring, Support, coordinate
 
 

@@ -1,14 +1,17 @@
-"""The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
+"""The forms of a class of machines: everything that is derived of them, once, as programs of their numbers.
+
+A machine is evaluated by its form (`Described`), a class says by `Derived` what follows from its parts.
+"""
 
 import inspect
 import itertools
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 from vibrocap.physics.events import IMPACT
 from vibrocap.physics.mechanics.dead_points import loose, pivots
 from vibrocap.physics.mechanics.derivation import Derivation
-from vibrocap.physics.mechanics.formulas import Program, affine
+from vibrocap.physics.mechanics.formulas import Program, affine, numbers_in
 from vibrocap.physics.mechanics.mirror import conditions, free_conditions
 from vibrocap.physics.mechanics.parts import as_sum, is_word
 from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, places_of, scene_of
@@ -16,11 +19,12 @@ from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, switch_events
 from vibrocap.physics.mechanics.sums import Sum, total, written
 from vibrocap.physics.names import number_in, numbered
-from vibrocap.physics.parameters import bounds, parameter_table
+from vibrocap.physics.parameters import Part, bounds, parameter_table
 
 BELT = "belt"  # channel of the energy that supports put in, and whatever else moves in time
 NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong to the form of the equations
 NUMBER = object()  # stands for a parameter that is a number
+REPEATED = 1e-9  # of rates and loads over the largest: by how much they may differ a period later
 
 
 def whole_pattern(kind: type) -> tuple:
@@ -169,3 +173,149 @@ class Kind:
         weighs = any(is_word(contact.load) for contact in whole.contacts)
         rises = any(i in (*whole.names, TIME) or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
         self.gravity = (1.0, 0.0) if rises or weighs else None
+
+
+class Described(Part):
+    """A part that is evaluated by the formulas of its form."""
+
+    gravity: Any
+    states: Any
+    signals: ClassVar[Mapping[str, Any]]
+    imposes_motion: ClassVar[bool]
+    imposed: ClassVar[Any] = None  # the drive, where it imposes a motion
+    waves: ClassVar[tuple | None] = None  # of the signals; None: as the class has them
+
+    @classmethod
+    def kind(cls) -> Kind:
+        """What is the same of all its machines."""
+        if "_kind" not in vars(cls):
+            cls._kind = Kind(cls)
+            cls._forms: dict[tuple, Form] = {}
+            cls._known: dict[Derived, Any] = {}
+        return cls._kind
+
+    @classmethod
+    def form(cls, pattern: tuple, level: bool = True) -> Form:
+        """The form of its machines with these parameters that are no numbers."""
+        cls.kind()
+        if (pattern, level) not in cls._forms:
+            cls._forms[pattern, level] = Form(cls, pattern, cls.states, level)
+        return cls._forms[pattern, level]
+
+    def _form(self) -> tuple[Form, list]:
+        values = [vars(self)[info.name] for info in parameter_table(self)]
+        pattern = tuple(value if isinstance(value, NO_NUMBERS) else NUMBER for value in values)
+        return self.form(pattern, self.level), [value for value in values if not isinstance(value, NO_NUMBERS)]
+
+    @property
+    def derived(self) -> Any:
+        """The mechanics of its form, as formulas."""
+        return self._form()[0].derived
+
+    def evaluated(self, name: str, t: Any = 0.0, y: Any = None, drive: Any = 0.0, frictions: Any = None) -> Any:
+        """What the formulas of this name give (`RESULTS`)."""
+        form, numbers = self._form()
+        program, contacts = form.program(name), len(form.derived.speeds)
+        inputs = [t, drive, *(self.gravity or (0.0, 0.0)), *numbers]
+        inputs.extend((0.0,) * len(form.states) if y is None else y)
+        inputs.extend((0.0,) * contacts if frictions is None else frictions)
+        own = [signal.default for signal in self.signals.values()] if self.waves is None else self.waves
+        for waveform in [self.imposed, *own] if self.imposes_motion else own:  # asked for no more than is needed
+            for quantity in ("value", "slope", "curvature"):
+                needed = waveform is not None and len(inputs) in program.inputs
+                inputs.append(getattr(waveform, quantity)(t) if needed else 0.0)
+        return program(inputs)
+
+    def constant(self, name: str) -> bool:
+        """Whether the formulas of this name depend on its numbers alone."""
+        return self._form()[0].program(name).inputs.isdisjoint(self.derived.inputs.changing)
+
+    def _with(self, name: str, value: Any) -> Any:
+        """The same machine with another attribute."""
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self) | {name: value})
+        return copy
+
+    def driven_by(self, drive, waves=None) -> Any:
+        """The machine under a drive, whose value each function is given; of a motion and of signals it knows all."""
+        driven = self if waves is None or not self.signals else self._with("waves", waves)
+        return driven._with("imposed", drive) if self.imposes_motion else driven
+
+    def tilted(self, normal, along) -> Any:
+        """The same machine under gravity with these parts, normal to the line and along it, against forward."""
+        return self._with("gravity", (normal, along))
+
+    def repeats_after(self, period: float) -> bool:
+        """Whether what depends on time in its parts is the same a period later, as far as some instants tell."""
+        form, names = self._form()[0], ("rates", "contacts")
+        own = (value for name, values in form.inputs.signals.items() if name != "drive" for value in values)
+        timed = {value.operands[0] for value in (form.inputs.t, *own)}
+        if all(timed.isdisjoint(form.program(name).inputs) for name in names):
+            return True
+        y = [0.01 * (1 + i) for i in range(len(self.states))]
+        for share in (0.0, 0.31, 0.77):
+            now, later = (
+                [*numbers_in([self.evaluated(name, (share + whole) * period, y) for name in names])] for whole in (0, 1)
+            )
+            if max(abs(a - b) for a, b in zip(now, later, strict=True)) > REPEATED * max(map(abs, now)):
+                return False
+        return True
+
+    @property
+    def level(self) -> bool:
+        """Whether it stands on level ground, under the gravity of its class."""
+        return self.gravity is type(self).gravity
+
+
+# --- what a class of machines declares to follow ----------------------------------------------------------------------
+
+
+class Derived:
+    """A constant of a class that follows from what its machines are made of; computed when it is first asked for.
+
+    value: of (what is the same of all machines of the class, the class); by default what has the constant's name there
+    """
+
+    def __init__(self, value: Callable[[Any, type], Any] | None = None):
+        self.value = value
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.value = self.value or (lambda kind, _: getattr(kind, name))
+
+    def __get__(self, instance: Any, owner: Any) -> Any:
+        kind, known = owner.kind(), owner._known
+        if self not in known:
+            assert self.value is not None
+            known[self] = self.value(kind, owner)
+        return known[self]
+
+
+class SwitchEvents(Derived):
+    """What happens at each guard: of a class at those of every stop that there may be, of a machine at its own."""
+
+    def __get__(self, instance: Any, owner: Any) -> Any:
+        return super().__get__(None, owner) if instance is None else switch_events(instance.derived.stops)
+
+
+def result(name: str, doc: str) -> Any:
+    """A function of a machine that is what the formulas of this name give."""
+
+    def function(self, t, y, drive=0.0, frictions=None):
+        return self.evaluated(name, t, y, drive, frictions)
+
+    function.__name__, function.__qualname__, function.__doc__ = name, f"Machine.{name}", doc
+    return function
+
+
+def units_of_states(kind: Kind, owner: Any) -> dict[str, str]:
+    """Of coordinates and their rates."""
+    pairs = ((name, kind.rates[name], coordinate.unit) for name, coordinate in owner.all_coordinates.items())
+    return {state: unit for name, rate, own in pairs for state, unit in ((name, own), (rate, f"{own}/s"))}
+
+
+def cyclic_place(kind: Kind, owner: Any) -> str | None:
+    """The place of the first contact, where nothing depends on it, whatever the numbers."""
+    form = owner.form(whole_pattern(owner))
+    at = 4 + len(form.inputs.parameters) + form.states.index(kind.place)
+    names = ("rates", "energy", "contacts", "switches", "bounds")
+    return None if any(at in form.program(name).inputs for name in names) else kind.place
