@@ -381,6 +381,20 @@ def test_what_a_film_draws_does_not_grow_with_the_travel():
         assert not any(extent.overlaps(words) or extent.x0 < frame.x0 or extent.x1 > frame.x1 for extent in extents)
 
 
+def test_a_film_follows_a_bit_that_turns_with_its_table():
+    """Ground and camera are those of the bit, whose angle is that of the table and both twists, period after period."""
+    machine = vc.DrillString()
+    motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.1), vc.Harmonic(0.3, 0.5)), periods=3)
+    times = np.linspace(0.2, 0.9, 9) * motion.end
+    scene = Scene(motion, times)
+    expected = machine.table_speed * times + motion.at(times, "twist") + motion.at(times, "twist_2")
+    assert scene.soles[0] == pytest.approx(expected, rel=1e-12)
+    scene.show(8)
+    assert scene.clock.get_text().endswith(" rad")
+    (left, right), x = scene.axes.get_xlim(), scene.soles[0] - scene.camera
+    assert np.all((left < x) & (x < right))
+
+
 def test_film_of_a_case_in_si_is_in_seconds():
     scales = vc.PendulumScales(pendulum_mass_kg=0.2, pendulum_length_m=0.25)
     motion = vc.simulate(

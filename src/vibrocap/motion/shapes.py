@@ -23,11 +23,14 @@ def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
     shapes, _ = recorded_scene(motion.system)
     index = motion.piece_at(times)
     local, parameters = motion.drive_at(index, times - motion.piece_start[index])
+    # a table that turns evenly is where it is since the start, a drive that is drawn where it is in its period
+    begun = motion.start_time - motion.start_phase * motion.period
+    since = local if motion.system.machine.imposes_motion else times - begun
     states = motion.states(times)
     moving = []
     for shape in shapes:
         places = [coordinate for point in shape.points for coordinate in point]
-        rows = evaluated(places, local, states, 1.0, parameters, times.shape)
+        rows = evaluated(places, since, states, 1.0, parameters, times.shape)
         moving.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
     for box in [moved for moved in moving if moved.shape.kind == "box"]:
         inside = [moved for moved in moving if moved.shape.kind == "disc" and moved.shape.box == box.shape.name]

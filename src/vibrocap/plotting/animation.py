@@ -112,12 +112,14 @@ class Scene:
         self.times = times
         machine = motion.system.machine
         self.place = machine.place or machine.cyclic
+        self.turns = machine.state_units.get(self.place) == "rad"
         self.length = drawn_length(motion.system)
         self.position = motion.at(times, self.place) / self.length
         self.sides = [_shown_side(motion, times, contact) for contact in contacts_of(motion)]
-        self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
         self.loads = {number_in(name, "reaction"): motion.at(times, name) for name in loads_of(motion)}
         self.shapes = moving_shapes(motion, times)
+        self.soles = [shape.points[0, 0] for shape in self.shapes if shape.shape.kind == "contact"] or [self.position]
+        self.camera = np.polyval(np.polyfit(times, self.soles[0], 1), times)
         environment = motion.system.environment
         self.slope = 0.0 if environment is None else float(environment.inclination)
         self._frame()
@@ -189,9 +191,10 @@ class Scene:
         self.clock = self.axes.text(-side, top, "", va="top", fontsize=10)
         self.state = self.axes.text(side, top, "", va="top", ha="right", fontsize=11, weight="bold")
         system = self.motion.system
-        unit = "the units of the parameters" if type(system.machine).gravity is None else "$l$"
+        own = "the units of the parameters" if type(system.machine).gravity is None else "$l$"
+        ground = f"lengths in {own if system.units is None else 'm'}" if not self.turns else "angles in rad"
         slope = f"; ground inclined by {math.degrees(self.slope):.3g}°" if self.slope else ""
-        words = f"lengths in {unit if system.units is None else 'm'}; triangle: start of the film{slope}"
+        words = f"{ground}; triangle: start of the film{slope}"
         self.small_print = self.axes.text(side, self.low + 0.01 * self.half, words, ha="right", va="bottom")
         self.small_print.set(fontsize=7.5, color="#555555")
 
@@ -211,17 +214,16 @@ class Scene:
             move(x, y, modes[min(contact, len(modes) - 1)][0])
             contact += shape.shape.kind == "contact"
         size = scale(self.place, self.motion.system) * self.length
-        unit = "" if self.motion.system.units is None else " m"
+        unit = " rad" if self.turns else "" if self.motion.system.units is None else " m"
         first = self.step * math.floor((camera - self.reach) / self.step)
         self.ticks.set_xdata(np.repeat(first + self.step * self.marks - camera, 3))
-        soles = [shape.points[0, 0] for shape in self.shapes if shape.shape.kind == "contact"] or [self.position]
-        feet = {contact: float(soles[min(contact, len(soles)) - 1][number]) for contact in self.loads}
+        feet = {contact: float(self.soles[min(contact, len(self.soles)) - 1][number]) for contact in self.loads}
         under = BARE * self.half if self.loads else -1.0
         for i, label in enumerate(self.numbers):
             mark = first + self.step * i
             free = abs(mark - camera) < EDGE * self.half and all(abs(mark - x) > under for x in feet.values())
             label.set(x=mark - camera, text=f"{mark * size:.4g}", visible=free)
-        self.flag.set_xdata([self.position[0] - camera])
+        self.flag.set_xdata([self.soles[0][0] - camera])
         earlier = time - self.motion.period
         clock = rf"time $\tau/T$ = {time / self.motion.period:.2f}"
         if not equations(self.motion.system).timed:
@@ -230,7 +232,7 @@ class Scene:
             seconds = scale("time", self.motion.system)
             clock = f"time $t$ = {time * seconds:.{_decimals(self.motion.period * seconds, 2)}f} s"
         decimals = _decimals(float(np.ptp(self.position)) * size, 3)
-        lines = [clock, f"position $X$ = {position * size:+.{decimals}f}{unit}"]
+        lines = [clock, f"{'angle' if self.turns else 'position $X$'} = {position * size:+.{decimals}f}{unit}"]
         if earlier >= 0.0 and self.motion.system.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0] / self.length
             lines.append(f"drift over the last period = {drift * size:+.{decimals + 1}f}{unit}")
