@@ -15,6 +15,7 @@ from vibrocap.motion import contradictions, evidence
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
 from vibrocap.numerics.api import Stroboscope
+from vibrocap.numerics.kernel.codes import SLIVER
 from vibrocap.numerics.kernel.events.transitions import ARRIVED, TIED
 from vibrocap.numerics.linker import kernel_source
 
@@ -79,8 +80,7 @@ def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails
 @pytest.mark.parametrize(("passed", "fails"), [(5e-15, False), (5e-14, True)])
 def test_a_velocity_may_pass_rest_by_rounding(motion, passed, fails):
     """64 roundings of the largest velocity, or of 1."""
-    seen = evidence.ContactEvidence(share=1.0, least=-passed, fastest=0.5)
-    with mock.patch.object(evidence, "_contact_evidence", return_value=seen):
+    with mock.patch.object(evidence, "_contact_evidence", return_value=(1.0, -passed, 0.5)):  # share, least, fastest
         assert any("passes rest" in failure for failure in motion.certify(motion).failures) == fails
 
 
@@ -238,7 +238,7 @@ def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():
     for length, counted in ((3e-13, 0.0), (3e-12, 1.0)):
         places = {name: i for i, name in enumerate(("PHASE_SIDE", "PHASE_LENGTH", "PERIOD", "STICK_TIME"))}
         floats = np.array([0.0, length * 7.0, 7.0, 0.0, 0.0])
-        names = places | {"STICK_PHASES": 4, "LANES": 1}
+        names = places | {"STICK_PHASES": 4, "LANES": 1, "SLIVER": SLIVER}
         exec(kernel_source("observe.window"), names)
         names["end_phase"](floats, 0, 0)
         assert floats[4] == counted

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.codegen.source import Integrands, integrands_source
     from vibrocap.numerics.compiler.machine import code_made_for
     from vibrocap.numerics.kernel import codes
-    from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
-    from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-    from vibrocap.numerics.kernel.observe.window import SLIVER
+    from vibrocap.numerics.kernel.codes import DEFECT_BOUND, LONGEST_PERIOD, SLIVER
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs

@@ -254,8 +254,8 @@ def _lane_constants() -> str:
     """The numbers of `codes.py` and `memory_layout.py`."""
     modules = [importlib.import_module(f"vibrocap.numerics.kernel.{name}") for name in ("codes", "memory_layout")]
     every = {name: value for module in modules for name, value in vars(module).items()}
-    numbers = {name: value for name, value in every.items() if name.isupper() and isinstance(value, int)}
-    return "\n".join(f"{name} = {value}" for name, value in numbers.items())
+    numbers = {name: value for name, value in every.items() if name.isupper() and isinstance(value, (int, float))}
+    return "\n".join(f"{name} = {value!r}" for name, value in numbers.items())
 
 
 class Linked(str):

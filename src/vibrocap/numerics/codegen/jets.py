@@ -61,6 +61,10 @@ class JetWriter:
                 self._written[key] = self.named("n", self._formula(index, op, operands, k), index, k)
         return self._written[key]
 
+    def settled(self, state: int, k: int, value: Expression | None = None) -> Formula:
+        """Coefficient k of a state, or of a value that moves one to one with it."""
+        return self.coefficient((self.graph.node("state", state) if value is None else value).index, k)
+
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula that belongs to a node, and to an order, under a name."""
         return self.code.name(f"{kind}{self.number(index)}{'' if k is None else f'_{k}'}", formula)

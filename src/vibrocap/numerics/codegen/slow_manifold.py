@@ -15,37 +15,12 @@ equations with the Jacobian of both.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter, shortest
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable, sensitivity
 from vibrocap.numerics.kernel.memory_layout import Layout
-
-
-def slow_constants(layout: Layout) -> dict[str, Any]:
-    """What a kernel knows of them."""
-    slow = layout.slow or ((0, -1),)
-    return {
-        "SLOWED": bool(layout.slow),
-        "MANIFOLDS": len(slow),
-        "SLOW_CONTACT": tuple(contact for contact, _ in slow),
-        "SLOW_STATE": tuple(state for _, state in slow),
-        "PAIR": pair(layout),
-    }
-
-
-def pair(layout: Layout) -> bool:
-    """Whether the manifolds of a motion alone are two of one contact, which may be slaved together."""
-    return layout.lanes == layout.contacts == 1 and len(layout.slow) == 2
-
-
-def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
-    """The writer of the series of these equations; slow: numbers of the manifolds on which they may be."""
-    if slow:
-        return SlowWriter(equations, layout, code, slow)
-    return JetWriter(equations.graph, list(equations.rates), code, shortest(equations))
 
 
 def bounding_decays(
@@ -115,25 +90,6 @@ def store_reach(writer: JetWriter) -> None:
             code.store(f"{name} + {number} * LANES", largest)
 
 
-def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression | None = None) -> Formula:
-    """Coefficient k of a state, or of a value that moves one to one with it, without the first error of the sweep.
-
-    A force that contains z' was given that of the sweep before, and a state y with it: y_k + dy'/dz' (z_k - z^_k) is
-    as exact as z_k.
-    """
-    index = writer.graph.node("state", state).index if value is None else value.index
-    coefficient = writer.coefficient(index, k)
-    if k == 0 or not isinstance(writer, SlowWriter):
-        return coefficient
-    for slow in writer.slow:
-        push = writer.push(writer.rates[state], slow)
-        if state not in writer.together(slow) and push.value != 0.0:
-            own = writer.coefficient(writer.graph.node("state", slow).index, k)
-            change = writer.conditional(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
-            coefficient = coefficient + writer.coefficient(push.index, 0) * change
-    return coefficient
-
-
 class SlowWriter(JetWriter):
     """A writer of the series of lanes of which some are on the manifold."""
 
@@ -170,6 +126,20 @@ class SlowWriter(JetWriter):
                 through = self.rates[other]
                 change = change - sensitivity(value, through.index) * sensitivity(through, rate)
         return change
+
+    def settled(self, state: int, k: int, value: Expression | None = None) -> Formula:
+        """The same without the first error of the sweep: a force that contains z' was given that of the sweep before.
+
+        And a state y with it: y_k + dy'/dz' (z_k - z^_k) is as exact as z_k.
+        """
+        coefficient = super().settled(state, k, value)
+        for slow in self.slow if k > 0 else ():
+            push = self.push(self.rates[state], slow)
+            if state not in self.together(slow) and push.value != 0.0:
+                own = self.coefficient(self.graph.node("state", slow).index, k)
+                change = self.conditional(slow, own - self.target(slow, k - 1) * literal(1.0 / k), ZERO)
+                coefficient = coefficient + self.coefficient(push.index, 0) * change
+        return coefficient
 
     def conditional(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""

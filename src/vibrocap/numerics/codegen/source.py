@@ -8,14 +8,11 @@ import math
 from collections.abc import Sequence
 
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
-from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.codegen.jets import JetWriter, shortest
 from vibrocap.numerics.codegen.resolution import resolution_source, system_sharpness
 from vibrocap.numerics.codegen.slow_manifold import (
+    SlowWriter,
     bounding_decays,
-    pair,
-    series_writer,
-    settled_coefficient,
-    slow_constants,
     store_reach,
 )
 from vibrocap.numerics.codegen.straight_line import (
@@ -124,7 +121,9 @@ def constants_source(equations: Equations, layout: Layout) -> str:
     constants["GAPS"] = max(powers, default=0) > 2
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
-    constants |= slow_constants(layout)
+    slow = layout.slow or ((0, -1),)
+    constants |= {"SLOWED": bool(layout.slow), "MANIFOLDS": len(slow), "PAIR": layout.pair}
+    constants |= {"SLOW_CONTACT": tuple(contact for contact, _ in slow), "SLOW_STATE": tuple(own for _, own in slow)}
     constants |= {"WATCHED": layout.watched, "LIFTED": constants.get("LIFTED", -1)}
     return "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), ""])
 
@@ -261,7 +260,7 @@ def instants_source(
     return "\n".join(lines)
 
 
-TAIL = 4.0  # times the last term: with those that follow it, if each is at most three quarters of the one before
+TAIL = 4.0  # times the last term of a load: a bound of it and all that follow, each at most 3/4 of the one before
 NO_MANIFOLD = ["def slow_jet(floats, lane):", '    """There is none."""']
 
 
@@ -288,7 +287,7 @@ def jet_source(equations: Equations, layout: Layout, loop: str) -> str:
     if equations.several and layout.slow:  # of which any may be on theirs, as lanes
         body = _series(equations, layout, loop, range(len(layout.slow)))
         return "\n".join([*lines, "def slow_jet(floats, lane):", *indented(body), ""])
-    if pair(layout):
+    if layout.pair:
         body = _series(equations, layout, loop, (0, 1))
         lines += ["def slow_jet_pair(floats, lane):", *indented(body), ""]
         calls += ["    if floats[SLOW + lane] > 0.0 and floats[SLOW + LANES + lane] > 0.0:"]
@@ -307,9 +306,12 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
     simd = loop == "simd"
     lanes = "slow" if simd and slow and not equations.several else ""
     code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", lanes=lanes)
-    writer = series_writer(equations, layout, code, slow)
-    loads = equations.true_loads.values() if layout.watched else ()
-    watched = [LoadSeries(equations.by_momenta(load), writer, order) for load in loads]
+    if slow:
+        writer = SlowWriter(equations, layout, code, slow)
+    else:
+        writer = JetWriter(equations.graph, list(equations.rates), code, shortest(equations))
+    loads = [equations.by_momenta(load) for load in equations.true_loads.values()] if layout.watched else []
+    writer.needed.update(reachable(equations.graph, [load.index for load in loads]))
     states = layout.states
     code.name("time", code.entry("TIME"))
     for i in range(layout.contacts):
@@ -325,17 +327,17 @@ def _series(equations: Equations, layout: Layout, loop: str, slow: Sequence[int]
 
     for k in range(order + 1):
         for i in range(states):
-            keep(i, k, settled_coefficient(writer, i, k))
+            keep(i, k, writer.settled(i, k))
         for i, contact in enumerate(equations.imposed, start=imposed_from):
-            keep(i, k, settled_coefficient(writer, contact.state, k, contact.velocity))
+            keep(i, k, writer.settled(contact.state, k, contact.velocity))
         for i, shift in enumerate(equations.shifts[: layout.shifts], start=shifts_from):
             keep(i, k, writer.coefficient(shift.index, k))
         if k < order:
             for i, value in enumerate(equations.holding, start=held_from):
                 keep(i, k, writer.coefficient(value.index, k))
-        for i, true_load in enumerate(watched, start=held_from + 2 * layout.held):
-            for number, term in true_load.at_order(k):
-                keep(i, number, term)
+        for i, load in enumerate(loads if k >= 2 else (), start=held_from + 2 * layout.held):
+            value = writer.coefficient(load.index, k - 2)  # known with the coefficients k of the states
+            keep(i, k - 2, value * literal(TAIL) if k == order else value)
         if k == 1 and equations.maybe_stiff:
             first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
             decay = code.name("decay", first)
@@ -355,21 +357,3 @@ def limits_are_constant(equations: Equations) -> bool:
     """Whether no contact's limit ever changes along a motion."""
     limits = [contact.limit for contact in equations.contacts if contact.limit is not None]
     return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
-
-
-class LoadSeries:
-    """The series of the true load: where it may go within a step."""
-
-    def __init__(self, load: Expression, writer: JetWriter, order: int):
-        self.load, self.writer, self.last = load, writer, order - 2
-        writer.needed.update(reachable(load.graph, [load.index]))
-
-    def at_order(self, k: int) -> list[tuple[int, Formula]]:
-        """(number, value) of the coefficients that are known with the coefficients k of the states."""
-        numbers = {0: [], 1: [], 2: [0]}.get(k, [k - 2])
-        return [(number, self._term(number)) for number in numbers]
-
-    def _term(self, k: int) -> Formula:
-        """The coefficient k; of the last one a bound of itself and of all that follow."""
-        value = self.writer.coefficient(self.load.index, k)
-        return value * literal(TAIL) if k == self.last else value

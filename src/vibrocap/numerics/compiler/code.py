@@ -306,10 +306,8 @@ class Code:
 
     def _of_Magnitude(self, node: nodes.Magnitude) -> Value:
         value = self.value(node.value)
-        if value.kind.lanes:
-            return lanes.magnitude(self, value)
-        if value.kind == FLOAT:
-            return self._intrinsic("fabs", value)
+        if value.kind.lanes or value.kind == FLOAT:
+            return lanes.intrinsic(self, "fabs", value)
         negative = self.emit(BOOL, f"icmp slt i64 {value.text}, 0")
         minus = self.emit(INT, f"sub i64 0, {value.text}")
         return self.emit(INT, f"select i1 {negative.text}, i64 {minus.text}, i64 {value.text}")
@@ -319,14 +317,9 @@ class Code:
     def _of_Library(self, node: nodes.Library) -> Value:
         value = self.value(node.value)
         if node.function not in OF_C:
-            return self._intrinsic(node.function, value)
+            return lanes.intrinsic(self, node.function, value)
         self.need(f"declare double @{node.function}(double) nounwind willreturn memory(none)")
         return self.emit(FLOAT, f"call double @{node.function}(double {value.text})")
-
-    def _intrinsic(self, name: str, value: Value) -> Value:
-        """One of LLVM's own functions of one float."""
-        self.need(f"declare double @llvm.{name}.f64(double)")
-        return self.emit(FLOAT, f"call double @llvm.{name}.f64(double {value.text})")
 
     def _of_Call(self, node: nodes.Call) -> Value:
         arguments = [self.value(argument) for argument in node.arguments]

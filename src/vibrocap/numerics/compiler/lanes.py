@@ -46,12 +46,8 @@ def compared(code: "Code", name: str, left: Value, right: Value) -> Value:
     return code.emit(choices(left.kind.lanes), f"{condition} {left.kind.llvm} {left.text}, {right.text}")
 
 
-def magnitude(code: "Code", value: Value) -> Value:
-    """abs(value)."""
-    return _intrinsic(code, "fabs", value)
-
-
-def _intrinsic(code: "Code", name: str, value: Value) -> Value:
+def intrinsic(code: "Code", name: str, value: Value) -> Value:
+    """One of LLVM's own functions, of one number or of each lane."""
     kind, called = value.kind, f"@llvm.{name}.{f'v{value.kind.lanes}' if value.kind.lanes else ''}f64"
     code.need(f"declare {kind.llvm} {called}({kind.llvm})")
     return code.emit(kind, f"call {kind.llvm} {called}({kind.llvm} {value.text})")
@@ -133,10 +129,6 @@ def _power_of_two(code: "Code", k: Value) -> Value:
     return code.emit(k.kind, f"bitcast {whole.llvm} {biased.text} to {k.kind.llvm}")
 
 
-def _of_each(name: str) -> Callable:
-    return lambda code, x: _intrinsic(code, name, x)
-
-
 PRIMITIVES: dict[str, Callable[..., Value]] = {
     "align_stack": _align_stack,
     "all_lanes": _all_lanes,
@@ -144,8 +136,8 @@ PRIMITIVES: dict[str, Callable[..., Value]] = {
     "store": _store,
     "where": _where,
     "bits": _bits,
-    "floor": _of_each("floor"),
-    "square_root": _of_each("sqrt"),
+    "floor": lambda code, x: intrinsic(code, "floor", x),
+    "square_root": lambda code, x: intrinsic(code, "sqrt", x),
     "exponent": _exponent,
     "mantissa": _mantissa,
     "power_of_two": _power_of_two,

@@ -36,3 +36,10 @@ ASK_TRANSIENT = 64  # how a run comes to its steady motion, for which it has to 
 FUNCTIONS_PER_CONTACT = 3  # gathered: R, its power, R times the acceleration
 MODE_PLACES = 4  # numbers that hold a mode sequence
 LETTERS_PER_PLACE = 26  # of two bits each
+
+# What a kernel and readers of stored motions hold alike.
+# Of the defect, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to 1e-14, from 1e3 to
+# 1e5 where a law was stepped over.
+DEFECT_BOUND = 1e3
+LONGEST_PERIOD = 16  # a response of a longer period is not looked for
+SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase

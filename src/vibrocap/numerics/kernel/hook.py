@@ -1,8 +1,8 @@
 """Hooks: what a kernel calls without knowing which module answers, as `hook.on_event(...)`.
 
-Linking puts the functions of the module in their place that a recipe (`linker.py`) has chosen, with these
-arguments. Where none does, what stands here is what happens: nothing, for the most part. What cannot be done without
-raises an error here: a module defines all of those of a section, or none.
+Linking puts the functions of the module in their place that a recipe (`linker.py`) has chosen, with these arguments;
+their own docstrings say what these do not. Where none does, what stands here is what happens: nothing, for the most
+part. What cannot be done without raises an error here: a module defines all of those of a section, or none.
 """
 
 from vibrocap.numerics.kernel.generated import jet

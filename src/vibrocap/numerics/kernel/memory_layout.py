@@ -76,6 +76,11 @@ class Layout(Traits):
         return ("RETURNS", 1) in self.gathered
 
     @property
+    def pair(self) -> bool:
+        """Whether the slow manifolds of a motion alone are two of one contact, which may be slaved together."""
+        return self.lanes == self.contacts == 1 and len(self.slow) == 2
+
+    @property
     def start_place(self) -> int:
         """Where the states at the start of the window stand in a result; those at its end follow."""
         return len(RESULT_HEAD)

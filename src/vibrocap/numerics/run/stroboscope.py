@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
+from vibrocap.numerics.kernel.codes import LONGEST_PERIOD
 from vibrocap.numerics.linker import kernel_source
 
 
@@ -24,7 +24,7 @@ class Stroboscope:
         self._states = [*states.ravel().tolist(), *room]  # numbers of Python's own are faster to get at one by one
         places = {"LANES": 1, "MARK_SIZE": size, "STATES": size, "MARK_COUNT": len(states), "WORK": states.size}
         places |= {"THRESHOLD": len(self._states) - 2, "TOLERANCE": len(self._states) - 1}
-        self.functions: dict[str, Any] = {"math": math, **places}
+        self.functions: dict[str, Any] = {"math": math, "LONGEST_PERIOD": LONGEST_PERIOD, **places}
         exec(_decision(), self.functions)
 
     def _asked(self, question: str, *arguments: Any, threshold: float = 0.0, tolerance: float = 0.0) -> Any:

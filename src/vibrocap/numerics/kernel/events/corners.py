@@ -23,7 +23,6 @@ def begin_drive(floats, ints, trace, lane, run):
 
 
 def at_corner(floats, ints, trace, lane):
-    """Whether the lane, at the end of a step, stands at a corner within the period; then it is turned."""
     until, period = lane.until, lane.period
     last = lane.period_count == lane.whole_periods
     if until >= period or (last and lane.tail < until - 2.0 * EPSILON * period):

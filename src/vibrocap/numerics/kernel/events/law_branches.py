@@ -26,7 +26,6 @@ AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the
 
 
 def within_bounds(floats, ints, trace, lane):
-    """Whether the equations hold at the start of the step; if not, the run ends."""
     for i in range(BRANCHES, SWITCHES):
         row = lane.guard_row[i]
         least = 0.0
@@ -39,7 +38,6 @@ def within_bounds(floats, ints, trace, lane):
 
 
 def branch_holds(floats, ints, trace, lane):
-    """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(BRANCHES):
         row = lane.guard_row[i]
         if floats[row] > (0.0 if i < LAW_BRANCHES else SLIGHT):
@@ -53,7 +51,6 @@ def branch_holds(floats, ints, trace, lane):
 
 
 def branch_in_doubt(floats, lane, h):
-    """Whether a guard may have fallen to zero at the end of a step of length h."""
     doubt = False
     for i in range(BRANCHES):
         doubt = doubt or series_value(floats, lane.guard_row[i], h) <= DOUBT
@@ -160,7 +157,6 @@ def way_out(floats, lane, c):
 
 
 def guards_at(floats, lane, s, out):
-    """Write the guards at time s of the present series."""
     for i in range(STATES):
         floats[WORK + i] = series_value(floats, lane.row[i], s)
     switches(floats, lane.time + s, WORK, lane, out)

@@ -23,7 +23,6 @@ from vibrocap.numerics.kernel.step.taylor import write_state
 
 
 def tangent_waits(ints, lane):
-    """Whether the tangent has yet to enter the present piece."""
     return lane.pending == 1
 
 
@@ -61,7 +60,6 @@ def stay_in_piece(ints, lane):
 
 
 def enter_piece(floats, ints, lane):
-    """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
     for i in range(BASE):
         rate = lane.series[i * (ORDER + 1) + 1]
         lane.state[BASE + i] -= rate * lane.delay

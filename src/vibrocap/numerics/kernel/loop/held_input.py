@@ -100,5 +100,4 @@ def show_instant(floats, ints, point):
 
 
 def side_shown(floats, ints, contact):
-    """Side of a contact (0: the first) at the clock."""
     return stepper.side[contact]

@@ -8,7 +8,6 @@ from vibrocap.numerics.kernel.loop.start import start_lane
 
 
 def advance(floats, ints, trace, rounds):
-    """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
     for lane in every_lane():
         if lane.status == BEGINNING:
             start_lane(floats, ints, trace, lane, 0)

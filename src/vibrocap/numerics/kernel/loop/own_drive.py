@@ -99,5 +99,4 @@ def show_instant(floats, ints, point):
 
 
 def side_shown(floats, ints, contact):
-    """Side of a contact (0: the first) at the clock."""
     return stepper.recorded_side[contact] if within_step(floats, ints) else stepper.side[contact]

@@ -37,7 +37,6 @@ def advance_ensemble(floats, ints, trace, turns):
 
 
 def inverse_scale(floats, i, lane):
-    """One over the natural size of state i, of a lane or of all."""
     return lane.inverse_scale[i]
 
 

@@ -30,7 +30,6 @@ from vibrocap.numerics.kernel.step.taylor import NON_STIFF, least_of_cubic, seri
 
 
 def advance(floats, ints, trace, rounds):
-    """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
     running = lanes.status == RUNNING
     all_running = bits(running)
     for _ in range(rounds):

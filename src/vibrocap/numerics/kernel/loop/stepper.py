@@ -55,7 +55,6 @@ def look_at(floats, ints, trace, _):
 
 
 def on_piece(floats, ints, trace, lane, h):
-    """A step of length h was accepted; its series still stands in memory, the lane at its start."""
     record_sides(floats, ints, trace, lane)
     # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
     # tell lies between events of one instant.

@@ -15,12 +15,10 @@ every eighth of the others. `motion/evidence.py` asks the same of all pieces of 
 
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import HUGE, sign_change, value_and_rate
+from vibrocap.numerics.kernel.codes import DEFECT_BOUND
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.step.taylor import series_value
 
-# Of the defect, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to 1e-14, from 1e3 to
-# 1e5 where a law was stepped over.
-DEFECT_BOUND = 1e3
 EVERY = 8  # steps of which one is asked whatever it does
 SLOWER, CLOSER = 0.5, 0.9  # shares of the speed, and of what is left to the limit, that a decisive step may go through
 IMPLICIT_POINTS = 8  # at which a step is asked whose dense output is less exact than its end
@@ -30,7 +28,6 @@ EQUATION_VALUES = SLOPE + BASE
 
 
 def take_evidence(floats, ints, lane, h):
-    """Ask the equations of a piece of length h, whose series stands in memory."""
     if MAYBE_STIFF and lane.stiff == 1:
         lane.step = h
         for k in range(IMPLICIT_POINTS):

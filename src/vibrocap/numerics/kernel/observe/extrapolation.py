@@ -35,7 +35,6 @@ MODULUS = 2147483647  # of the numbers that stand for a period's events
 
 
 def begin_marks(ints, lane):
-    """A run begins."""
     lane.modes = 0
     lane.last_modes = 0
     lane.steady_mark = 0
@@ -51,7 +50,6 @@ def note_event(floats, ints, lane, event, c):
 
 
 def starts_trial(floats, ints, lane):
-    """At a mark that is remembered, of a run that has not settled: whether it goes on from an extrapolated limit."""
     mark = lane.period_count
     same = lane.modes == lane.last_modes
     lane.last_modes = lane.modes
@@ -80,7 +78,6 @@ def starts_trial(floats, ints, lane):
 
 
 def trial_fails(floats, ints, lane):
-    """At the end of a period: whether it was a trial that is refused, so that the lane stands where it was before."""
     if lane.on_trial != 1:
         return False
     mark = lane.period_count - 1
@@ -100,7 +97,6 @@ def trial_fails(floats, ints, lane):
 
 
 def ends_trial(floats, ints, lane):
-    """Of a lane that has stopped: whether that was within a trial, so that it runs on from where it was before."""
     if lane.on_trial != 1:
         return False
     put_back(floats, ints, lane)

@@ -22,7 +22,6 @@ def has_room(floats, ints, trace, lane):
 
 
 def on_piece(floats, ints, trace, lane, h):
-    """A step of length h was accepted; its series still stands in memory, the lane at its start."""
     record_sides(floats, ints, trace, lane)
     place = lane.piece_start + lane.pieces * PIECE_SIZE
     trace[place] = lane.period_count
@@ -83,6 +82,5 @@ def write_event(floats, ints, trace, lane, kind, contact, s):
 
 
 def on_period(floats, ints, trace, lane):
-    """A period begins; the lane stands at its start."""
     for i in range(STATES):
         trace[lane.period_count * STATES + i] = lane.state[i]

@@ -23,7 +23,6 @@ BEFORE = 1e-6  # of a step: a place that is passed so shortly before its end is 
 
 
 def begin_returns(floats, ints, lane):
-    """A run begins."""
     lane.return_count = 0
     lane.left = 0
     lane.quiet_since = 0

@@ -20,6 +20,7 @@ one, of its returns (`observe/returns.py`), for which "period" below means a ret
 
 import math
 
+from vibrocap.numerics.kernel.codes import LONGEST_PERIOD
 from vibrocap.numerics.kernel.generated import *
 
 RANK = 3  # most multipliers that are looked for
@@ -130,7 +131,6 @@ def unexplained_step(floats):
     return largest
 
 
-LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and
 # carry no rate of convergence.
 STANDSTILL = 10.0

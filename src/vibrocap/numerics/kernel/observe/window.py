@@ -19,17 +19,18 @@ from vibrocap.numerics.kernel.codes import (
     ASK_PEAK,
     ASK_SYMMETRY,
     LETTERS_PER_PLACE,
+    LONGEST_PERIOD,
     MODE_PLACES,
+    SLIVER,
 )
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
-from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response, still_settled
+from vibrocap.numerics.kernel.observe.settle import remember, settled_response, still_settled
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 
 def on_piece(floats, ints, trace, lane, h):
-    """A step of length h was accepted; its series still stands in memory, the lane at its start."""
     asked = shared.asked
     if lane.window_start < 0:
         return
@@ -57,7 +58,6 @@ def on_jump(floats, ints, lane, gained):
 
 
 def on_period(floats, ints, trace, lane):
-    """A period begins; the lane stands at its start."""
     if hook.trial_fails(floats, ints, lane):
         return
     done = lane.period_count
@@ -130,7 +130,6 @@ def asymmetry(floats, lane, s):
     return largest
 
 
-SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase
 NO_SIDE = 2.0  # before the first phase
 NOT_SPELLING = -1.0  # count of letters before the last period
 

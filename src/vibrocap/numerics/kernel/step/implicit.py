@@ -27,7 +27,7 @@ from vibrocap.numerics.kernel.step.linear_system import (
     solve,
 )
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five, through_points, write_state
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_points, write_state
 
 GAMMA = 0.21193756319429014
 # fmt: off
@@ -151,12 +151,9 @@ def velocity_series(floats, ints, lane, h):
     """Write contact velocities along the step to their rows, interpolated at five points of the dense output."""
     for c in range(CONTACTS):
         if at.velocity_row[c] != at.row[STATE_OF[c]]:  # it is no state
-            v0 = velocity_at(floats, ints, lane, c, 0.0)
-            v1 = velocity_at(floats, ints, lane, c, 0.25 * h)
-            v2 = velocity_at(floats, ints, lane, c, 0.5 * h)
-            v3 = velocity_at(floats, ints, lane, c, 0.75 * h)
-            v4 = velocity_at(floats, ints, lane, c, h)
-            through_five(floats, lane.velocity_row[c], v0, v1, v2, v3, v4, h)
+            for point in range(5):
+                floats[WORK + point] = velocity_at(floats, ints, lane, c, 0.25 * point * h)
+            through_points(floats, lane.velocity_row[c], WORK, 1, h)
 
 
 def velocity_at(floats, ints, lane, c, s):

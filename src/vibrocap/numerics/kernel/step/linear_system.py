@@ -59,13 +59,11 @@ INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a ki
 
 
 def consistent_state(floats, ints, lane, s, point):
-    """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
     if lane.stiff == 1:
         fit_to_slopes(floats, lane, s, point)
 
 
 def fit_to_slopes(floats, lane, s, point):
-    """Move that state to the one consistent with the slopes; how far over natural sizes, 0.0 where it stays."""
     time, inverse = lane.time + s, 1.0 / lane.step
     for i in range(STATES):
         floats[POINT + i] = floats[point + i]

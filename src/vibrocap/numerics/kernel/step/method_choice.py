@@ -131,7 +131,6 @@ def shorter_step(floats, ints, lane, h):
 
 
 def leave_implicit(ints, lane):
-    """Let the next steps be explicit."""
     lane.stiff = 0
     lane.patience = EXPLICIT_STEPS
 

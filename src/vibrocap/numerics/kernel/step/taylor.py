@@ -268,8 +268,10 @@ def series_value(floats, row, s):
     return floats[row] + s * (other + s * one)
 
 
-def through_five(floats, row, v0, v1, v2, v3, v4, h):
-    """Write the series of degree 4 through five values at even distances along a step."""
+def through_points(floats, row, first, stride, h):
+    """Write the series of degree 4 through five values at even distances along a step, from floats[first] on."""
+    v0, v1, v2 = floats[first], floats[first + stride], floats[first + 2 * stride]
+    v3, v4 = floats[first + 3 * stride], floats[first + 4 * stride]
     for k in range(5, ORDER + 1):
         floats[row + k * LANES] = 0.0
     floats[row] = v0
@@ -277,12 +279,6 @@ def through_five(floats, row, v0, v1, v2, v3, v4, h):
     floats[row + 2 * LANES] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
     floats[row + 3 * LANES] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
     floats[row + 4 * LANES] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
-
-
-def through_points(floats, row, first, stride, h):
-    """The same through the values at floats[first], floats[first + stride] and so on."""
-    v0, v1, v2 = floats[first], floats[first + stride], floats[first + 2 * stride]
-    through_five(floats, row, v0, v1, v2, floats[first + 3 * stride], floats[first + 4 * stride], h)
 
 
 def write_state(floats, lane, out):
