@@ -17,17 +17,13 @@ class PlainMap(Residual):
         self.function, self.between, self.times, self.half = function, between, times, half
         self.mode_sequence, self.breaks = mode_sequence or (lambda u, p: ""), breaks or (lambda p: False)
 
-    def parameter(self, x):
-        low, high = self.between
-        return float(low + x[-1] * (high - low))
+    special_points = staticmethod(special_points_of_maps)
 
     def point(self, u, p):
-        low, high = self.between
-        return np.append(np.asarray(u, dtype=float), (p - low) / (high - low))
+        return np.append(np.asarray(u, dtype=float), self.share(p))
 
     def image(self, x):
-        low, high = self.between
-        u, p = x[:-1], low + x[-1] * (high - low)
+        u, p = x[:-1], self.between[0] + x[-1] * self.width  # complex, too
         for _ in range(self.times):
             u = np.asarray(self.function(u, p))
         return u
@@ -52,9 +48,6 @@ class PlainMap(Residual):
             drift=float(x[0]),
             image=image,
         )
-
-    def special_points(self, segment, left, right, at_parent):
-        return special_points_of_maps(segment, left, right, at_parent)
 
     def described(self, found):
         return {"state": dict(enumerate(found.point.x[:-1]))}

@@ -110,7 +110,7 @@ def test_a_jump_within_a_bracket_is_told_from_a_crossing(monkeypatch):
 
     def anew(self, near, place, tolerance=None):
         systems = [each.system for each in near]
-        return crossing_bracket.scanned(systems, [{"angle": 0.3}] * len(systems), self, place)
+        return self.settled([s.with_parameters({self.over: place}) for s in systems], [{"angle": 0.3}] * len(systems))
 
     monkeypatch.setattr(crossing_bracket.Difference, "followed", anew)
     jump = twin_jump()

@@ -12,6 +12,7 @@ import pytest
 import zarr
 
 from cases import refused
+from systems import capsule
 from test_study_integrity import stored
 from vibrocap import Measure, open_study, verify_study, write_study
 from vibrocap.case.case import CaseError, case_from_text
@@ -304,6 +305,17 @@ def test_the_size_in_a_frame():
     for size in (0, 1, 255, 256, 257, 65_791, 65_792, 10**6):
         assert unpacked_size(Zstd(level=3, checksum=True).encode(bytes(size))) == size
     assert unpacked_size(zstd_frame(2**40)) == 2**40
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\ud800b"])
+def test_a_name_that_no_file_can_have_is_an_error_of_the_file_system(name, tmp_path):
+    for way in (places.kind, places.names, places.make_folder, places.remove):
+        for root, place in ((tmp_path, f"{name}/x"), (tmp_path, name), (tmp_path / name, "x")):
+            with pytest.raises(OSError, match="no name of a file") as caught:
+                way(root, place)
+            assert caught.value.errno in places.STRANGE
+    with pytest.raises(places.StoreError, match="no name of a file"):
+        sweep(capsule(), {"machine.mass_ratio": [1.0, 2.0]}, periods=2, out=tmp_path / name)
 
 
 @pytest.mark.skipif(not places._BY_HANDLE, reason="folders are not reached by handles here")

@@ -82,12 +82,12 @@ def measured(
     if settle and not recording.timed:
         cure = "ensemble() settles runs by their returns, orbit() closes the cycle"
         raise ArgumentError("settle", f"should be None, as nothing drives the system in time; {cure}")
-    threshold = float(settle or 0.0)
+    threshold, parameters = float(settle or 0.0), parameter_values(motion.system)
     taken = {"window": int(window), "threshold": threshold, "asked": asked_groups(needed)}
     budget = Budget(done, motion.tolerance, 0, 0, **taken)  # a motion that is replayed has no limits
-    run = recording, parameter_values(motion.system), motion, budget
+    run = recording, parameters, motion, budget
     results = replayed(*run, own_integrands(needed, recording), _switch_times(motion))
-    period, *scales = evaluate([recording.period, *recording.scales], 0.0, [], 1.0, parameter_values(motion.system))
+    period, *scales = evaluate([recording.period, *recording.scales], 0.0, [], 1.0, parameters)
     one: Any = np.array([period]), lambda: np.array([motion.system.mirrored]), threshold, np.array([scales])
     runs = Gathered(motion.system, results, *one)
     columns = values(needed, runs)

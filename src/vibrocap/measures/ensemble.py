@@ -128,9 +128,8 @@ def ensemble(
             part = _measured(system, values, start, budget, needed, run_all, report)
             for name in (*ALWAYS, *(measure.name for measure in asked), *finals):
                 if name not in by_measure:
-                    by_measure[name] = np.empty(
-                        runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype
-                    )
+                    kind = part[name].dtype
+                    by_measure[name] = np.empty(runs, dtype=object if kind.kind == "U" else kind)
                 by_measure[name][members] = part[name]
             done += len(members)
     return {name: column.astype(str) if column.dtype == object else column for name, column in by_measure.items()}
@@ -167,13 +166,8 @@ def _measured(
     finished = status == FINISHED
     sizes = np.column_stack(scales)
 
-    def mirrored() -> np.ndarray:
-        return _mirrored(one, columns)
-
-    everything = Gathered(one, results, period, mirrored, budget.threshold, sizes)
-    gathered = Gathered(
-        one, results[finished], period[finished], lambda: mirrored()[finished], budget.threshold, sizes[finished]
-    )
+    everything = Gathered(one, results, period, lambda: _mirrored(one, columns), budget.threshold, sizes)
+    gathered = everything.some(finished)
     begun = results.head("window_start") >= 0
     good = certified(recording, gathered.results, parameters[finished], budget.tolerance)
     if budget.asked & numerics.codes.ASK_INTEGRALS:
@@ -197,9 +191,8 @@ def _measured(
 def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """The values that vary, as arrays [runs]: of numbers, or of objects where some are text."""
     if not isinstance(over, Mapping) or not over:
-        raise ArgumentError(
-            "over", f"should name at least one parameter or initial state with its values, got {over!r}"
-        )
+        why = f"should name at least one parameter or initial state with its values, got {over!r}"
+        raise ArgumentError("over", why)
     plain = {path: _column(path, entries) for path, entries in over.items()} if system.units is not None else over
     over = values_without_units(plain, system.units, system.parts)
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))

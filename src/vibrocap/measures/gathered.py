@@ -39,6 +39,12 @@ class Gathered:
     threshold: float
     scales: np.ndarray | None = None
 
+    def some(self, runs: np.ndarray) -> "Gathered":
+        """That of these runs."""
+        assert self.scales is not None
+        arrays = {name: getattr(self, name)[runs] for name in ("results", "period", "scales")}
+        return dataclasses.replace(self, mirrored=lambda: self.mirrored()[runs], **arrays)
+
     @property
     def settled(self) -> np.ndarray:
         """Whether the run was measured over one response period, or one turn of the cycle, of its settled motion.
@@ -167,10 +173,8 @@ class Gathered:
 
 def _letters(sides: tuple[int, ...], complete: bool) -> str:
     """The mode sequence, in letters, of a sequence of sides."""
-    letters = [LETTERS[side] for side in sides]
-    if not complete:
-        return "".join(letters) + "..."  # there is no telling how the period ends
-    return as_cycle(letters)
+    letters = [LETTERS[side] for side in sides]  # "...": there is no telling how the period ends
+    return as_cycle(letters) if complete else "".join(letters) + "..."
 
 
 def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, tolerance: float) -> np.ndarray:

@@ -50,38 +50,36 @@ class OfMeasures(Declared):
         return {name: In(units[name]).converted(one, context, back) for name, one in value.items()}
 
 
-class ByMeasureInUnits(AsGiven):
-    """Values that are in the units of the results already, by names that begin with that of a measure."""
-
-    def seen(self, value: Any, context: Context) -> Any:
-        if context.system is None:
-            return value
-        return {name: in_unit_of(name.split()[0], one, context) for name, one in value.items()}
-
-
-class SlopesByPath(AsGiven):
-    """Slopes of the measure of a record below and above, by the path of a parameter, in the units of the results."""
-
-    def seen(self, value: Any, context: Context) -> Any:
-        if context.system is None:
-            return value
-        measure = context.known("measure")[0]
-        return {path: [slope_over(measure, path, one, context) for one in pair] for path, pair in value.items()}
-
-
-class OfOneMeasureInUnits(AsGiven):
+class InUnits(AsGiven):
     """A value of the measure that its record names, which is in the unit of the results already."""
 
     def seen(self, value: Any, context: Context) -> Any:
-        return value if context.system is None else in_unit_of(context.known("measure")[0], value, context)
+        return value if context.system is None else self.with_units(value, context)
+
+    def with_units(self, value: Any, context: Context) -> Any:
+        return in_unit_of(context.known("measure")[0], value, context)
 
 
-class OfOneSlope(AsGiven):
-    """A slope of the `measure` of its record over its `parameter`, in the units of the results already."""
+class ByMeasureInUnits(InUnits):
+    """The same by names that begin with that of a measure."""
 
-    def seen(self, value: Any, context: Context) -> Any:
-        measure, path = (context.known(name)[0] for name in ("measure", "parameter"))
-        return value if context.system is None else slope_over(measure, path, value, context)
+    def with_units(self, value: Any, context: Context) -> Any:
+        return {name: in_unit_of(name.split()[0], one, context) for name, one in value.items()}
+
+
+class OneSlopeInUnits(InUnits):
+    """A slope of the `measure` of its record over its `parameter`."""
+
+    def with_units(self, value: Any, context: Context) -> Any:
+        return slope_over(context.known("measure")[0], context.known("parameter")[0], value, context)
+
+
+class SlopesByPath(InUnits):
+    """Slopes of the measure of a record below and above, by the path of a parameter."""
+
+    def with_units(self, value: Any, context: Context) -> Any:
+        measure = context.known("measure")[0]
+        return {path: [slope_over(measure, path, one, context) for one in pair] for path, pair in value.items()}
 
 
 def in_unit_of(measure: str, value: Any, context: Context) -> Any:
@@ -124,7 +122,7 @@ OneWanted = Annotated[float, Wanted()]
 ManyOfMeasure = Annotated[np.ndarray, OfMeasure()]
 SlopeOfMeasure = Annotated[float, OverParameter()]
 ByMeasure = Annotated[dict[str, Any], OfMeasures()]
-MeasureInUnit = Annotated[float, OfOneMeasureInUnits()]
+MeasureInUnit = Annotated[float, InUnits()]
 MeasuresInUnits = Annotated[dict[str, float], ByMeasureInUnits()]
-SlopeInUnit = Annotated[float, OfOneSlope()]
+SlopeInUnit = Annotated[float, OneSlopeInUnits()]
 Slopes = Annotated[dict[str, Any], SlopesByPath()]

@@ -155,6 +155,7 @@ def _standard_measures(
         channels = dict.fromkeys(name for name in system.channels if name not in STANDING_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
+    imposed = [kind.effort == "displacement" for kind in kinds if kind.imposes_motion]
     source = "drive" if system is None or system.controller is None else "controller"  # of the power
     measures = [
         *TRAVEL,
@@ -167,7 +168,7 @@ def _standard_measures(
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(measure for state in states for measure in _extremes(state, units[state])),
         *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
-        *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
+        *(measure for displaces in dict.fromkeys(imposed) for measure in _actuation(displaces)),
         *(measure for i in each_contact if _has_reaction(system, i) for measure in reaction_measures(i)),
         *([_HIDDEN_LIFT_OFF] if any(_has_reaction(system, i) for i in each_contact) else ()),
     ]
@@ -325,19 +326,11 @@ STOPS = (
 )
 
 
-def _imposed_by(kind: type[Machine]) -> str:
-    """What imposes the motion of a kind of machine, "force" or "torque"; "" where none is imposed."""
-    if not kind.imposes_motion:
-        return ""
-    return "force" if kind.effort == "displacement" else "torque"
-
-
 @functools.cache
-def _actuation(effort: str) -> tuple[Measure, ...]:
+def _actuation(displaces: bool) -> tuple[Measure, ...]:
     """What an imposed motion takes; impulses, where its velocity jumps, are no part of it."""
-    if not effort:
-        return ()
-    name, unit = f"actuator_{effort}", {"force": "N", "torque": "N m"}[effort]
+    effort, unit = ("force", "N") if displaces else ("torque", "N m")
+    name = f"actuator_{effort}"
     how: dict[str, Any] = {"function": lambda now: getattr(now, name), "si_unit": unit}
     return (
         Measure.largest(f"largest_{name}", f"largest {effort} of an imposed motion", **how),
@@ -368,10 +361,6 @@ _HIDDEN_LIFT_OFF = Measure(
 )
 
 
-def _larger_size(largest: np.ndarray, least: np.ndarray) -> np.ndarray:
-    return np.maximum(np.abs(largest), np.abs(least))
-
-
 @functools.cache
 def _extremes(state: str, unit: str) -> tuple[Measure, ...]:
     words, bounds = state.replace("_", " "), (f"largest_{state}", f"least_{state}")
@@ -380,9 +369,12 @@ def _extremes(state: str, unit: str) -> tuple[Measure, ...]:
         value = Standard(lambda runs: runs.state_entry(bound.upper(), state), codes.ASK_EXTREMES)
         return Measure(f"{bound}_{state}", f"{bound} {words} in the window, with its sign", value, si_unit=unit)
 
+    def peak(largest: np.ndarray, least: np.ndarray) -> np.ndarray:
+        return np.maximum(np.abs(largest), np.abs(least))
+
     return (
         extreme("largest"),
         extreme("least"),
-        Measure.derived(f"peak_{state}", f"largest |{words}| in the window", _larger_size, of=bounds, si_unit=unit),
+        Measure.derived(f"peak_{state}", f"largest |{words}| in the window", peak, of=bounds, si_unit=unit),
         Measure.derived(f"{state}_range", f"{words} from peak to peak", np.subtract, of=bounds, si_unit=unit),
     )

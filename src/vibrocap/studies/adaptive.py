@@ -1,21 +1,17 @@
 """Adaptive maps: a map over two parameters whose borders are as sharp as on its finest grid, at a share of the runs.
 
 What a designer reads from a map are its borders: where the mode sequence, the direction of travel or the response
-period changes. Between them little happens. So the map starts on a coarse grid, and cells are halved only where
-labels differ.
+period changes. So the map starts on a coarse grid, and cells are halved only where labels differ.
 
 The grid has levels, from the coarse points (level 0) to all points (the last); a cell lies between neighbouring points
 of its level. A cell is mixed where any two runs in it or on its rim, whichever level asked for them, differ in a label.
-A mixed cell, with those beside it (`margin`; at the last halving without), gets the points of the next level, and so on
-until no more are wanted. Two things follow:
-  - No border is interpolated: two neighbouring points of the map with different labels have both been run.
-  - Borders are followed: runs on its rim make a cell mixed, so a border that is found in one place is found wherever it
-    goes, along a tongue down to the width of one step of the grid.
-A run can only add to what is wanted; so the set of runs is the smallest one closed under this rule, and no order of
-runs or cells changes it.
+A mixed cell, with those beside it (`margin`; at the last halving without), gets the points of the next level, until no
+more are wanted. So no border is interpolated: two neighbouring points with different labels have both been run. And
+borders are followed: runs on its rim make a cell mixed, so a border that is found in one place is found wherever it
+goes. A run can only add to what is wanted: the set of runs is the smallest one closed under this rule, in any order.
 
 Limit: a region that holds no point of the coarse grid, such as an island between its points, is not seen unless a
-border leads to it. The attributes `coarse_steps` and `coarse_spacing` of the axes state that size.
+border leads to it; `coarse_steps` and `coarse_spacing` of the axes state that size.
 """
 
 import dataclasses
@@ -87,23 +83,22 @@ def adaptive_map(
     over: two axes by path ("machine.mass_ratio", "initial.angle"), each (low, high, points), text as `sweep` takes
         it ("low:high:points", "log:low:high:points"), or a list or array of increasing values
     by: labels whose changes are borders: discrete measures, and "travel", the sign of the mean velocity; the status of
-        the runs always counts. Measures that they need are added to `measures`.
+        the runs always counts. Measures that they need are added to `measures`
     coarse: largest spacing of the coarse grid in steps of the finest, for both axes or (first, second)
     margin: cells on each side of a mixed one that are halved with it; 0: none
-    dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1), by default the residue of runs
-        that settle (1e-6 of others); a run that failed has -128. It is without units, as are thresholds of settling
+    dead_band: mean velocities, without units, up to this size are no travel (0, apart from -1 and 1), by default the
+        residue of runs that settle (1e-6 of others); a run that failed has -128
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
         its mode sequence from point to point, and would otherwise ask for all of them
     evaluate: function that runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble,
         to which system, measures and settings go, by default those of `sweep`
     tile: runs per call of the evaluator, which has one call for each round of refinement that is no larger
-    progress: True for a bar, or a function that is called after each of these calls with the runs done and those wanted
-        by now; more may follow
+    progress: True for a bar, or a function that is called after each call with the runs done and those wanted by now
 
     Returns a dataset on the full grid. `computed` marks runs; other values come from the corners of the cell around a
-    point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis that
-    is evenly spaced in it), labels and all that is discrete from the nearest corner. Attributes: runs computed, runs of
-    the full grid, their ratio, rounds, labels, and for the ensemble its settings and the case.
+    point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis evenly spaced
+    in it), the others from the nearest corner. Attributes: runs computed, of the full grid and their ratio, rounds,
+    labels, and for the ensemble its settings and the case.
     Raises ValueError, naming the argument, before any work, and for an evaluator that returns something else.
     """
     import xarray
@@ -173,8 +168,8 @@ def adaptive_map(
 def border(dataset: "xarray.Dataset", name: str) -> Border:
     """The border lines of a discrete variable of a map: where neighbouring points differ, at the finest spacing.
 
-    Both ends of every such edge were run for the labels by which the map was refined. Middles are geometric along axes
-    that are evenly spaced in their logarithm. Raises ValueError for a variable that is unknown or takes real values.
+    Both ends of every such edge were run for the labels of the map. Middles are geometric along axes that are evenly
+    spaced in their logarithm. Raises ValueError for a variable that is unknown or takes real values.
     """
     if name not in dataset.data_vars:
         raise ArgumentError("name", f"the map has no variable {name!r}; it has {listed(dataset.data_vars)}")
@@ -312,10 +307,7 @@ def levels_of(shape: tuple[int, int], steps: tuple[int, int]) -> Levels:
 
 
 def _halved(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> list[np.ndarray]:
-    """Which cells are halved, for each level but the last: bool [cells, cells].
-
-    A halved cell lies in a halved one, for a cell around a mixed cell is mixed, and its neighbours hold theirs.
-    """
+    """Which cells are halved, for each level but the last: bool [cells, cells]; each lies in a halved one."""
     from scipy.ndimage import binary_dilation
 
     least = np.where(computed, codes, np.iinfo(codes.dtype).max)

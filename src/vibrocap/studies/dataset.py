@@ -31,12 +31,12 @@ READ_AT_ONCE = 2**28  # bytes of the values in a NetCDF file
 def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
     """The results of a stored study, read as they are needed; or those that `write_study` put into a NetCDF file.
 
-    Of a study that is not finished, the runs to come have the status "not run" (-1). A folder may come from anyone: it
-    is looked at before anything in it is opened, and each chunk is compared with its checksum when it is read.
+    Runs to come of a study that is not finished have the status "not run" (-1). A folder may come from anyone: it is
+    looked at before anything in it is opened, and each chunk is compared with its checksum when it is read.
 
     chunks: None reads on demand; {} or "auto" gives Dask arrays, for studies that do not fit into memory.
-    Raises CaseError where a folder holds no study, or one that this package did not write, or a file no results; while
-    results are read, StoreError (an OSError) where they are damaged.
+    Raises CaseError where a folder holds no study of this package, or a file no results; while results are read,
+    StoreError (an OSError) where they are damaged.
     """
     import xarray
 
@@ -58,8 +58,8 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
 def netcdf_attributes(path: Path) -> Iterator[dict[str, Any]]:
     """The attributes of a NetCDF file; within the block, whatever its reader raises is a CaseError about the file.
 
-    On damage h5py and what is built on it raise KeyError, RuntimeError and others. A file whose own attributes cannot
-    be read is refused before h5netcdf opens it, which would complain once more when it is forgotten.
+    A file whose own attributes cannot be read is refused before h5netcdf opens it, which would complain once more when
+    it is forgotten.
     """
     import h5py
 
@@ -87,10 +87,7 @@ def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
 
 
 def stored_study(path: str | Path, measures: Iterable[Measure] = ()) -> Study:
-    """The study whose results are in a folder, to be run again; measures: those of one's own among its measures.
-
-    Raises CaseError where there is none.
-    """
+    """The study whose results are in a folder, to be run again; measures: those of one's own. CaseError where none."""
     return Study.from_record(read_record(Path(path))["study"], measures)
 
 
@@ -135,8 +132,7 @@ def labelled_result(result: Any) -> "xarray.Dataset":
 def labelled_arrays(result: Any) -> tuple[dict[str, Variable], dict[str, Variable]]:
     """(arrays, coordinates) of a result by name, in SI where it is; empty for one whose types state no dimension.
 
-    States and other quantities in a matrix have an array each; so has each member of the records in a list, under the
-    name of the dimension and its own ("special_kind").
+    Quantities in a matrix have an array each; so has each member of the records in a list ("special_kind").
     """
     context, record = result.si_context() or Context(None), computed(result)
     arrays: tuple[dict[str, Variable], dict[str, Variable]] = {}, {}
@@ -171,7 +167,6 @@ def _named(result: Any, name: str) -> str:
 
 
 def _of_records(records: tuple[Any, ...], dim: str) -> dict[str, Variable]:
-    """An array for each member of some records."""
     rows, variables = Rows(records).table(), {}
     for name in rows[0] if rows else ():
         values = [row[name] for row in rows]
@@ -182,7 +177,6 @@ def _of_records(records: tuple[Any, ...], dim: str) -> dict[str, Variable]:
 
 
 def _attributes(name: str, seen: Any, over: Over, record: Any) -> dict[str, Any]:
-    """What an array is, its symbol and its unit."""
     from vibrocap.orbits.attractors.basins import PHASE  # only here: a sweep needs no attractors
 
     if over.flags:

@@ -52,10 +52,6 @@ class Execution:
     device: str = "cpu"
     workers: int | Executor | None = None
 
-    def require_packages(self) -> None:
-        """ModuleNotFoundError for what a study needs beyond the core."""
-        require("a sweep", "xarray", "zarr")
-
     def complaints(self) -> list[Complaint]:
         complaints = Complaints()
         for name in ("max_runs", "tile_runs", "threads", "workers"):
@@ -135,17 +131,15 @@ def sweep(
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
     of every run: a run that failed is NaN and its status gives the reason. The results depend neither on tiles or
-    threads nor on interruptions, after which a store has the same bytes. The identity of a study holds version,
-    processor, LLVM and NumPy; see `plan.code_version`.
+    threads nor on interruptions, after which a store has the same bytes; on what else, see `plan.code_version`.
 
-    Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
-    Stopped (a KeyboardInterrupt) when interrupted, with the stored tiles kept; ModuleNotFoundError, before any work
-    too, where xarray (for `out` zarr) is not installed.
+    Raises CaseError with every complaint at once, StoreError where `out` does not take the results, ModuleNotFoundError
+    without xarray (for `out` zarr), all before any work; Stopped (a KeyboardInterrupt) when interrupted.
     """
     where: dict[str, Any] = {"out": None if out is None else Path(out), "resume": resume, "mixed": mixed}
     how = {"tile_runs": tile_runs, "threads": threads, "device": device, "workers": workers}
     execution = Execution(**where, **how, max_runs=max_runs, yes=yes)
-    execution.require_packages()
+    require("a sweep", "xarray", "zarr")
     settings: dict[str, Any] = {"window": window, "settle": settle, "extrapolate": extrapolate, "periods": periods}
     settings |= {"tolerance": tolerance, "max_events_per_period": max_events_per_period, "max_steps": max_steps}
     runs: dict[str, Any] = {"measures": measures, "cases": cases, "design": design, "initial": initial}
@@ -175,11 +169,8 @@ class Completed:
 
 
 def carried_out(study: Study, how: Execution, progress: Progress = None) -> Completed:
-    """A study that is planned, or was stored (`stored_study`), run with the code as it is now; see `sweep`.
-
-    Its dataset is made by who needs one: that imports more than a small study computes.
-    """
-    how.require_packages()
+    """A study that is planned, or was stored (`stored_study`), run with the code as it is now; see `sweep`."""
+    require("a sweep", "xarray", "zarr")
     study = dataclasses.replace(study, code=code_of(study.plan, how.device), device=how.device)
     if study.plan.count > how.max_runs and not how.yes:
         raise CaseError([f"{size_in_words(study, how.threads)}; add --yes (yes=True) to run it"], "the study")
@@ -209,14 +200,14 @@ def _check_room(study: Study, out: Path | None, yes: bool) -> None:
 
 def _bytes(study: Study) -> float:
     """Of the results in memory."""
-    return float(study.plan.count) * sum(variable.bytes_per_run for variable in variables(study))
+    return float(study.plan.count) * sum(np.dtype(variable.dtype).itemsize for variable in variables(study))
 
 
 def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
     """The same tiles in an order in which any number of the first ones is spread over all of them.
 
-    Costs change slowly over a study, so the time of the first tiles tells that of the others, which it would not in the
-    order of storage. The steps are of the golden ratio, made coprime.
+    Costs change slowly over a study, so that the first tiles tell the time of the others. The steps are of the golden
+    ratio, made coprime.
     """
     count = len(tiles)
     step = max(1, round(count * (math.sqrt(5.0) - 1.0) / 2.0))
@@ -227,9 +218,7 @@ def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
     """How many runs, how many bytes before compression, and roughly how long."""
-    runs = study.plan.count
-    gigabytes = _bytes(study) / 1e9
-    cores = threads or numerics.available_threads()
+    runs, gigabytes, cores = study.plan.count, _bytes(study) / 1e9, threads or numerics.available_threads()
     seconds = runs * study.case.periods * max(SECONDS[law.kind] for law in study.case.system.laws) / cores
     return f"{runs:,} runs, {gigabytes:.3g} GB of results, roughly {_duration(seconds)} on {cores} threads"
 

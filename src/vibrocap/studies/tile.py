@@ -32,8 +32,7 @@ MOST_TILES = 16_384  # that a study is cut into on that account
 def tile_shape(shape: tuple[int, ...], runs: int | None = None) -> tuple[int, ...]:
     """Shape of the tiles of a study: rows of neighbouring runs, not more than about `runs` of them.
 
-    The last dimensions are kept whole, so that tiles one after another hold runs one after another; the dimension that
-    has to be cut is cut evenly.
+    The last dimensions are kept whole, so that tiles hold runs one after another; the one that is cut is cut evenly.
     """
     total = math.prod(shape)
     room = runs or min(max(RUNS, -(-total // MANY_TILES)), MOST_RUNS)
@@ -65,7 +64,6 @@ def run_tile(
 ) -> dict[str, np.ndarray]:
     """The results of one tile: an array of the shape of its block for each of `variables(study)`.
 
-    Runs of one form (the same kinds, the same words) go to `ensemble` together.
     Raises CaseError for values that a part refuses, if the checks before any work could not see them.
     """
     block = tile_block(study.plan.shape, tile, index)
@@ -91,7 +89,7 @@ def measured_runs(
     from vibrocap.measures.ensemble import ensemble
 
     specifications, kinds_vary = variables(study), any(map(is_kind, values))
-    columns = {specification.name: specification.empty((runs,)) for specification in specifications}
+    columns = {variable.name: variable.empty((runs,)) for variable in specifications}
     begun = 0
     for system, over, members in _kinds(study.case.system, values, runs):
         initial = {name: x for name, x in study.case.initial.items() if name in system.state_names}
@@ -104,12 +102,12 @@ def measured_runs(
         settings = {"measures": measures, "initial": initial, **study.settings}
         results = ensemble(system, over, threads=threads, progress=report, **settings)
         begun += len(members)
-        for name, measured in ((specification.name, specification.measured) for specification in specifications):
-            if not measured:
-                own = name not in over
-                columns[name][members] = _own_value(system, initial, name) if own else as_stored(over[name])
-            elif name not in lacking:
-                columns[name][members] = results[name]
+        for variable in specifications:
+            name = variable.name
+            if variable.measured:
+                columns[name][members] = results.get(name, variable.fill)  # else it is lacking
+            else:
+                columns[name][members] = as_stored(over[name]) if name in over else _own_value(system, initial, name)
     return columns
 
 
@@ -130,39 +128,27 @@ def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
 def _kinds(
     system: System, values: Mapping[str, np.ndarray], runs: int
 ) -> Iterator[tuple[System, dict[str, np.ndarray], np.ndarray]]:
-    """(system, what varies, places of these runs) for each group of runs of the same kinds, with values at the same
-    paths; `ensemble` takes it from there."""
-    columns = {path: array for path, array in values.items() if is_kind(path) or _has_gaps(array)}
-    groups: dict[tuple, list[int]] = {(): list(range(runs))} if not columns else {}
-    labels = [[_label(path, value) for value in array.tolist()] for path, array in columns.items()]
-    for place, label in enumerate(zip(*labels, strict=True)):
-        groups.setdefault(label, []).append(place)
-    for label, places in groups.items():
-        members = np.array(places)
-        words = dict(zip(columns, label, strict=True))
-        kinds = {path: word for path, word in words.items() if is_kind(path) and word is not None}
-        missing = {path for path, word in words.items() if word is None}
+    """(system, what varies, places of these runs) for each group of runs of the same kinds, with values at the same."""
+    labels: dict[str, list[str | None]] = {}  # the kind; for other paths whether there is a value
+    for path, array in values.items():
+        if array.dtype == object or np.isnan(array).any():
+            label = [None if x is None or x != x else x if is_kind(path) else "given" for x in array.tolist()]
+            labels |= {path: label} if is_kind(path) or None in label else {}
+    groups: dict[tuple, list[int]] = {(): list(range(runs))} if not labels else {}
+    for place, words in enumerate(zip(*labels.values(), strict=True)):
+        groups.setdefault(words, []).append(place)
+    for words, places in groups.items():
+        members, chosen = np.array(places), dict(zip(labels, words, strict=True))
+        kinds = {path: word for path, word in chosen.items() if is_kind(path) and word is not None}
+        missing = {path for path, word in chosen.items() if word is None}
         over = {path: array[members] for path, array in values.items() if not is_kind(path) and path not in missing}
         yield varied(system, kinds | {path: array[0] for path, array in over.items()}), over, members
 
 
-def _has_gaps(array: np.ndarray) -> bool:
-    """Whether some run has no value of its own."""
-    return any(value is None for value in array) if array.dtype == object else bool(np.isnan(array).any())
-
-
-def _label(path: str, value: Any) -> str | None:
-    """The kind; for other paths whether there is a value."""
-    if value is None or value != value:
-        return None
-    return value if is_kind(path) else "given"
-
-
 def tile_runs_by_time(study: Study, out: Path, threads: int | None = None) -> int | None:
-    """Runs of a tile of a study that is to be stored in a new folder; None where tiles of the usual size will do.
+    """Runs of a tile of a study that is to be stored in a new folder; None where tiles of the usual size will do:
 
-    They do where the study would be one tile or two, where the folder holds something already, and where runs are
-    quick. Nothing but the time that an interruption costs depends on it.
+    where the study would be one tile or two, where the folder holds something already, and where runs are quick.
     """
     total = study.plan.count
     if total <= 2 * RUNS or (out.exists() and any(out.iterdir())):

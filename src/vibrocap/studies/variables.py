@@ -1,6 +1,7 @@
 """Variables of a study's results: what each of them holds, in which type, and how it is labelled."""
 
 import dataclasses
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
 
 TEXT = np.dtypes.StringDType()
+WORDS, REALS = (TEXT, ""), (np.dtype(np.float64), np.nan)  # type, and what stands for nothing
 NOT_RUN = -1  # status of a run whose tile is not stored yet
 TITLE = "Study of vibro-driven capsules"
 
@@ -30,9 +32,9 @@ TITLE = "Study of vibro-driven capsules"
 class Variable:
     """One array of results: its type, what it holds where nothing was run, and its attributes.
 
-    measured: whether `ensemble` returns it; if not, it is a value of the plan that lies along its runs.
-    scale: what one dimensionless unit is in the unit of the attributes. Stored are values without units, with their
-        `scale_factor`, by which whoever reads them multiplies (CF conventions).
+    measured: whether `ensemble` returns it; if not, it is a value of the plan that lies along its runs
+    scale: one dimensionless unit in the unit of the attributes. Values are stored without units, with this as their
+        `scale_factor`, by which whoever reads them multiplies (CF conventions)
     """
 
     name: str
@@ -49,11 +51,6 @@ class Variable:
     def shown(self, values: np.ndarray) -> np.ndarray:
         """Values as they are read from a store."""
         return values if self.scale == 1.0 else values * self.scale
-
-    @property
-    def bytes_per_run(self) -> int:
-        """Bytes in memory; of words, their usual size."""
-        return np.dtype(self.dtype).itemsize
 
     def empty(self, shape: tuple[int, ...]) -> np.ndarray:
         """An array in which nothing was run."""
@@ -142,8 +139,7 @@ def study_attributes(study: Study) -> dict[str, Any]:
     return attributes | {"case": case_text(study.case)}
 
 
-def _measures(study: Study) -> tuple[Variable, ...]:
-    measures = []
+def _measures(study: Study) -> Iterator[Variable]:
     for entry in study.measures:
         measure = known_measure(entry, study.case.system) if isinstance(entry, str) else entry
         assert measure is not None
@@ -153,19 +149,11 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         attributes: dict[str, Any] = {"long_name": measure.meaning, "units": unit}
         if scale is not None:
             attributes["dimensionless_unit"] = scale
-        if measure.is_text:
-            measures.append(Variable(measure.name, TEXT, "", attributes))
-        else:
-            measures.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))
-    return tuple(measures)
+        yield Variable(measure.name, *(WORDS if measure.is_text else REALS), attributes, scale=scale or 1.0)
 
 
-def _along_runs(plan: Runs, system: System) -> tuple[Variable, ...]:
+def _along_runs(plan: Runs, system: System) -> Iterator[Variable]:
     """The values of a plan whose runs lie along one dimension: as many as there are results, so stored like these."""
-    if plan.gridded:
-        return ()
-    runs = []
-    for path in plan.paths:
-        dtype, nothing = (TEXT, "") if plan.is_text(path) else (np.dtype(np.float64), np.nan)
-        runs.append(Variable(path, dtype, nothing, coordinate_attributes(path, system), measured=False))
-    return tuple(runs)
+    for path in () if plan.gridded else plan.paths:
+        kind = WORDS if plan.is_text(path) else REALS
+        yield Variable(path, *kind, coordinate_attributes(path, system), measured=False)

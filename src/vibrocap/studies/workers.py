@@ -45,12 +45,6 @@ class SentStudy:
     measures: tuple[Measure, ...]
     sources: tuple[tuple[str, str], ...]
 
-    @classmethod
-    def of(cls, study: Study) -> "SentStudy":
-        """The study as it is sent; CaseError for a part that workers could not find."""
-        own = tuple(measure for measure in study.measures if isinstance(measure, Measure))
-        return cls(study.record(), own, sources_of(study.own_parts.values()))
-
     def study(self) -> Study:
         """The study again; StoreError where this machine does not have its parts."""
         receive(self.sources)
@@ -61,8 +55,11 @@ _studies: list[Study | SentStudy] = []  # of a process of this machine: the stud
 
 
 def sent(study: Study) -> Study | SentStudy:
-    """A study as workers are sent it."""
-    return SentStudy.of(study) if study.own_parts else study
+    """A study as workers are sent it; CaseError for a part that they could not find."""
+    if not study.own_parts:
+        return study
+    own = tuple(measure for measure in study.measures if isinstance(measure, Measure))
+    return SentStudy(study.record(), own, sources_of(study.own_parts.values()))
 
 
 def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
@@ -102,9 +99,8 @@ def run_on_workers(
 ) -> None:
     """Have tiles computed by so many processes, or by the workers of an executor, and store them.
 
-    mixed: also what is computed with something else than the study was begun with; its tiles say so
-    progress: called with the number of tiles done. Raises StoreError or CaseError as a tile does; StoreError where a
-    worker computes with something else, or where processes die again and again.
+    mixed: also what is computed with something else than the study was begun with; its tiles say so. Raises StoreError
+    where a worker computes with something else, or where processes die again and again, and what a tile raises.
     """
     waiting, done, deaths, study = list(reversed(pending)), 0, 0, sent(store.study)
     while waiting:

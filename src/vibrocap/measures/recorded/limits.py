@@ -71,17 +71,16 @@ def offset_points(law: LuGre, load: float = 1.0) -> OffsetPoints:
         greatest = drop / scale * exponent * m**m * math.exp(-m)
     elif exponent == 1.0:
         greatest = drop / scale
+    nowhere = Recursion(None, 0, False)
     if law.viscous_damping == 0.0:
         reason = "viscous_damping is 0: the curve falls at every speed (X'_l = 0, X'_h = infinity)"
         if drop == 0.0:
             reason = "viscous_damping is 0 and static_coefficient equals coulomb_coefficient: the curve is flat"
-        nowhere = Recursion(None, 0, False)
         printed = 0.0 if drop > 0.0 and exponent > 1.0 else None
         return OffsetPoints(False, reason, None, None, None, greatest, printed, nowhere, nowhere)
     ratio = exponent * drop / (law.viscous_damping * scale)
     if ratio == 0.0:
         reason = "static_coefficient equals coulomb_coefficient: the curve rises at every speed"
-        nowhere = Recursion(None, 0, False)
         return OffsetPoints(False, reason, 0.0, None, None, greatest, None, nowhere, nowhere)
     lower, upper = _solutions(ratio, exponent, m)
     limit = f"the largest at which the curve falls anywhere, {greatest:.6g}" if greatest is not None else ""
@@ -91,6 +90,17 @@ def offset_points(law: LuGre, load: float = 1.0) -> OffsetPoints:
         reason = f"stribeck_exponent {exponent:g} is at most 1: the curve falls from rest on and has no lower point"
     else:
         reason = f"viscous_damping {law.viscous_damping:g} is not above {limit}"
+    logarithm = math.log(ratio)
+
+    def printed_upper(x: float) -> float:  # eq. 15: {ln[C^(1/(alpha-1)) x]}^(1/2)
+        return math.sqrt(logarithm / (exponent - 1.0) + math.log(x))
+
+    def corrected_upper(x: float) -> float:  # what eq. 13 gives: {ln[C x^(alpha-1)]}^(1/alpha)
+        power = logarithm + (exponent - 1.0) * math.log(x)
+        if power < 0.0:
+            raise ValueError("the root of a negative number is not real")
+        return power ** (1.0 / exponent)
+
     return OffsetPoints(
         exist=upper is not None,
         reason=reason,
@@ -99,8 +109,8 @@ def offset_points(law: LuGre, load: float = 1.0) -> OffsetPoints:
         upper=None if upper is None else scale * upper,
         greatest_viscous_damping=greatest,
         printed_lower=_printed_lower(law, ratio),
-        printed_upper=_scaled(scale, _recursion(_printed_map(ratio, exponent))),
-        corrected_upper=_scaled(scale, _recursion(_corrected_map(ratio, exponent))),
+        printed_upper=nowhere if exponent == 1.0 else _recursion(printed_upper, scale),
+        corrected_upper=_recursion(corrected_upper, scale),
     )
 
 
@@ -140,30 +150,8 @@ def _printed_lower(law: LuGre, ratio: float) -> float | None:
     return law.stribeck_velocity * math.exp(logarithm) if logarithm < LARGEST_LOGARITHM else None
 
 
-def _printed_map(ratio: float, exponent: float) -> Callable[[float], float] | None:
-    """Eq. 15 as printed: x -> {ln[C^(1/(alpha-1)) x]}^(1/2)."""
-    if exponent == 1.0:
-        return None
-    constant = math.log(ratio) / (exponent - 1.0)
-    return lambda x: math.sqrt(constant + math.log(x))
-
-
-def _corrected_map(ratio: float, exponent: float) -> Callable[[float], float]:
-    """What eq. 13 gives: x -> {ln[C x^(alpha-1)]}^(1/alpha)."""
-    constant = math.log(ratio)
-    return lambda x: _real_root(constant + (exponent - 1.0) * math.log(x), exponent)
-
-
-def _real_root(value: float, exponent: float) -> float:
-    if value < 0.0:
-        raise ValueError("the root of a negative number is not real")
-    return value ** (1.0 / exponent)
-
-
-def _recursion(step: Callable[[float], float] | None) -> Recursion:
-    """Iterate from x = 1, "in adjacency of the Stribeck velocity", until nothing changes."""
-    if step is None:
-        return Recursion(None, 0, False)
+def _recursion(step: Callable[[float], float], scale: float) -> Recursion:
+    """Iterate from x = 1, "in adjacency of the Stribeck velocity", until nothing changes; x in units of `scale`."""
     x = 1.0
     for iteration in range(1, MOST_ITERATIONS + 1):
         try:
@@ -171,13 +159,9 @@ def _recursion(step: Callable[[float], float] | None) -> Recursion:
         except ValueError:  # the logarithm or the root is not real: there is nothing to converge to
             return Recursion(None, iteration, False)
         if abs(following - x) <= ARRIVED * following:
-            return Recursion(following, iteration, True)
+            return Recursion(scale * following, iteration, True)
         x = following
     return Recursion(None, MOST_ITERATIONS, False)
-
-
-def _scaled(scale: float, recursion: Recursion) -> Recursion:
-    return dataclasses.replace(recursion, value=None if recursion.value is None else scale * recursion.value)
 
 
 def root_between(function: Callable[[float], float], low: float, high: float) -> float:
@@ -312,7 +296,6 @@ def boundary_velocity(law: Any, load: float = 1.0) -> float | None:
 
 def _speed(velocity: float) -> float:
     if velocity == 0.0 or not math.isfinite(velocity):
-        raise ArgumentError(
-            "velocity", f"should be a finite number other than 0, where the curve jumps, got {velocity!r}"
-        )
+        why = f"should be a finite number other than 0, where the curve jumps, got {velocity!r}"
+        raise ArgumentError("velocity", why)
     return abs(float(velocity))

@@ -141,9 +141,9 @@ def response_class(motion: Trajectory, *, threshold: float | None = None) -> Res
     """
     verdict = settling(motion, threshold=threshold)
     if verdict.settled and verdict.period is not None:
-        symmetric = (
-            _asymmetry(motion, verdict.period) <= MIRROR_SHARE * verdict.threshold if motion.system.mirrored else None
-        )
+        symmetric = None
+        if motion.system.mirrored:
+            symmetric = _asymmetry(motion, verdict.period) <= MIRROR_SHARE * verdict.threshold
         return ResponseClass(f"period-{verdict.period}", verdict.period, verdict.residual, symmetric)
     kind = "other" if _settles_to_nothing(motion) else "not settled"
     return ResponseClass(kind, None, verdict.residual, None)

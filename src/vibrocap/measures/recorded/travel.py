@@ -73,8 +73,6 @@ def _cyclic(motion: Trajectory) -> int:
 def travelling(system: System) -> str:
     """The cyclic coordinate of a system; ValueError for one that does not travel."""
     if system.cyclic is None:
-        raise ValueError(
-            f"the {system.machine.name} does not travel: it has no drift or mean velocity; measure its "
-            f"states instead, such as largest_{system.machine.place}"
-        )
+        instead = f"measure its states instead, such as largest_{system.machine.place}"
+        raise ValueError(f"the {system.machine.name} does not travel: it has no drift or mean velocity; {instead}")
     return system.cyclic

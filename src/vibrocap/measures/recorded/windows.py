@@ -12,7 +12,6 @@ def usual_window(periods: float) -> int:
 
 
 def whole_periods(motion: Trajectory) -> int:
-    """Number of drive periods that the motion completed."""
     return len(motion.sections) - 1
 
 
@@ -60,9 +59,8 @@ def period_index(motion: Trajectory, period: int) -> int:
     """
     done = whole_periods(motion)
     if not is_whole(period, -done, done - 1):
-        raise ArgumentError(
-            "period", f"should be a whole number from {-done} to {done - 1} for this motion, got {period!r}"
-        )
+        why = f"should be a whole number from {-done} to {done - 1} for this motion, got {period!r}"
+        raise ArgumentError("period", why)
     return int(period) % done
 
 

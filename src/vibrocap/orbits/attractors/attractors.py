@@ -176,9 +176,10 @@ def attractors(
     return Attractors(system, distinct, states, label, ranges, settle_periods)
 
 
-def attractors_of(
-    map_: StroboscopicMap, runs: SettlingRuns, periods: int
-) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
+Labelled = tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]  # attractors, label [runs], the runs
+
+
+def attractors_of(map_: StroboscopicMap, runs: SettlingRuns, periods: int) -> Labelled:
     """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to continue."""
     good = np.flatnonzero(runs.certified | ~runs.finished)
     distinct, labels, ended = _attractors_of_good(map_, runs.some(good), periods)
@@ -187,9 +188,7 @@ def attractors_of(
     return distinct, label, runs.replaced(good, ended)
 
 
-def _attractors_of_good(
-    map_: StroboscopicMap, runs: SettlingRuns, periods: int
-) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
+def _attractors_of_good(map_: StroboscopicMap, runs: SettlingRuns, periods: int) -> Labelled:
     """As `attractors_of`, of runs that failed or are certified."""
     clock = is_driven(map_.system)
     if clock:
@@ -249,29 +248,23 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
         return [], []
     sample = np.unique(np.linspace(0, count - 1, min(count, MOST_CLOUDS)).round().astype(int))
     gathered = iterates(map_, states[sample], CLOUD)
-    clouds: list[np.ndarray] = []
-    heads: list[int] = []
+    clouds: dict[int, np.ndarray] = {}  # of the first run of each group
     which = np.full(count, -1)
     for k, run in enumerate(sample):
         cloud = map_.section(gathered[:, k])
-        if not np.all(np.isfinite(cloud)):
-            continue
-        known = [g for g, other in enumerate(clouds) if same_set(cloud, other)]
-        which[run] = known[0] if known else len(clouds)
-        if not known:
-            clouds.append(cloud)
-            heads.append(k)
+        if np.all(np.isfinite(cloud)):
+            known = (g for g, other in enumerate(clouds.values()) if same_set(cloud, other))
+            which[run] = next(known, len(clouds))
+            if which[run] == len(clouds):
+                clouds[k] = cloud
     others = np.setdiff1d(np.arange(count), sample)
     short = map_.section(iterates(map_, states[others], FEW))
     for k, run in enumerate(others):
         if np.all(np.isfinite(short[:, k])):
-            which[run] = next((g for g, cloud in enumerate(clouds) if within_set(short[:, k], cloud)), -1)
-    classes, members = [], []
-    for g, head in enumerate(heads):
-        later = iterates(map_, gathered[-1, head : head + 1], EXPONENT_PERIODS)
-        classes.append(class_of_iterates(map_, later[:, 0]))
-        members.append(np.flatnonzero(which == g))
-    return classes, members
+            which[run] = next((g for g, cloud in enumerate(clouds.values()) if within_set(short[:, k], cloud)), -1)
+    later = (iterates(map_, gathered[-1, head : head + 1], EXPONENT_PERIODS) for head in clouds)
+    classes = [class_of_iterates(map_, path[:, 0]) for path in later]
+    return classes, [np.flatnonzero(which == g) for g in range(len(clouds))]
 
 
 def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None]:

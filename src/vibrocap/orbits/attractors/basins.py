@@ -211,7 +211,6 @@ def _directions(system: System, reached: tuple[Attractor, ...], label: np.ndarra
 
 
 def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tuple[float, float] | None]]:
-    """(names, ranges as given) of two axes; ValueError for anything else."""
     if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
         plane = dict.fromkeys(plane)
     if not isinstance(plane, Mapping) or len(plane) != 2:

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -122,8 +122,9 @@ def bifurcation_diagram(
     first = _first_states(systems, directions, start, starts, threads)
     ends = first.copy()
     for step in range(len(values)):
-        for at in {0 if len(values) == 1 else _place(direction, step, len(values)) for direction in directions}:
-            row = [k for k, direction in enumerate(directions) if _place(direction, step, len(values)) == at]
+        places = [step if direction == "up" else len(values) - 1 - step for direction in directions]
+        for at in set(places):
+            row = [k for k, place in enumerate(places) if place == at]
             group = ends[row].reshape(-1, len(start))
             here = StroboscopicMap(systems[at], ROUGH, threads)
             begun = _nudged(here, group, step)
@@ -144,18 +145,10 @@ class _Point:
     """What runs do at one value: response [runs], states kept [runs, kept, states], drift [runs], ends [runs, states].
 
     imaged: [runs] which ones are recorded by their mirror images; None of a system that nothing drives in time, whose
-        returns to a section are recorded
+        returns to a `Section` are recorded
     """
 
-    def __init__(
-        self,
-        map_: StroboscopicMap,
-        states: np.ndarray,
-        periods: int,
-        kept: int,
-        imaged: np.ndarray | None,
-        section: Section | None,
-    ):
+    def __init__(self, map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, imaged: Any, section: Any):
         self.map, self.periods, self.kept = map_, periods, kept
         runs = settling_runs(map_, states, periods)
         self.response = np.where(runs.finished, runs.response_period if imaged is not None else NOT_SETTLED, FAILED)
@@ -254,8 +247,3 @@ def _first_states(
             map_ = StroboscopicMap(systems[0 if direction == "up" else -1], ROUGH, threads)
             states[k, 1:] = spread_starts(map_, start, visited_ranges(map_, start), starts - 1)
     return states
-
-
-def _place(direction: str, step: int, points: int) -> int:
-    """Which value comes at a step of a direction."""
-    return step if direction == "up" else points - 1 - step

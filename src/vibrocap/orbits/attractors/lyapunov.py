@@ -110,7 +110,9 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, finished: bool) -> Lyap
     growth = np.empty((len(states), len(moving)))
     certified = True
     directions = np.random.default_rng(0).normal(size=(len(moving), len(moving)))
-    flow = None if is_driven(map_.system) else _flow(map_, states, parameters)[:, moving] / size
+    flow = None
+    if not is_driven(map_.system):  # rates, which the derivative of the map carries into one another
+        flow = map_.rates(states.T, map_.contact_side(states.T, parameters), parameters).T[:, moving] / size
     if flow is not None and stands_still(flow[-1] * map_.period(parameters), SETTLED):
         flow = None  # an equilibrium: every direction counts
     if flow is not None:
@@ -136,11 +138,6 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, finished: bool) -> Lyap
     doubt = _doubt(map_, states, asked, parameters)
     averaged = _averaged(map_, growth, map_.period(parameters), finished, doubt)
     return dataclasses.replace(averaged, certified=certified and finished)
-
-
-def _flow(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """Rates y' at states [periods, states] on a motion, which the derivative of its map carries into one another."""
-    return map_.rates(states.T, map_.contact_side(states.T, parameters), parameters).T
 
 
 def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: np.ndarray) -> float:

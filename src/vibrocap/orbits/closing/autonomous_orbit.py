@@ -49,7 +49,6 @@ class Section:
     direction: int = 1
 
     def times(self, motion: Trajectory) -> np.ndarray:
-        """When a motion passes the section."""
         if self.observable is None:
             kind = str(self.event) if self.event == IMPACT else numbered(str(self.event), self.contact)
             return np.array([event.time for event in motion.events if event.kind == kind])
@@ -84,9 +83,8 @@ def checked_section(system: System, asked: Any) -> Section | None:
         observable, _, place = asked.partition("=")
         value, _, direction = place.partition(":")
         try:
-            asked = Section(
-                observable=observable.strip(), value=float(value), direction=WAYS[direction.strip() or "up"]
-            )
+            way = WAYS[direction.strip() or "up"]
+            asked = Section(observable=observable.strip(), value=float(value), direction=way)
         except (ValueError, KeyError):
             why = f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {asked!r}"
             raise ArgumentError("section", why) from None
@@ -104,11 +102,10 @@ def checked_section(system: System, asked: Any) -> Section | None:
         if isinstance(asked.contact, bool) or asked.contact not in range(1, contacts + 1):
             raise ArgumentError("section.contact", f"should be 1 to {contacts}, got {asked.contact!r}")
         return asked
-    known = (*system.state_names, *equations(system).observables)
-    if asked.observable not in known or asked.observable == system.cyclic:
-        useful = [name for name in known if name != system.cyclic]
-        why = suggestion(asked.observable, useful)
-        raise ArgumentError("section.observable", f"{asked.observable!r} is none that comes back; {why}")
+    useful = [name for name in (*system.state_names, *equations(system).observables) if name != system.cyclic]
+    if asked.observable not in useful:
+        why = f"{asked.observable!r} is none that comes back; {suggestion(asked.observable, useful)}"
+        raise ArgumentError("section.observable", why)
     if not is_number(asked.value) or not math.isfinite(asked.value):
         raise ArgumentError("section.value", f"should be a finite number, got {asked.value!r}")
     if asked.direction not in (1, -1):
@@ -151,8 +148,8 @@ def default_sections(motion: Trajectory) -> Iterator[Section]:
 def recurrence(motion: Trajectory, times: np.ndarray, most: int) -> tuple[int, float]:
     """(returns after which the last passage repeats, how far the states are apart); the least number that counts.
 
-    times: [returns + 1] of the passages; most: returns of a cycle
-    Distances are over the range of each state in the second half of the motion, which does not depend on natural sizes.
+    times: [returns + 1] of the passages; most: returns of a cycle. Distances are over the range of each state in the
+    second half of the motion, which does not depend on natural sizes.
     """
     sizes = np.array(motion.system.scales(), dtype=float)
     late = motion.piece_start[len(motion.piece_start) // 2 :]
@@ -188,10 +185,9 @@ def autonomous_orbit(
 
     It is closed from a guess (`closed`), modulo travel and whole turns. The guess comes from a simulation: the motion
     returns to a section, and the cycle is as many returns as bring its last passage back. Without a section several are
-    tried (a place of what turns, sticks, slips, reversals of each contact, the middle of each state), and that is taken
-    at which the motion comes back best. The multiplier 1 of the direction along the motion is left out. Where the
-    motion ends at an equilibrium instead of cycling, the status is SLIDES_STEADILY, CARRIED or COMES_TO_REST, the last
-    also in the limit by ever smaller stops.
+    tried (`default_sections`), and that is taken at which the motion comes back best. The multiplier 1 of the direction
+    along the motion is left out. Where the motion ends at an equilibrium, the status is SLIDES_STEADILY, CARRIED or
+    COMES_TO_REST, the last also in the limit by ever smaller stops.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -276,8 +272,8 @@ def comes_to_rest(motion: Trajectory) -> bool:
 
     So ends a linear loop with integral action around a contact that holds no more than it rubs: each slide is the one
     before on a smaller scale, turned round, so that stops shrink by one share, while the time that the integral needs
-    to push the contact loose again grows by as much. Asked are the last stops of all contacts: their rates fall by one
-    share below 1, and they grow longer. A contact that holds more than it rubs has a smallest slide: there is a cycle.
+    to push the contact loose grows as much. So the rates at the last stops of all contacts fall by one share below 1,
+    and they grow longer. A contact that holds more than it rubs has a smallest slide: there is a cycle.
     """
     system = motion.system
     if not _rubs_as_it_holds(system):

@@ -21,14 +21,14 @@ from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName
 
 CLOSED = 1e3  # tolerances, to which a neighbour closes that is steady too
+PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
 
 
 def in_continuum(map_: StroboscopicMap, solution: PeriodicSolution) -> bool:
     """Whether a state a little way off along a multiplier of 1 closes as well, on at least one side.
 
     So it is of a two-phase crawler whose phases are equally long: friction takes in one what it gives in the other,
-    whatever the velocity, and each velocity has a drift of its own. At a fold, where a multiplier passes 1, the
-    neighbours do not close.
+    whatever the velocity. At a fold, where a multiplier passes 1, the neighbours do not close.
     """
     if not solution.closes or np.all(np.abs(solution.multipliers - 1.0) > CLOSE_TO_CIRCLE):
         return False
@@ -51,9 +51,6 @@ def _push(
     along = np.real(right[:, place])
     push[moving] = PUSH * size * along / np.max(np.abs(along))
     return push, right, place
-
-
-PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +115,7 @@ class Orbit(PeriodicSolution):
         settle_periods: most drive periods simulated
         Raises ValueError for an orbit that is not unstable or did not close, and for one that nothing drives in time.
         """
-        return pushed_off(self, settle_periods=settle_periods)
+        return _pushed_off(self, settle_periods)
 
     def twin(self) -> "Orbit":
         """The mirror-image solution, which drifts the other way; the orbit itself where it is symmetric.
@@ -126,9 +123,8 @@ class Orbit(PeriodicSolution):
         Raises ValueError for a system without the half-period symmetry.
         """
         if self.mirrored_state is None:
-            raise ValueError(
-                "the system has no half-period symmetry (an even drive, machine or law), so no mirror-image solutions"
-            )
+            why = "the system has no half-period symmetry (an even drive, machine or law), so no mirror-image solutions"
+            raise ValueError(why)
         if self.symmetric:
             return self
         return shoot(self.system, self.mirrored_state, self.response_period, tolerance=self.tolerance)
@@ -152,10 +148,10 @@ def orbit(
     The long-term motion of a capsule is periodic modulo a shift of its position: a relative periodic orbit, whose shift
     per period is the drift; that of a rotor is so modulo whole turns too, whose number is `Orbit.winding`. The motion
     is simulated until its stroboscopic state has settled, which gives the response period, then closed by Newton's
-    method (`shoot`), which also gives the Floquet multipliers. If the orbit is unstable the motion has not
-    arrived: it is pushed off and followed to the orbit that it keeps; `Orbit.passed` is the one that it left, and
-    `passed.pushed_off()` are the orbits to both sides. The orbit of a system without a drive that changes in time (a
-    block on a belt) has a period of its own, which is found too.
+    method (`shoot`), which also gives the Floquet multipliers. If the orbit is unstable the motion is pushed off it and
+    followed to the orbit that it keeps; `Orbit.passed` is the one that it left, `passed.pushed_off()` are the orbits
+    to both sides. The orbit of a system without a drive that changes in time (a block on a belt) has a period of its
+    own, which is found too.
 
     initial: the start of the simulation, by state name (those not named are zero)
     response_period, half: look for an orbit of so many drive periods (half: for a symmetric one) straight from
@@ -166,9 +162,8 @@ def orbit(
     returns: most returns to the section in a cycle
     tolerance: of the runs, error per step over the natural size of each state
     progress: True for a bar, or a function that is called now and then
-    Returns an `Orbit`; its `status` says whether it closed with a valid certificate; if not, `status.advice` gives the
-    next step. Raises ValueError,
-    naming the argument, before any work.
+    Returns an `Orbit`; its `status` says whether it closed with a valid certificate, and what to try if not
+    (`status.advice`). Raises ValueError, naming the argument, before any work.
     """
     start = np.array(list(initial_state(system, initial).values()))
     _check_response(system, 1 if response_period is None else response_period, half)
@@ -225,24 +220,19 @@ def shoot(
     return Orbit.of(closed(map_, state_vector(system, start), response_period, half), map_)
 
 
-def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_periods: int = 2000) -> tuple[Orbit, ...]:
-    """As `Orbit.pushed_off`. towards: a state [states]; the way on which it lies comes first.
-
-    The push is along the eigenvector of the largest multiplier mu, y + PUSH v and y - PUSH v. The left eigenvector,
-    which measures along v alone, tells on which way a state lies.
-    """
+def _pushed_off(orbit: Orbit, settle_periods: int, towards: np.ndarray | None = None) -> tuple[Orbit, ...]:
+    """As `Orbit.pushed_off`; the way on which the state `towards` lies comes first."""
     if not orbit.closes or not orbit.unstable:
         why = "should be a closed one with a multiplier outside the unit circle: this one is kept"
         raise ArgumentError("orbit", why)
     map_ = driven_map(orbit.system, orbit.tolerance)
     state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states
     push, right, most = _push(map_, orbit, np.abs)
-    if towards is not None:
+    if towards is not None:  # the left eigenvector measures along the largest multiplier's alone
         left, away = np.real(np.linalg.inv(right)[most]), (map_.away(towards, state) / sizes)[moving]
         push *= -1.0 if (left @ away) * (left @ (push / sizes)[moving]) < 0.0 else 1.0
     starts = state + np.stack([push, -push])
-    runs = settling_runs(map_, starts, settle_periods)
-    orbits, which, _ = orbits_reached(map_, runs, settle_periods, 2)
+    orbits, which, _ = orbits_reached(map_, settling_runs(map_, starts, settle_periods), settle_periods, 2)
     ways = dict.fromkeys(int(k) for k in which if k >= 0)
     return tuple(Orbit.of(orbits[k].orbit) for k in ways if orbits[k].orbit.closes)
 
@@ -250,22 +240,21 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
 def _kept(map_: StroboscopicMap, settled: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:
     """The orbit that a simulation keeps, where it seemed to have settled: on from one that is unstable.
 
-    A motion that passes close to an unstable orbit stands still for a while. Only Newton's method tells, which also
-    may lead from a slow motion to an orbit that is elsewhere; then nothing is claimed.
+    A motion that passes close to an unstable orbit stands still for a while. Newton's method tells, which also may lead
+    from a slow motion to an orbit that is elsewhere; then nothing is claimed.
     """
     away = np.max(np.abs(map_.section(state) - map_.section(state_vector(settled.system, settled.state))))
     if away > np.sqrt(SETTLED):
         return Orbit.of(unclosed(map_, state, periods, OrbitStatus.NOT_CONVERGED))
     if not settled.unstable:
         return settled
-    reached = pushed_off(settled, towards=state, settle_periods=settle_periods)
+    reached = _pushed_off(settled, settle_periods, state)
     # what leaves the unstable orbit and does not settle has that orbit's numbers, as not closed
     onward = reached[0] if reached else dataclasses.replace(settled, status=OrbitStatus.NOT_SETTLED)
     return dataclasses.replace(onward, passed=settled)
 
 
 def _check_response(system: System, response_period: int, half: bool) -> None:
-    """Refuse a period or a half-period search that the system has not."""
     check_whole("response_period", response_period, 1)
     if half and not system.mirrored:
         raise ArgumentError("half", "should be False: the system has no half-period symmetry (drive, machine or law)")

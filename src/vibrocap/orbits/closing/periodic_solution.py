@@ -209,7 +209,6 @@ class PeriodicSolution(Result):
 
     @property
     def mean_velocity(self) -> Speed | None:
-        """Drift over the period."""
         return None if self.drift is None else self.drift / self.period
 
 
@@ -231,9 +230,9 @@ def judged(solution: Solution) -> Solution:
 def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray, cycle: bool = False) -> np.ndarray:
     """Eigenvalues of the map's derivative without the cyclic coordinate, largest first; switched states have none.
 
-    A direction that the contact forgets while it sticks has the multiplier zero exactly. Rounding leaves some 1e-17 of
-    it, so for a law that sticks a multiplier below FORGOTTEN is reported as 0. That along a cycle, which is 1, is left
-    out; none are known where the derivative is not finite.
+    A direction that the contact forgets while it sticks has the multiplier zero exactly; of it rounding leaves some
+    1e-17, so for a law that sticks a multiplier below FORGOTTEN is 0. That along a cycle, which is 1, is left out; none
+    are known where the derivative is not finite.
     """
     moving = map_.smooth_states
     if not np.all(np.isfinite(jacobian)):

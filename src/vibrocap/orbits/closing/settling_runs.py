@@ -39,7 +39,6 @@ class SettlingRuns:
         return self.ended == codes.DONE
 
     def some(self, runs: np.ndarray) -> "SettlingRuns":
-        """Those with these indices."""
         return SettlingRuns(**{field.name: getattr(self, field.name)[runs] for field in dataclasses.fields(self)})
 
     def replaced(self, runs: np.ndarray, others: "SettlingRuns") -> "SettlingRuns":
@@ -51,11 +50,7 @@ class SettlingRuns:
 
 
 def settling_runs(
-    map_: StroboscopicMap,
-    states: np.ndarray,
-    periods: int,
-    *,
-    progress: Callable[[float], None] | None = None,
+    map_: StroboscopicMap, states: np.ndarray, periods: int, *, progress: Callable[[float], None] | None = None
 ) -> SettlingRuns:
     """Run states [runs, states] until each settles, or for so many drive periods.
 
@@ -73,10 +68,8 @@ def settling_runs(
         response = ends.response_period
         drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
-            gained, over = (
-                ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic],
-                np.maximum(response, 1).astype(float),
-            )
+            gained = ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic]
+            over = np.maximum(response, 1).astype(float)
             if ends.layout.returns:
                 turn = ends.entry("CYCLE_TIME")
                 over = np.where(turn > 0.0, turn / map_.period(parameters), over)
@@ -210,7 +203,6 @@ def distinct_orbits(
 
 
 def orbit_points(map_: StroboscopicMap, orbit: PeriodicSolution) -> OrbitPoints:
-    """An orbit with its points."""
     return OrbitPoints(orbit, _points(map_, state_vector(map_.system, orbit.state), orbit.response_period))
 
 

@@ -50,10 +50,6 @@ class _Try:
     def state(self) -> np.ndarray:
         return self.x[: len(self.image)]
 
-    @property
-    def finished(self) -> bool:
-        return bool(np.isfinite(self.residual))
-
     def step(self) -> np.ndarray | None:
         """Newton's step, which brings a contact that sticks at the section to rest; None where nothing varies."""
         closure, map_ = self.closure, self.closure.map_
@@ -92,8 +88,8 @@ def closed(
 
     modulo whole turns. The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs
     of mirror-image solutions. The velocity of a contact that sticks at the section is left out too. Derivatives come
-    from the variational equations, through events. A few runs beside the orbit have to agree with its derivative; where
-    they contradict it, nothing is said of its stability.
+    from the variational equations, through events; where a few runs beside the orbit contradict its derivative, nothing
+    is said of its stability.
 
     period, side: a guess of the period of a cycle that nothing drives in time, and the sides of its contacts; then
 
@@ -122,10 +118,7 @@ def shortest(map_: StroboscopicMap, solution: PeriodicSolution) -> PeriodicSolut
 
 
 class Closure:
-    """What shall vanish: the mismatch of a state and its image, over natural sizes.
-
-    Of a cycle the period is an unknown too, and its start moves across the flow at the first guess only.
-    """
+    """What shall vanish: the mismatch of a state and its image over natural sizes; a cycle's period is unknown too."""
 
     def __init__(
         self, map_: StroboscopicMap, start: np.ndarray, response_period: int, half: bool = False, side: Any = None
@@ -166,7 +159,6 @@ class Closure:
         return (1, x[-1:]) if self.cycle else (self.response_period, None)
 
     def whole_images(self, x: np.ndarray) -> Images:
-        """Image and derivative over the whole response."""
         periods, length = self.length(x)
         return self.map_.images(x[None, : self.map_.states], self.parameters[None], periods, mark_distance=length)
 
@@ -194,9 +186,8 @@ def _solution(closure: Closure, trial: _Try, status: OrbitStatus, steps: int) ->
     map_, system, response_period = closure.map_, closure.map_.system, closure.response_period
     whole = closure.whole_images(trial.x) if closure.half else trial.images
     assert whole.jacobian is not None
-    if status is OrbitStatus.CONVERGED and contradicted(
-        map_, trial.state, whole, closure.parameters, *closure.length(trial.x)
-    ):
+    beside = map_, trial.state, whole, closure.parameters, *closure.length(trial.x)
+    if status is OrbitStatus.CONVERGED and contradicted(*beside):
         status = OrbitStatus.CONTRADICTED
     symmetric, twin = None, None
     if system.mirrored and not closure.cycle:
@@ -219,7 +210,7 @@ def _solution(closure: Closure, trial: _Try, status: OrbitStatus, steps: int) ->
         residual=trial.residual,
         symmetric=symmetric,
         derivative=whole.jacobian[0],
-        status=status if trial.finished else OrbitStatus.RUN_FAILED,
+        status=status if np.isfinite(trial.residual) else OrbitStatus.RUN_FAILED,
         iterations=steps,
         tolerance=map_.tolerance,
         mirrored_state=twin,
@@ -240,9 +231,9 @@ def slopes_along(
     """(derivatives [runs, states] along directions, over natural sizes; whether the map has one there [runs]).
 
     states, directions, images: [runs, states]; parameters: [runs, parameters]
-    It has none, as far as differences tell, where those ahead and behind, of a larger and of a smaller push, do not
-    agree: where a motion grazes, or its sequence of events changes. On the kernel of the tangents, which is compiled,
-    unless the equations are too stiff for it.
+    It has none, as far as differences tell, where those ahead and behind, of a larger and a smaller push, do not agree:
+    where a motion grazes, or its sequence of events changes. On the compiled kernel of the tangents, unless the
+    equations are too stiff for it.
     """
     runs, n = states.shape
     steps = np.array([sign * push for push in PUSHES for sign in (1.0, -1.0)])
@@ -290,6 +281,5 @@ def contradicted(
 
 
 def differ(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two derivatives along a direction are not the same."""
     size = max(1.0, float(np.max(np.abs(one))), float(np.max(np.abs(other))))
     return float(np.max(np.abs(one - other))) > CONTRADICTS * size

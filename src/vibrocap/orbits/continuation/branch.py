@@ -30,7 +30,6 @@ from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import AlongTurns, ByName, Lengths, Numbers, Over, Speeds, StateColumns, Times
 from vibrocap.quantities.dimensional import said
 
-TOWARDS = ("both", "up", "down")
 ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
 
@@ -158,6 +157,11 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
     """The record of a branch from the ways followed from one start, against and along its order."""
     walk = walked(closure, back, onward)
     points = walk.points
+
+    def confirmed(point: BranchPoint) -> bool:
+        """Whether the recorded motion along the orbit has its certificate."""
+        return orbit_near(closure, *closure.place(point)).status is OrbitStatus.CONVERGED
+
     multipliers = np.stack([point.multipliers(closure.half) for point in points])
     periods = np.array([closure.period(point.x) for point in points])
     drift = np.array([closure.drift(point.closing) for point in points])
@@ -176,19 +180,13 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         stable=np.all(np.abs(multipliers) < 1.0 - CLOSE_TO_CIRCLE, axis=1),
         mode_sequence=np.array([point.closing.mode_sequence for point in points]),
         arclength=walk.ways,
-        certified=np.array([point.closing.certified or _confirmed(closure, point) for point in points]),
+        certified=np.array([point.closing.certified or confirmed(point) for point in points]),
         winding=np.array([point.closing.winding for point in points], dtype=int).reshape(len(points), -1),
         special_points=walk.special_points,
         ends=walk.ends,
         start=walk.start,
         closing_map=closure,
     )
-
-
-def _confirmed(closure: ClosingMap, point: BranchPoint) -> bool:
-    """Whether the recorded motion along the orbit at a point has its certificate."""
-    state, value = closure.state(point.x, point.closing), closure.parameter(point.x)
-    return orbit_near(closure, state, value, closure.period(point.x)).status is OrbitStatus.CONVERGED
 
 
 @shows_progress("Following the branch")
@@ -291,7 +289,7 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
 
 def check_options(towards: str, points: int, step: float) -> None:
     """How a branch is to be followed; raises ValueError, naming the argument."""
-    check_one_of("towards", towards, TOWARDS)
+    check_one_of("towards", towards, ("both", "up", "down"))
     check_whole("points", points, 2)
     if not 1e-6 <= step <= 0.5:
         raise ArgumentError("step", f"should be a share of the range, from 1e-6 to 0.5, got {step!r}")
@@ -338,11 +336,6 @@ def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> floa
 
     state: of the orbit at the section, [states]. Infinite where the branch does not come near.
     """
-    return min(_distance(branch, start, parameter) for start in _starts(branch, state, parameter))
-
-
-def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
-    """States of an orbit at the sections of its response, and of its mirror-image solution."""
     closure = branch.closing_map
     row = closure.row.copy()
     row[closure.index] = parameter
@@ -352,7 +345,7 @@ def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndar
         here = closure.map.images(here[None], row[None], tangents=False).state[0]
     if closure.mirrored and not closure.half:
         starts += [closure.map.mirrored_half(start[None], row[None], tangents=False).state[0] for start in starts]
-    return starts
+    return min(_distance(branch, start, parameter) for start in starts)
 
 
 def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:

@@ -206,7 +206,7 @@ class _Growing:
                 return
             _, generation, i, j = min(waiting)
             self.tried.add((i, j))
-            if any(join.parent == i and join.special == j for join in self.joins):
+            if any((join.parent, join.special) == (i, j) for join in self.joins):
                 continue
             child = leaving(self.branches[i], self.branches[i].special_points[j], points=self.points, step=self.step)
             if child is None or not len(child) or self._known(child):
@@ -275,9 +275,8 @@ class _Growing:
     def finished(self, system: System, over: str, between: tuple[float, float]) -> BranchDiagram:
         joined = {(join.parent, join.special) for join in self.joins}
         unfollowed = tuple(place for place, special in self._special() if _leaves(special) and place not in joined)
-        low, high = between
         diagram = tuple(self.branches), tuple(self.joins), unfollowed, tuple(self.transitions)
-        return BranchDiagram(system, over, (float(low), float(high)), *diagram)
+        return BranchDiagram(system, over, (float(between[0]), float(between[1])), *diagram)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,7 +16,7 @@ from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
+from vibrocap.orbits.continuation.crossing_bracket import Crossing, CrossingKind, Difference, located
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven, named_states
@@ -93,14 +93,9 @@ def steady_value(orbit: Orbit, measure: str | OfOrbit) -> float:
         return orbit.drift / max(1, orbit.response_period)
     if measure == "mean_velocity" and orbit.mean_velocity is not None:
         return orbit.mean_velocity
-    if orbit.response_period == 0:
-        return _of_cycle(orbit, measure)
-    return float(measured(orbit.motion(), [measure], window=orbit.response_period)[measure])
-
-
-def _of_cycle(orbit: Orbit, measure: str) -> float:
-    """A measure of a cycle: over one period of a constant drive, whose length is free to be that of the cycle."""
-    if orbit.system.drive.name != "constant":
+    if orbit.response_period:
+        return float(measured(orbit.motion(), [measure], window=orbit.response_period)[measure])
+    if orbit.system.drive.name != "constant":  # whose length is free to be that of the cycle
         why = f"should be constant for measures of a cycle by its period, got {orbit.system.drive.name}"
         raise ArgumentError("drive", why)
     system = orbit.system.with_parameters({"drive.duration": orbit.period})
@@ -126,12 +121,8 @@ def _located(
         return lost
     segment = Segment(closure, begin, end)
 
-    def orbit_of(point: BranchPoint) -> Orbit:
-        state = closure.state(point.x, point.closing)
-        return orbit_near(closure, state, closure.parameter(point.x), closure.period(point.x))
-
     def difference(point: BranchPoint) -> float:
-        return steady_value(orbit_of(point), measure) - value
+        return steady_value(orbit_near(closure, *closure.place(point)), measure) - value
 
     try:
         bracket = segment.root(difference)
@@ -144,7 +135,7 @@ def _located(
     at = closure.parameter(here.x)
     rate = (difference(beside) - difference(here)) / (closure.parameter(beside.x) - at)
     error = width + MEASURE_ERROR * closure.tolerance * size / max(abs(rate), 1e-300)
-    orbit = orbit_of(here)
+    orbit = orbit_near(closure, *closure.place(here))
     if not bracket.jumps and orbit.status is OrbitStatus.NOT_CERTIFIED:
         kind = CrossingKind.NOT_CERTIFIED
     return BranchCrossing(kind, at, width if bracket.jumps else error, after_point, orbit)
@@ -244,7 +235,7 @@ def crossing(
     difference = Difference(measure, over, float(value), int(periods), tolerance)
     parameters, motions, report = values_between(low, high, points), [], told(progress)
     for i, place in enumerate(map(float, parameters)):
-        motions.append(scanned(systems, starts, difference, place))
+        motions.append(difference.settled([system.with_parameters({over: place}) for system in systems], starts))
         if report is not None:
             report((i + 1) / points)
     nothing = [math.nan] * len(systems)
@@ -311,11 +302,7 @@ def _checked(
     check_whole("points", points, 2)
     if not is_number(value) or not math.isfinite(value):
         raise ArgumentError("value", f"should be a finite number, got {value!r}")
-    for system in systems:
-        if not is_driven(system):
-            raise ArgumentError(
-                "drive",
-                "should change in time: of a system that cycles by itself follow the cycles instead, "
-                "branch(system, over, between).crossings(measure, value)",
-            )
+    if not all(map(is_driven, systems)):
+        cure = "follow the cycles instead, branch(system, over, between).crossings(measure, value)"
+        raise ArgumentError("drive", f"should change in time: of a system that cycles by itself {cure}")
     return low, high

@@ -162,7 +162,6 @@ class Difference:
     tolerance: float
 
     def of(self, motions: Motions) -> float:
-        """The difference of the motions themselves."""
         first, *others = (motion.value(self.measure) for motion in motions)
         return first - sum(others) - self.value
 
@@ -235,7 +234,10 @@ def _halved(difference: Difference, low: _End, high: _End) -> Crossing:
     if bracket.jumps:
         grazes = difference.measure == "impacts" and _near(low.motions, high.motions)
         return _untold(CrossingKind.GRAZING if grazes else CrossingKind.JUMP, low, high)
-    return _crossing(difference, low, high, _secant(low, high), BESIDE * width)
+    at = 0.5 * (low.place + high.place)
+    if high.difference != low.difference:  # where the straight line between the ends vanishes
+        at = low.place - low.difference * (high.place - low.place) / (high.difference - low.difference)
+    return _crossing(difference, low, high, at, BESIDE * width)
 
 
 def _near(one: Motions, other: Motions) -> bool:
@@ -273,20 +275,5 @@ def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: 
 
 
 def _untold(kind: CrossingKind, low: _End, high: _End) -> Crossing:
-    """The record of a jump, or of a place that could not be located."""
     bracket, differences = (low.place, high.place), (low.difference, high.difference)
     return Crossing(kind, 0.5 * sum(bracket), bracket, differences, high.place - low.place, (), math.nan)
-
-
-def _secant(low: _End, high: _End) -> float:
-    """Where the straight line between two ends vanishes."""
-    if high.difference == low.difference:
-        return 0.5 * (low.place + high.place)
-    return low.place - low.difference * (high.place - low.place) / (high.difference - low.difference)
-
-
-def scanned(
-    systems: Sequence[System], starts: Sequence[dict[str, float]], difference: Difference, place: float
-) -> list[SettledMotion] | None:
-    """The motions to which the starts lead at a place of the parameter; None where one does not settle."""
-    return difference.settled([system.with_parameters({difference.over: place}) for system in systems], starts)

@@ -1,12 +1,9 @@
 """Following a branch of cycles that nothing drives in time: the section is set anew where it leaves its phase.
 
-Where a branch of cycles is born: the Hopf point to which small cycles shrink, and the cycles next to one.
-
-Where a cycle loses its only stick: the smooth cycles next to it graze rest, and their least speed says where.
-
-On the side with the stick its duration goes to zero like a square root, and orbits close to it do not close. On the
-side without it the cycles are smooth functions of the parameter, and so is the parameter p of their least speed of
-sliding u: what p(u) tends to for u -> 0 is the place, by Neville's extrapolation.
+The branch is born at the Hopf point to which small cycles shrink. Where a cycle loses its only stick, the smooth cycles
+next to it graze rest. On the side with the stick its duration goes to zero like a square root, and orbits near it do
+not close. On the side without it the cycles are smooth functions of the parameter, and so is the parameter p of their
+least speed of sliding u: what p(u) tends to for u -> 0 is the place, by Neville's extrapolation.
 """
 
 import dataclasses
@@ -31,6 +28,17 @@ from vibrocap.physics.names import numbered
 SMALL = 3e-3  # amplitude over that of the first cycle at which a Hopf point is looked for
 CENTRE = 3.0  # amplitudes within which the equilibrium lies
 SAME_FREQUENCY = 1e-2  # by how much that of the cycle may differ from that of the Hopf point
+STRETCH = 30  # points after which the section is looked at
+SHORT = 0.2  # longest step over the amplitude of a smooth cycle
+CROSSES = 0.5  # cosine between flow and section from which on a smooth cycle crosses it well
+AMID = 0.25  # share of its phase that the section keeps from both ends
+TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
+SAMPLES = 1000  # of a cycle, between which its least speed is looked for
+APART = 1.6  # ratio of the least speeds of neighbours that are extrapolated
+MOST, LEAST = 8, 5  # cycles that are extrapolated
+FARTHEST = 1e-2  # of the largest speed of sliding: the cycle from which on none is taken
+CLOSED = 1e-11  # to what share of its speeds a cycle is closed
+TRUSTED = 1e-6  # share of the parameter's range by which an extrapolation may differ from one of a point less
 
 
 def is_smooth(point: BranchPoint) -> bool:
@@ -88,13 +96,6 @@ def _belongs(
     return near and abs(located.frequency * period / (2.0 * np.pi) - 1.0) <= SAME_FREQUENCY
 
 
-STRETCH = 30  # points after which the section is looked at
-SHORT = 0.2  # longest step over the amplitude of a smooth cycle
-CROSSES = 0.5  # cosine between flow and section from which on a smooth cycle crosses it well
-AMID = 0.25  # share of its phase that the section keeps from both ends
-TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
-
-
 def cycles_followed(closure: CycleMap, *arguments: Any, **options: Any) -> Followed:
     """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
     walk = _followed_by_sections(closure, *arguments, **options)
@@ -144,20 +145,14 @@ def _followed_by_sections(
             continue
         closure, here = turned
         sign = 1.0
-        if special and _of_the_section(special[-1], len(points), here):
+        after, jump = special[-1] if special else (None, None)
+        # Where the section comes to the end of its phase multipliers jump over the last step only: the same cycle has
+        # as many unstable ones as before where its section is set anew.
+        only = jump and after == len(points) - 2 and jump.kind is SpecialKind.JUMP
+        if only and here.closing.unstable() == jump.unstable[0]:
             points.pop()
             special.pop()
         points.append(here)
-
-
-def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> bool:
-    """Whether multipliers jump over the last step only, where the section has come to the end of its phase.
-
-    The same cycle has as many unstable ones as before where its section is set anew.
-    """
-    after, special_point = last
-    jumps = after == count - 2 and special_point.kind is SpecialKind.JUMP
-    return jumps and anew.closing.unstable() == special_point.unstable[0]
 
 
 def _crossing(closure: CycleMap, walk: Followed) -> Followed:
@@ -205,14 +200,6 @@ def _section_at(closure: CycleMap, last: BranchPoint, moved: np.ndarray) -> tupl
     return anew, BranchPoint(point.closing, point.tangent if onward >= 0.0 else -point.tangent)
 
 
-SAMPLES = 1000  # of a cycle, between which its least speed is looked for
-APART = 1.6  # ratio of the least speeds of neighbours that are extrapolated
-MOST, LEAST = 8, 5  # cycles that are extrapolated
-FARTHEST = 1e-2  # of the largest speed of sliding: the cycle from which on none is taken
-CLOSED = 1e-11  # to what share of its speeds a cycle is closed
-TRUSTED = 1e-6  # share of the parameter's range by which an extrapolation may differ from one of a point less
-
-
 def stick_loss(closure: CycleMap, special: Found, points: list[BranchPoint], after: int) -> Found:
     """The record of a change of mode sequence after a point, located anew where smooth cycles lie on one side of it."""
     smooth = [is_smooth(points[i]) for i in (after, after + 1)] if after + 1 < len(points) else [False, False]
@@ -235,7 +222,7 @@ def stick_loss(closure: CycleMap, special: Found, points: list[BranchPoint], aft
     place, other = _at_zero(speeds, places), _at_zero(speeds[:-1], places[:-1])
     slope = max(abs((b - a) / (v - u)) for a, b, u, v in zip(places, places[1:], speeds, speeds[1:], strict=False))
     error = 3.0 * abs(place - other) + CLOSED * (slope * largest + abs(place))
-    if not error <= TRUSTED * abs(closure.between[1] - closure.between[0]):
+    if not error <= TRUSTED * closure.width:
         return special
     change, phases = mode_change(*special.words)
     turns = points[after].tangent[-1] * points[after + 1].tangent[-1] < 0.0
@@ -248,10 +235,7 @@ def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
     """(least, largest) speed of sliding along a cycle, of the contact that comes nearest to rest."""
     from scipy.optimize import minimize_scalar  # only here: it takes long to load
 
-    system = closure.system.with_parameters({closure.path: closure.parameter(point.x)})
-    start = named_states(system, closure.state(point.x, point.closing))
-    periods = closure.period(point.x) / system.drive.period
-    motion = simulate(system, periods=periods, initial=start, tolerance=closure.tolerance)
+    motion = closure.motion(point.closing)
     times = np.linspace(0.0, motion.end, SAMPLES)
     names = [numbered("contact_velocity", i + 1) for i in range(motion.piece_sides.shape[1])]
     slides = [(np.abs(motion.at(times, name)), name) for name in names]

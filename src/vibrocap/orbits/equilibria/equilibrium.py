@@ -313,17 +313,14 @@ def equilibria(system: System) -> Equilibria:
     """
     problem = SteadyEquations(system)
     states = steady_states(problem)
-    sets = [_unbounded(state) for state in states if not state.rests.any()]
+    sets = []
+    for state in (state for state in states if not state.rests.any()):
+        moves = np.any(np.abs(state.directions) > 1e-9, axis=1)  # of steady sliding: along which nothing changes
+        sets.append(RestSet(state, np.where(moves, -np.inf, state.y), np.where(moves, np.inf, state.y)))
     sets += RestSets(problem).of([state for state in states if state.rests.any()])
     known = [equilibrium(problem, rest_set) for rest_set in sets]
     order = sorted(known, key=lambda steady: (0 in steady.sides, steady.sides, tuple(steady.state.values())))
     return Equilibria(system, tuple(order))
-
-
-def _unbounded(state: SteadyState) -> RestSet:
-    """States of steady sliding: one, or all along the directions in which nothing changes."""
-    moves = np.any(np.abs(state.directions) > 1e-9, axis=1)
-    return RestSet(state, np.where(moves, -np.inf, state.y), np.where(moves, np.inf, state.y))
 
 
 def equilibrium(problem: SteadyEquations, rest_set: RestSet, system: System | None = None) -> Equilibrium:

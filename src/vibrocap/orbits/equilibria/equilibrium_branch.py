@@ -93,19 +93,12 @@ class Sliding(Residual):
         """Of the unknowns without the parameter."""
         return len(self.problem.unknowns)
 
-    @property
-    def width(self) -> float:
-        return self.between[1] - self.between[0]
-
-    def parameter(self, x: np.ndarray) -> float:
-        return float(self.between[0] + x[-1] * self.width)
-
     def state(self, x: np.ndarray) -> np.ndarray:
         return x[:-1] * self.problem.scales
 
     def point(self, y: np.ndarray, parameter: float) -> np.ndarray:
         """x of unknowns and a value of the parameter."""
-        return np.append(y / self.problem.scales, (parameter - self.between[0]) / self.width)
+        return np.append(y / self.problem.scales, self.share(parameter))
 
     def values(self, expressions: Sequence[Expression], x: np.ndarray) -> np.ndarray:
         """Values [expressions] of recorded expressions at a point."""
@@ -374,7 +367,6 @@ def _place(problem: SteadyEquations) -> str:
 
 
 def _joined(mode: Sliding, walk: Walked) -> EquilibriumBranch:
-    """The public record of a branch that was walked."""
     problem, points = mode.problem, walk.points
     states = np.tile(mode.switched, (len(points), 1))
     states[:, problem.unknowns] = np.stack([mode.state(point.x) for point in points])

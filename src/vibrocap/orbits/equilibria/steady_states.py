@@ -95,16 +95,6 @@ class SteadyEquations:
         n = len(self.unknowns)
         return self.values(self._jacobian, y, sides, switched, row).reshape(n, n, *y.shape[1:])
 
-    def velocity_slopes(self, y: np.ndarray, sides: np.ndarray, switched: np.ndarray) -> np.ndarray:
-        """Derivative of the sliding velocities by the states, [contacts, unknowns, ...]."""
-        shape = len(self.velocities), len(self.unknowns), *y.shape[1:]
-        return self.values(self._velocity_slopes, y, sides, switched).reshape(shape)
-
-    def by_parameter(self, expressions: Sequence[Expression]) -> tuple[Expression, ...]:
-        """Derivatives by the parameter of `path`, exact."""
-        node = self.graph.node("parameter", self.index)
-        return tuple(sensitivity(expression, node.index) for expression in expressions)
-
     @functools.cached_property
     def _curvatures(self) -> tuple[Expression, ...]:
         """Second derivatives of the rates by the states: of each entry of the Jacobian by each unknown."""
@@ -113,7 +103,8 @@ class SteadyEquations:
     @functools.cached_property
     def _parameter_slopes(self) -> tuple[Expression, ...]:
         """Derivatives by the parameter: of the rates, then of the entries of the Jacobian."""
-        return self.by_parameter((*self.rates, *self._jacobian))
+        node = self.graph.node("parameter", self.index)
+        return tuple(sensitivity(expression, node.index) for expression in (*self.rates, *self._jacobian))
 
 
 STARTS = 48  # in each mode
@@ -208,8 +199,8 @@ def _stacked(problem: SteadyEquations, y, sides, rests, switched) -> tuple[np.nd
     rates = problem.values(problem.rates, y, sides, switched)
     slopes = problem.jacobian(y, sides, switched)
     velocities = problem.values(problem.velocities, y, sides, switched) * rests
-    still = problem.velocity_slopes(y, sides, switched) * rests[:, None]
-    return np.concatenate([rates, velocities]), np.moveaxis(np.concatenate([slopes, still]), 2, 0)
+    still = problem.values(problem._velocity_slopes, y, sides, switched).reshape(len(velocities), *slopes.shape[1:])
+    return np.concatenate([rates, velocities]), np.moveaxis(np.concatenate([slopes, still * rests[:, None]]), 2, 0)
 
 
 def solved(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
@@ -296,11 +287,8 @@ def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
             good &= ~rest | np.all(problem.values(internal, y, sides, switched) == 0.0, axis=0)
     for name in problem.system.placed.locked:  # at a stop, or a limit, another equation holds its state
         good &= switched[problem.system.state_names.index(name)] == 0.0
-    for guard in (*problem.values(recording.switches, y, sides, switched),):
-        good &= guard >= -GUARDED
-    for bound in problem.values(recording.bounds, y, sides, switched):
-        good &= bound > 0.0
-    return good
+    good &= np.all(problem.values(recording.switches, y, sides, switched) >= -GUARDED, axis=0)
+    return good & np.all(problem.values(recording.bounds, y, sides, switched) > 0.0, axis=0)
 
 
 def free_directions(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:

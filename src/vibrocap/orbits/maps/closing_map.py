@@ -26,7 +26,6 @@ from vibrocap.orbits.maps.stroboscopic_map import (
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, closed_sequence, same_cycle
 from vibrocap.orbits.walk.residual import BranchPoint, Closing, Residual
-from vibrocap.orbits.walk.segment import Segment
 from vibrocap.orbits.walk.special_points import Found, special_points_of_maps
 from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
@@ -43,8 +42,7 @@ class OrbitClosing(Closing):
     winding: whole turns of each coordinate that turns
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
-    lifts_off: whether the run, or one beside it, ended as a contact lost its load
-    judge: makes `certified`
+    lifts_off: whether the run, or one beside it, ended as a contact lost its load; judge: makes `certified`
     """
 
     drift: float = 0.0
@@ -80,14 +78,15 @@ class ClosingMap(Residual):
     """P^n (or, with `half`, S P_(nT/2)) of one form of system, as a function of the start and of one parameter.
 
     All states but the cyclic one and what the law switches are unknowns. A contact that sticks at the section needs no
-    other set of them: its velocity is 0 in the image, does not depend on anything, and nothing depends on it, so that
-    its equation is v = 0 itself. Thus a branch continues where its section passes from sticking to sliding.
+    other set of them: its velocity is 0 in the image and nothing depends on it, so that its equation is v = 0 itself.
+    Thus a branch continues where its section passes from sticking to sliding.
 
     The derivative by the start is exact (tangents through events); that by the parameter is a difference of two runs
     that share the lanes of the tangents (one-sided beside a change of modes): it turns the tangent of a branch,
     never what closes.
     """
 
+    special_points = staticmethod(special_points_of_maps)
     nudge = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
     def __init__(
@@ -101,10 +100,7 @@ class ClosingMap(Residual):
         mirrored: bool | None = None,
         plain: bool = False,
     ):
-        """between: range of the parameter; mirrored: whether the half-period symmetry holds all over it.
-
-        plain: as plain Python, not compiled
-        """
+        """between: range of the parameter; mirrored: whether the half-period symmetry holds there; plain: uncompiled"""
         self.mirrored = system.mirrored if mirrored is None else mirrored
         self.system, self.path, self.between = system, path, between
         self.response_period, self.half, self.tolerance = response_period, half, tolerance
@@ -121,14 +117,9 @@ class ClosingMap(Residual):
         turning = {place: period for place, period in turning_states(system) if place in self.unknowns}
         self.turns = np.array([turning.get(i, np.inf) for i in self.unknowns.tolist()]) / self.sizes[self.unknowns]
 
-    def parameter(self, x: np.ndarray) -> float:
-        low, high = self.between
-        return float(low + x[-1] * (high - low))
-
     def point(self, state: np.ndarray, parameter: float, period: float | None = None) -> np.ndarray:
         """x of a whole state vector and a value of the parameter; the period is that of the drive."""
-        low, high = self.between
-        return np.append(state[self.unknowns] / self.sizes[self.unknowns], (parameter - low) / (high - low))
+        return np.append(state[self.unknowns] / self.sizes[self.unknowns], self.share(parameter))
 
     def state(self, x: np.ndarray, like: OrbitClosing | None = None) -> np.ndarray:
         """The whole state vector of x: position zero, switched states as they came."""
@@ -146,6 +137,10 @@ class ClosingMap(Residual):
     def period(self, x: np.ndarray) -> float:
         return self.response_period * self.map.period(self.row_at(x))
 
+    def place(self, point: BranchPoint) -> tuple[np.ndarray, float, float]:
+        """(state, parameter, period) of a point of a branch."""
+        return self.state(point.x, point.closing), self.parameter(point.x), self.period(point.x)
+
     def row_at(self, x: np.ndarray) -> np.ndarray:
         row = self.row.copy()
         row[self.index] = self.parameter(x)
@@ -159,9 +154,6 @@ class ClosingMap(Residual):
         """What the cyclic coordinate gains over a response; NaN where there is none."""
         return closing.drift if self.map.cyclic >= 0 else float("nan")
 
-    def special_points(self, segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
-        return special_points_of_maps(segment, left, right, at_parent)
-
     def described(self, record: Found) -> dict[str, Any]:
         point, drift = record.point, self.drift(record.point.closing)
         state = named_states(self.system, self.state(point.x, point.closing))
@@ -169,10 +161,10 @@ class ClosingMap(Residual):
         return {"state": state, "multipliers": point.multipliers(self.half), **numbers}
 
     def motion(self, closing: Any) -> Trajectory:
-        """The motion from a point, over the response of the map."""
+        """The motion from a point, over the response of the map, or a cycle."""
         system = self.system.with_parameters({self.path: self.parameter(closing.x)})
         start = named_states(system, self.state(closing.x, closing))
-        periods = self.response_period * (0.5 if self.half else 1.0)
+        periods = self.response_period * (0.5 if self.half else 1.0) or self.period(closing.x) / system.drive.period
         return simulate(system, periods=periods, initial=start, tolerance=self.tolerance)
 
     def differ(self, one: Closing, other: Closing) -> bool:
@@ -188,7 +180,7 @@ class ClosingMap(Residual):
         if len(points) >= 3 and last.closing.impacts != NO_STOPS:
             at = [self.parameter(point.x) for point in points[-3:]]
             motions = [self.motion(point.closing) for point in points[-3:]]
-            grazed = grazing_beyond(motions, at, abs(self.between[1] - self.between[0]))
+            grazed = grazing_beyond(motions, at, self.width)
         if grazed is None:
             return end, None
         place, error = grazed
@@ -217,7 +209,7 @@ class ClosingMap(Residual):
         """(parameters, starts) of m + 2 runs: with the tangent along each unknown, and two beside in the parameter."""
         m, n = len(self.unknowns), self.map.states
         rows = np.tile(self.row_at(x), (m + 2, 1))
-        rows[m:, self.index] += self.nudge * (self.between[1] - self.between[0]) * np.array((1.0, -1.0))
+        rows[m:, self.index] += self.nudge * self.width * np.array((1.0, -1.0))
         start = np.zeros((m + 2, 2 * n))
         start[:, :n] = state
         free = self.map.free(state[None], rows[:1])[0]
@@ -241,12 +233,13 @@ class ClosingMap(Residual):
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        runs, impacts = [0, m, m + 1], self.impacts_of(ended)
-        words, open_ = self._words(ended, runs), np.atleast_2d(map_.contact_side(ends[runs, :n].T, rows[0])).T
-        alike = [
-            (word, impacts[run], *side, *ends[run, self.switched])
-            for word, run, side in zip(words, runs, open_, strict=True)
-        ]
+        runs = [0, m, m + 1]
+        stops = IMPACT in self.system.machine.switch_events
+        gathered = Gathered(self.system, ended[runs], np.ones(3), lambda: np.ones(3, dtype=bool), 0.0)
+        impacts = gathered.impacts.tolist() if stops else [NO_STOPS] * len(runs)
+        words, open_ = self._words(gathered), np.atleast_2d(map_.contact_side(ends[runs, :n].T, rows[0])).T
+        seen = zip(words, impacts, open_, ends[runs][:, self.switched], strict=True)
+        alike = [(word, struck, *side, *switched) for word, struck, side, switched in seen]
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not map_.keeps_order or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
@@ -273,19 +266,9 @@ class ClosingMap(Residual):
         kinds = enumerate(self.map.equations.bound_kinds, codes.BEYOND_BOUND)
         return any(BOUNDS[kind] == LIFT_OFF and bool(np.any(ended.status == code)) for code, kind in kinds)
 
-    def impacts_of(self, ended: RunResults) -> list[float]:
-        """Impacts of runs over the response of the map."""
-        if IMPACT not in self.system.machine.switch_events:
-            return [NO_STOPS] * len(ended)
-        return self._gathered(ended).impacts.tolist()
-
-    def _gathered(self, ended: RunResults) -> Gathered:
-        ones = np.ones(len(ended))
-        return Gathered(self.system, ended, ones, lambda: ones > 0.0, 0.0)
-
-    def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
+    def _words(self, gathered: Gathered) -> list[str]:
         """The words of runs over the whole response, of all contacts; none of smooth laws, whose side is not seen."""
-        gathered, words = self._gathered(ended[runs]), []
+        words = []
         for k, law in enumerate(self.system.laws):
             sequences, smooth = gathered.mode_sequences(k), law.kind == "smooth"
             words.append(["" if smooth else closed_sequence(str(word), self.half) for word in sequences])

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.maps.closing_map import ClosingMap, OrbitClosing
+from vibrocap.orbits.maps.stroboscopic_map import named_states
 from vibrocap.physics.system import System
 
 SAMPLES = 256  # of a cycle, to see how far its states reach
@@ -60,7 +61,7 @@ class CycleMap(ClosingMap):
 
         The natural size of a state may follow the duration of the idle drive, which is nothing to a cycle.
         """
-        start = dict(zip(self.system.state_names, state.tolist(), strict=True))
+        start = named_states(self.system, state)
         motion = simulate(self.system, periods=period / self.system.drive.period, initial=start)
         values = np.array([motion.at(np.linspace(0.0, motion.end, SAMPLES), name) for name in motion.state_names])
         half = 0.5 * np.ptp(values, axis=1)
@@ -103,10 +104,17 @@ class CycleMap(ClosingMap):
         return np.full(len(rows), self.period(x))
 
     def attempt(self, x: np.ndarray, like: OrbitClosing | None = None) -> CycleClosing:
-        x = self._at_rest_again(x, like)
+        map_, m = self.map, len(self.unknowns)
+        if like is not None:
+            # With a static limit above the kinetic one a contact that is pushed however little may slide away: the
+            # velocity of one that sticks in a neighbour is exactly zero, where rounding has moved it.
+            x = x.copy()
+            x[:-1][like.at_rest & (np.abs(x[:-1]) <= PUSHED)] = 0.0
         if not 0.0 < self.period(x) < np.inf:
-            return self._failed(x, self.state(x, like))
-        map_, m, row, closing = self.map, len(self.unknowns), self.row_at(x), super().attempt(x, like)
+            nothing, bordered = np.full(m + 1, np.nan), np.full((m + 1, m + 2), np.nan)
+            failed = x, nothing, np.zeros((m - 1, m - 1)), nothing, np.zeros(m + 1, dtype=bool), False
+            return CycleClosing(*failed, image=self.state(x, like), bordered=bordered)
+        row, closing = self.row_at(x), super().attempt(x, like)
         flow = map_.rates(closing.image, map_.contact_side(closing.image, row), row)[self.unknowns]
         flow = flow / self.sizes[self.unknowns]
         above = np.column_stack((closing.jacobian - np.eye(m), flow * self.start_period, closing.slope))
@@ -120,17 +128,6 @@ class CycleMap(ClosingMap):
         }
         return CycleClosing(**vars(closing) | changed)
 
-    def _at_rest_again(self, x: np.ndarray, like: OrbitClosing | None) -> np.ndarray:
-        """x with the velocity of a contact that sticks in a neighbour at exactly zero, where rounding has moved it.
-
-        With a static limit above the kinetic one a contact that is pushed however little may slide away.
-        """
-        if like is None:
-            return x
-        again = x.copy()
-        again[:-1][like.at_rest & (np.abs(x[:-1]) <= PUSHED)] = 0.0
-        return again
-
     def _returned(self, monodromy: np.ndarray, flow: np.ndarray) -> np.ndarray:
         """Derivative of the return to the section, in a basis of it: what goes along the flow is taken off."""
         along = float(self.normal @ flow)
@@ -138,12 +135,3 @@ class CycleMap(ClosingMap):
         taken = np.eye(len(flow)) - np.outer(flow, self.normal) / (along if along != 0.0 else np.nan)
         returned = basis.T @ taken @ monodromy @ basis
         return np.where(np.isfinite(returned), returned, 0.0)
-
-    def _failed(self, x: np.ndarray, state: np.ndarray) -> CycleClosing:
-        """The closing of a point that is none, its period not being positive."""
-        m = len(self.unknowns)
-        nothing = np.full(m + 1, np.nan)
-        return CycleClosing(
-            x, nothing, np.zeros((m - 1, m - 1)), nothing, np.zeros(m + 1, dtype=bool), False, image=state,
-            bordered=np.full((m + 1, m + 2), np.nan),
-        )  # fmt: skip

@@ -1,8 +1,8 @@
 """Grazing of a stop where a branch ends: how near the motion along an orbit is to touching its stop without speed.
 
 At a rigid stop the image of an orbit depends on where it starts like a square root of that distance (Nordmark 1991), so
-that the derivative grows without bound and Newton's method fails shortly before. On the side without the impact the
-distance itself goes straight to zero; on the other side the speed of the impact does.
+that Newton's method fails shortly before. On the side without the impact the distance itself goes straight to zero; on
+the other side the speed of the impact does.
 """
 
 from collections.abc import Sequence

@@ -32,8 +32,7 @@ class Images:
     """Images of states under the stroboscopic map.
 
     state: [runs, states]; jacobian: [runs, states, states], entry (i, j) the derivative of image i by start j, or None
-    finished: [runs] whether the run came to its end
-    judge: makes `certified` when it is asked for
+    finished: [runs] whether the run came to its end; judge: makes `certified` when it is asked for
     """
 
     state: np.ndarray
@@ -52,8 +51,8 @@ class StroboscopicMap:
 
     Derivatives are exact: the tangents of a motion are carried through its events by saltation, on the lanes of one
     kernel (`kernel/events/tangents.py`). What a sticking contact has forgotten is a direction in which the map is
-    constant. Saltation goes through one turn at a time: where contacts at imposed distances turn together, as those of
-    a symmetric worm do, central differences take its place, exact to some 1e-7.
+    constant. Where contacts at imposed distances turn together, as those of a symmetric worm do, central differences
+    take the place of saltation, which goes through one turn at a time; they are exact to some 1e-7.
     """
 
     def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):
@@ -93,8 +92,8 @@ class StroboscopicMap:
     def keeps_order(self) -> bool:
         """Whether motions cannot pass one another: there is one smooth state, which no event of the machine makes jump.
 
-        So it is of the common centre of bodies whose relative motion is imposed, under laws without memory. Two
-        solutions of one scalar equation merge or stay apart, so that no derivative of the map is negative.
+        So it is of the common centre of bodies whose relative motion is imposed, under laws without memory: solutions
+        of one scalar equation merge or stay apart, and no derivative of the map is negative.
         """
         return len(self.smooth_states) == 1 and not self.system.machine.switched
 
@@ -186,9 +185,8 @@ class StroboscopicMap:
         recording = self.equations if recording is None else recording
         parameters = np.ascontiguousarray(in_rows(parameters, states))
         states, moved = states.copy(), np.zeros(len(states), dtype=bool)
-        for contact, (velocity, rests) in zip(
-            self.equations.contacts, self._at_rest(states, parameters, start), strict=True
-        ):
+        at_rest = self._at_rest(states, parameters, start)
+        for contact, (velocity, rests) in zip(self.equations.contacts, at_rest, strict=True):
             if not contact.is_state:  # at rest but for rounding, it rests; of several by one state the first
                 states[:, contact.state] -= np.where(rests & ~moved, velocity, 0.0)
                 moved |= rests
@@ -321,14 +319,9 @@ def is_driven(system: System) -> bool:
 def driven_map(system: System, tolerance: float) -> StroboscopicMap:
     """The stroboscopic map of a driven system; ValueError for one that nothing drives in time."""
     if not is_driven(system):
-        why = (
-            f"nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic map to look at"
-        )
-        raise ArgumentError("system", f"{why}; orbit(system, initial=...) finds its cycles")
+        why = f"nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic map"
+        raise ArgumentError("system", f"{why} to look at; orbit(system, initial=...) finds its cycles")
     return StroboscopicMap(system, tolerance)
-
-
-TOLERANCE = 1e-9
 
 
 def at_next_section(map_: StroboscopicMap, states: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -342,14 +335,13 @@ def at_next_section(map_: StroboscopicMap, states: np.ndarray, phase: np.ndarray
     ends, ended = states.copy(), np.full(len(states), codes.DONE)
     if not len(waiting):
         return ends, ended
-    budget, parameters = Budget(1, TOLERANCE, MOST_EVENTS, MOST_STEPS), map_.parameters()
+    budget, parameters = Budget(1, 1e-9, MOST_EVENTS, MOST_STEPS), map_.parameters()
     run = map_.run(budget, states[waiting], parameters, start=share[waiting] * map_.period(parameters))
     ends[waiting], ended[waiting] = run.state, run.status
     return ends, ended
 
 
 def named_states(system: System, state: np.ndarray) -> dict[str, float]:
-    """A state vector by names."""
     return dict(zip(system.state_names, map(float, state), strict=True))
 
 

@@ -40,7 +40,6 @@ class BranchRecord(Result):
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to try at each end."""
         return tuple(end.advice for end in self.ends)
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:

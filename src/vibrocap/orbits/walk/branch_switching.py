@@ -25,11 +25,11 @@ def parent_bifurcation(residual: Residual, first: BranchPoint, last: BranchPoint
     A branch of mirror-image solutions meets that of symmetric orbits where the parameter has an extremum along it,
     since the twins are the same branch gone through the other way; a branch of twice the period meets its own shift by
     one period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of
-    the mode sequence, and then the new branch leaves at an angle and not as a parabola. The place is found on the
-    coarser branch, where nothing is singular.
+    the mode sequence, and then the new branch leaves at an angle. The place is found on the coarser branch, where
+    nothing is singular. Beyond it the branch is its own twin: the image of `last` under the coarser map is near
+    `first`, which tells a bifurcation from a fold beside it.
 
-    Beyond it the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
-    bifurcation from a fold beside it. slack: how much farther than `last` from `first` all this may be
+    slack: how much farther than `last` from `first` all this may be
     """
     coarser = residual.coarser()
     if coarser is None:
@@ -93,8 +93,8 @@ def _on_finer_branch(residual: Residual, last: BranchPoint, special: Found) -> F
 def branches_at_corner(parent: Residual, special: Found) -> Iterator[tuple[Residual, BranchPoint]]:
     """(map, point) of branches that leave at a change of the mode sequence, where the multipliers jump over -1.
 
-    There is no eigenvector that shows the way, since the derivative jumps. Orbits are looked for on both sides of the
-    change, off the parent's orbit along the eigenvector of its largest multiplier on its unstable side.
+    There the derivative jumps, and no eigenvector shows the way. Orbits are looked for on both sides of the change, off
+    the parent's orbit along the eigenvector of its largest multiplier on its unstable side.
     """
     finer = parent.finer()
     assert special.beyond is not None

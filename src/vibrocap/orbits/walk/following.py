@@ -60,7 +60,7 @@ def followed(
         predict   x' = x + ds t          correct   F(x) = 0,  n . (x - x') = 0   with the tangent n = t
 
     Steps grow while Newton's method needs few of its own and the tangent hardly turns. Where the modes change the
-    tangent turns at once: a step that has become very short is taken in spite of it. A corner at which it turns far
+    tangent turns at once: a step that has become very short is taken in spite of it, and a corner at which it turns far
     is passed by looking along the other side's tangent.
 
     most: points; step: longest, see `BranchPoint.longest`
@@ -73,14 +73,17 @@ def followed(
     while True:
         if len(points) >= most:
             return Followed(points, special, BranchEnd.TOO_MANY_POINTS)
-        if _at_bound(here):
+        q, grows = float(here.x[-1]), float(here.tangent[-1])
+        if (q >= 1.0 - 1e-12 and grows > 0.0) or (q <= 1e-12 and grows < 0.0):  # it leaves the range from here
             return Followed(points, special, BranchEnd.PARAMETER_BOUND)
         point, between, end = walk.stretch(here, from_parent and len(points) == 1)
         special += [(len(points) - 1, special_point) for special_point in between]
         if point is not None:
             points.append(point)
             if progress is not None:
-                progress(_share_passed(start, point))
+                first, now = float(start.x[-1]), float(point.x[-1])
+                left = (1.0 - first) if now > first else first  # of the range, towards where the branch has gone
+                progress(min(abs(now - first) / left, 1.0) if left > 0.0 else 1.0)
         if end is None and _closes(points):
             end = BranchEnd.CLOSED
         if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES):
@@ -89,13 +92,6 @@ def followed(
         if end is not None or point is None:
             return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
         here = point
-
-
-def _share_passed(start: BranchPoint, here: BranchPoint) -> float:
-    """Share of the parameter's range between the start and the end towards which a branch has gone."""
-    first, now = float(start.x[-1]), float(here.x[-1])
-    left = (1.0 - first) if now > first else first
-    return min(abs(now - first) / left, 1.0) if left > 0.0 else 1.0
 
 
 @dataclasses.dataclass
@@ -134,12 +130,11 @@ class _Walk:
                 return last, special_points_between(self.residual, here, last), end
             length = float(np.linalg.norm(point.x - here.x))
             least = min(length, self.ds)
-            if here.tangent[-1] * point.tangent[-1] < 0.0 and not from_parent:
-                met = parent_bifurcation(self.residual, here, point)
-                if met is not None:
-                    smooth = met.passed is None
-                    before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
-                    return met.point, [*before, met], end_at(met)
+            turns = here.tangent[-1] * point.tangent[-1] < 0.0 and not from_parent
+            if turns and (met := parent_bifurcation(self.residual, here, point)) is not None:
+                smooth = met.passed is None
+                before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
+                return met.point, [*before, met], end_at(met)
             sure = length <= SHORT * longest
             if from_parent and not sure and (point.x[-1] - here.x[-1]) * point.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
@@ -149,13 +144,11 @@ class _Walk:
                 if self.ds < SMALLEST:
                     return self._ended(here, met_at)
                 continue
-            closely = self.watched > 0.0
+            closely, crowded = self.watched > 0.0, length <= CROWDED * longest
             between = special_points_between(self.residual, here, point, from_parent=from_parent, closely=closely)
-            crowded = length <= CROWDED * longest
-            too_many = any(special.text == TOO_MANY for special in between)
             untrusted = [special for special in between if special.kind in UNTRUSTED]
             if not all(crowded if special.text == TOO_MANY else sure for special in untrusted):
-                if too_many:
+                if any(special.text == TOO_MANY for special in between):
                     self.watched = max(self.watched, length)
                 self.ds = 0.2 * least
                 continue
@@ -172,14 +165,7 @@ class _Walk:
 
 
 def end_at(special: Found | SpecialPoint) -> BranchEnd:
-    """How a branch ends where it meets its parent."""
     return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
-
-
-def _at_bound(point: BranchPoint) -> bool:
-    """Whether the branch leaves the range of the parameter from here."""
-    q, onward = float(point.x[-1]), float(point.tangent[-1])
-    return (q >= 1.0 - 1e-12 and onward > 0.0) or (q <= 1e-12 and onward < 0.0)
 
 
 def _closes(points: list[BranchPoint]) -> bool:
@@ -249,10 +235,10 @@ def _around_corner(residual: Residual, here: BranchPoint, beyond: Closing, dista
 
     A little beyond the corner along the old tangent the map is that of the new modes, and the null vector of its
     derivative is the new tangent. Orbits of the new modes exist to one side of the corner only, which tells the sign,
-    and the branch may turn by more than a right angle (then no plane across the old tangent meets it).
+    and the branch may turn by more than a right angle (then no plane across the old tangent meets it). The point is as
+    far from the corner as `here` is: the straight way between the two is then across the corner.
 
     beyond: the closing at `distance` along the old tangent, whose mode sequence is another
-    The point is as far from the corner as `here` is: the straight way between the two is then across the corner.
     """
     if not beyond.finished:
         return None

@@ -94,13 +94,15 @@ class Closing:
 
 
 class Residual(Protocol):
-    """What is followed: implement `attempt`, `parameter`, `special_points` and `described`, and the walk does the rest.
+    """What is followed: implement `attempt`, `special_points` and `described`, and the walk does the rest.
 
+    between: range of the parameter
     half: whether the map is S P_(T/2), whose multipliers are the roots of those of the orbit
     levels: of the mismatch, for Newton's method; growth: of the step where it takes no more than `quick` steps
     straight: cosine of the turn of the tangent over a step, at least
     """
 
+    between: tuple[float, float]
     half: bool = False
     levels: Levels = Levels(1e-12, 3e-11)
     quick: int = 3
@@ -113,7 +115,16 @@ class Residual(Protocol):
 
     def parameter(self, x: np.ndarray) -> float:
         """The parameter's value at a point."""
-        ...
+        return float(self.between[0] + x[-1] * self.width)
+
+    @property
+    def width(self) -> float:
+        """Of the parameter's range."""
+        return self.between[1] - self.between[0]
+
+    def share(self, parameter: float) -> float:
+        """Where a value of the parameter is in its range."""
+        return (parameter - self.between[0]) / self.width
 
     def special_points(self, segment: "Segment", left: float, right: float, at_parent: bool) -> "list[Found]":
         """Special points of a smooth stretch of a segment; at_parent: it begins or ends at another branch."""

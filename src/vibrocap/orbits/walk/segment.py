@@ -128,10 +128,6 @@ class Segment:
         """The parameter at a share that was visited."""
         return self.residual.parameter(self.points[self.shares.index(share)].x)
 
-    def same_modes(self, left: float, right: float) -> bool:
-        """Whether the words at two shares are the same cycle, with as many impacts."""
-        return self.point(left).closing.alike(self.point(right).closing)
-
     def discontinuous(self, left: float, right: float) -> bool:
         """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""
         one, other = (self.points[self.shares.index(share)].x for share in (left, right))

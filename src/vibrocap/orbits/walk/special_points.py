@@ -111,7 +111,6 @@ def special_points_between(
     jump. Two of a kind between the same two points are not seen.
 
     from_parent, to_parent: the first or the last point is where it bifurcates from another, which has the multiplier 1
-    closely: see `mode_changes`
     """
     segment = Segment(residual, first, last)
     cuts, complaint = mode_changes(segment, closely)
@@ -121,7 +120,7 @@ def special_points_between(
         special_points.append(_record(segment, SpecialKind.UNLOCATED, 0.0, 1.0, text=complaint))
     for i in range(0, len(edges), 2):
         left, right = edges[i : i + 2]
-        if segment.same_modes(left, right):
+        if segment.point(left).closing.alike(segment.point(right).closing):
             at_parent = (from_parent and left == 0.0) or (to_parent and right == 1.0)
             special_points += residual.special_points(segment, left, right, at_parent)
     return sorted(special_points, key=lambda special_point: special_point.share)
@@ -167,8 +166,10 @@ def _located(
     if bracket.jumps:
         return dataclasses.replace(record, kind=SpecialKind.JUMP, text=f"over that of a {kind.value}")
     values, vectors = np.linalg.eig(point.closing.jacobian)
-    if kind is SpecialKind.FOLD and (np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED or not _passes_one(*ends)):
-        return dataclasses.replace(record, kind=SpecialKind.JUMP, text="the parameter turns without a fold")
+    if kind is SpecialKind.FOLD:  # over one, a multiplier passes 1
+        one, other = (np.real(np.prod(end.closing.eigenvalues - 1.0)) for end in ends)
+        if np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED or not one * other < 0.0:
+            return dataclasses.replace(record, kind=SpecialKind.JUMP, text="the parameter turns without a fold")
     if kind is SpecialKind.NEIMARK_SACKER:
         pairs = itertools.combinations(range(len(values)), 2)
         one, other = min(pairs, key=lambda pair: abs(values[pair[0]] * values[pair[1]] - 1.0))
@@ -188,12 +189,6 @@ def _located(
         moved = np.linalg.svd(derivative[:, :-1])[0][:, -1] @ derivative[:, -1]
         noise += segment.residual.levels.rounding * _range(segment) / max(abs(float(moved)), 1e-300)
     return dataclasses.replace(record, kind=kind, error=record.error + noise, direction=direction)
-
-
-def _passes_one(before: BranchPoint, after: BranchPoint) -> bool:
-    """Whether a multiplier passes 1 from one point to another, as over a fold."""
-    one, other = (np.real(np.prod(point.closing.eigenvalues - 1.0)) for point in (before, after))
-    return bool(one * other < 0.0)
 
 
 def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
@@ -237,8 +232,7 @@ class SpecialPoint(Result):
 
     parameter, error: where, and how far off at most
     after_point: index of the last point of the branch before it; arclength: of the branch there
-    unstable_before, unstable_after: number of multipliers not inside the unit circle, of eigenvalues with positive real
-        parts
+    unstable_before, unstable_after: number of multipliers not inside the unit circle, or of positive real parts
     found: as the walk left it, to follow what branches off
 
     Of orbits: drift, multipliers; modes_before, modes_after: their mode sequences; change: what happens where these

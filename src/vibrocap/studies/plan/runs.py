@@ -5,6 +5,7 @@ that a study of any size needs memory for one block only. A grid is every combin
 a list of cases each run has values of its own.
 """
 
+import collections
 import dataclasses
 import functools
 import math
@@ -40,7 +41,6 @@ class Column:
 
     @property
     def is_text(self) -> bool:
-        """Whether some value is a word."""
         return self.array.dtype == object
 
 
@@ -90,11 +90,9 @@ class Runs:
 
     @property
     def count(self) -> int:
-        """How many runs."""
         return math.prod(self.shape)
 
     def is_text(self, path: str) -> bool:
-        """Whether some value at a path is a word."""
         return any(variation.path == path and variation.is_text for variation in self.varied)
 
 
@@ -170,8 +168,7 @@ def _listed_values(listed_values: Any) -> tuple[list[Any], list[str]]:
         listed_values = [listed_values]
     if isinstance(listed_values, Mapping) or not isinstance(listed_values, Iterable):
         return [], [f"should be a list of values, got {shown(listed_values)}"]
-    values: list[Any] = []
-    complaints = []
+    values, complaints = list[Any](), []
     for value in listed_values:
         value = value.item() if isinstance(value, np.generic) else value
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
@@ -222,14 +219,11 @@ def range_of(text: str, *, counted: bool) -> tuple[tuple[float, float, bool, int
     form = "LOW:HIGH:COUNT or log:LOW:HIGH:COUNT" if counted else "LOW:HIGH or log:LOW:HIGH"
     pieces = [piece.strip() for piece in text.split(":")]
     logarithmic = pieces[0] == "log"
-    numbers = pieces[logarithmic:]
-    wanted = 3 if counted else 2
     try:
-        low, high = _float(float(numbers[0])), _float(float(numbers[1]))
-        count = int(numbers[2]) if counted else 0
-        if len(numbers) != wanted:
-            raise ValueError
-    except (ValueError, IndexError):
+        least, most, *counts = pieces[logarithmic:]
+        low, high = _float(float(least)), _float(float(most))
+        (count,) = map(int, counts) if counted else (0, *counts)
+    except ValueError:
         return None, [f"should be {form}, got {text!r}"]
     complaints = end_complaints(low, high, logarithmic, text)
     if counted and count < 2:
@@ -238,7 +232,6 @@ def range_of(text: str, *, counted: bool) -> tuple[tuple[float, float, bool, int
 
 
 def end_complaints(low: float, high: float, logarithmic: bool, asked: Any) -> list[str]:
-    """What is wrong with the ends of a range."""
     if not (math.isfinite(low) and math.isfinite(high)):
         return [f"the ends of a range should be finite numbers, got {shown(asked)}"]
     if low == high:
@@ -272,12 +265,8 @@ def _row_complaints(path: str, values: list[Any]) -> list[str]:
             return [f"there is no {shown(unknown[0])}; {suggestion(unknown[0], known)}"]
     if path.startswith("initial.") and any(isinstance(value, str) for value in values):
         return [f"should hold numbers, got {shown(next(value for value in values if isinstance(value, str)))}"]
-    earlier: set[Any] = set()
-    for value in values:
-        if value in earlier:
-            return [f"holds {shown(value)} twice"]
-        earlier.add(value)
-    return []
+    twice = [value for value, count in collections.Counter(values).items() if count > 1]
+    return [f"holds {shown(twice[0])} twice"] if twice else []
 
 
 @dataclasses.dataclass(frozen=True)

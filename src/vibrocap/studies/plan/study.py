@@ -20,24 +20,7 @@ from vibrocap.physics.names import split_path
 from vibrocap.physics.part_files import file_of
 from vibrocap.studies.plan.code_version import code_version
 from vibrocap.studies.plan.designs import Drawn
-from vibrocap.studies.plan.runs import CaseList, Grid, Runs
-
-OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
-
-
-def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
-    """The parts of a study that are not of this package, such as {"friction.law = own": Own}; plan: its record."""
-    entries = {entry["path"]: entry for entry in plan.get("axes") or plan.get("columns") or ()}
-    parts: dict[str, type] = {}
-    for path in kind_paths(case.system.parts):
-        section = split_path(path)[0]
-        kinds = [type(case.system.parts[section])]
-        kinds += [kinds_of(section)[name] for name in entries.get(path, {}).get("values", ()) if isinstance(name, str)]
-        for kind in kinds:
-            part = getattr(kind, "wrapped", None) or kind
-            if not part.__module__.startswith("vibrocap."):
-                parts[f"{path} = {part.name}"] = part
-    return parts
+from vibrocap.studies.plan.runs import CaseList, Grid, ListedRuns, Runs
 
 
 def part_fingerprint(part: type) -> str:
@@ -52,7 +35,7 @@ def part_fingerprint(part: type) -> str:
 def _functions(part: type) -> dict[str, str]:
     functions = {}
     for name, value in vars(part).items():
-        if name.startswith("__") and name not in OWN_FUNCTIONS:
+        if name.startswith("__") and name != "__post_init__":  # all others of these are made by Python
             continue
         inner = (getattr(value, holder, None) for holder in ("fget", "func", "__func__", "wrapped"))
         function = next((function for function in inner if function is not None), value)
@@ -87,7 +70,8 @@ def _described(value: Any, seen: set[int]) -> Any:
     cells = [_described(cell.cell_contents, seen) for cell in value.__closure__ or ()]
     defaults = [_described(default, seen) for default in value.__defaults__ or ()]
     used = {name: value.__globals__[name] for name in _names(code) if name in value.__globals__}
-    own = {name: _described(thing, seen) for name, thing in sorted(used.items()) if _is_own(thing, value.__module__)}
+    module = value.__module__  # of globals those that are plain values, or functions of the module itself
+    own = {x: _described(one, seen) for x, one in sorted(used.items()) if getattr(one, "__module__", module) == module}
     return (_described(code, seen), cells, defaults, own)
 
 
@@ -95,11 +79,6 @@ def _names(code: CodeType) -> set[str]:
     """Names that some code, or code within it, asks for."""
     inner = (_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
     return set(code.co_names).union(*inner)
-
-
-def _is_own(thing: Any, module: str) -> bool:
-    """Whether a global is a plain value, or a function of the module itself."""
-    return getattr(thing, "__module__", module) == module
 
 
 FORMAT = "vibrocap study, format 2"
@@ -134,27 +113,33 @@ class Study:
 
     @property
     def settings(self) -> dict[str, Any]:
-        how = {"window": self.window, "settle": self.settle, **self._extrapolates, "device": self.device}
-        return self.case.run | how
+        return self.case.run | self._how
 
     @property
-    def _extrapolates(self) -> dict[str, bool]:
-        """Nothing where it means nothing."""
-        return {} if self.settle is None else {"extrapolate": self.extrapolate}
+    def _how(self) -> dict[str, Any]:
+        extrapolates = {} if self.settle is None else {"extrapolate": self.extrapolate}  # else it means nothing
+        return {"window": self.window, "settle": self.settle, **extrapolates, "device": self.device}
 
     def record(self) -> dict[str, Any]:
         """The study as JSON can hold it: enough to run it again (with measures and parts of one's own given again)."""
         parts = {what: part_fingerprint(part) for what, part in self.own_parts.items()}
         measures = [_measure_record(measure) for measure in self.measures]
-        how = {"window": self.window, "settle": self.settle, **self._extrapolates}
-        how |= {"device": self.device, "code": dict(self.code)}
         what = {"case": case_text(self.case), "plan": self.plan.record(), "measures": measures}
-        return what | how | ({"parts": parts} if parts else {})
+        return what | self._how | {"code": dict(self.code)} | ({"parts": parts} if parts else {})
 
     @functools.cached_property
     def own_parts(self) -> dict[str, type]:
         """Parts that are not of this package, by what they are in the study, as in {"friction.law = own": Own}."""
-        return own_parts(self.case, self.plan.record())
+        listed = self.plan.varied if isinstance(self.plan, ListedRuns) else ()
+        names, parts = {column.path: column.values for column in listed}, dict[str, type]()
+        for path in kind_paths(self.case.system.parts):
+            section = split_path(path)[0]
+            known = [kinds_of(section)[name] for name in names.get(path, ()) if isinstance(name, str)]
+            for kind in (type(self.case.system.parts[section]), *known):
+                part = getattr(kind, "wrapped", None) or kind
+                if not part.__module__.startswith("vibrocap."):
+                    parts[f"{path} = {part.name}"] = part
+        return parts
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any], measures: Iterable[Measure] = ()) -> "Study":

@@ -5,6 +5,7 @@ compares them), as a small sweep is done before Zarr is imported.
 """
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -122,7 +123,7 @@ def checked_chunk(path: Path, record: Mapping[str, Any], results: Results, name:
                     raise DamageError("its mark is missing")
                 return None
             data = read_chunk(path, record, name, index, mark)
-        _check_content(name, data, array.chunk_size, results.types[name])
+        _check_content(name, data, math.prod(array.chunk), results.types[name])
     except DamageError as error:
         raise damaged(path, f"tile {chunk}: {error}" if array.along_runs else str(error)) from None
     return data

@@ -20,10 +20,25 @@ from vibrocap import locks
 from vibrocap.case.case import CaseError
 from vibrocap.files import WriteError
 
-_LOCKED = os.O_RDWR | os.O_CREAT  # how the file of a lock is opened: no link, and a pipe is not waited for
-for _name in ("O_NOFOLLOW", "O_CLOEXEC", "O_NONBLOCK"):
-    _LOCKED |= getattr(os, _name, 0)
+STUDY, RESULTS, DONE = "study.json", "results.zarr", "done"
+LOCK, UNFINISHED, BEGINNING, MIXED, FINISHED = "lock", "unfinished", "beginning", "mixed", "finished"
+FILE, FOLDER, LINK, OTHER = "a file", "a folder", "a link", "neither a file nor a folder"
+FORM = {  # of what stands at the top
+    **dict.fromkeys((STUDY, LOCK, BEGINNING, MIXED, FINISHED), FILE),
+    **dict.fromkeys((RESULTS, DONE, UNFINISHED), FOLDER),
+}
+STRANGE = (errno.ELOOP, errno.EMLINK, errno.EISDIR, errno.ENXIO, errno.EINVAL, errno.EFBIG, errno.ENOTDIR)
 GONE = (errno.ENOENT, errno.ENOTDIR, errno.ESTALE)
+_NO_LINKS, _CLOSED, _BINARY, _AT_ONCE, _FOLDER = (
+    getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "CLOEXEC", "BINARY", "NONBLOCK", "DIRECTORY")
+)
+_READ = os.O_RDONLY | _NO_LINKS | _CLOSED | _BINARY | _AT_ONCE
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL  # which follows no link either
+_FOLDERS = os.O_RDONLY | _FOLDER | _CLOSED
+_LOCKED = os.O_RDWR | os.O_CREAT | _NO_LINKS | _CLOSED | _AT_ONCE  # no link, and a pipe is not waited for
+_BY_HANDLE = bool(_NO_LINKS) and os.open in os.supports_dir_fd and os.scandir in os.supports_fd
+_ON_ITS_WAY = re.compile(r"[\w.-]+-\d+-\d+")  # computer, process, number
+_numbers = itertools.count()
 
 
 class StoreError(WriteError):
@@ -102,51 +117,37 @@ class Lock:
         os.close(self._handle)
 
 
-STUDY, RESULTS, DONE = "study.json", "results.zarr", "done"
-LOCK, UNFINISHED, BEGINNING, MIXED, FINISHED = "lock", "unfinished", "beginning", "mixed", "finished"
-FILE, FOLDER, LINK, OTHER = "a file", "a folder", "a link", "neither a file nor a folder"
-FORM = {  # of what stands at the top
-    **dict.fromkeys((STUDY, LOCK, BEGINNING, MIXED, FINISHED), FILE),
-    **dict.fromkeys((RESULTS, DONE, UNFINISHED), FOLDER),
-}
-STRANGE = (errno.ELOOP, errno.EMLINK, errno.EISDIR, errno.ENXIO, errno.EINVAL, errno.EFBIG, errno.ENOTDIR)
-_NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
-_PLAIN = _NO_LINKS | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-_READ = os.O_RDONLY | _PLAIN | getattr(os, "O_NONBLOCK", 0)
-_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL  # which follows no link either
-_FOLDERS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)
-_BY_HANDLE = bool(_NO_LINKS) and os.open in os.supports_dir_fd and os.scandir in os.supports_fd
-_ON_ITS_WAY = re.compile(r"[\w.-]+-\d+-\d+")  # computer, process, number
-_numbers = itertools.count()
-
-
 @contextlib.contextmanager
 def at(root: Path, place: str) -> Iterator[tuple[str, int | None]]:
     """(name, handle of its folder) of a place below a folder, for functions that take `dir_fd`.
 
-    OSError with an `errno` of STRANGE where a link is on the way. Without handles (Windows) each step is looked at.
+    OSError with an `errno` of STRANGE where a link is on the way, or a name that no file can have. Without handles
+    (Windows) each step is looked at.
     """
     *steps, name = place.split("/")
-    if not _BY_HANDLE:
-        for step in steps:
-            root = root / step
-            if root.is_symlink() or getattr(root, "is_junction", bool)():
-                raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(root))
-        yield str(root / name), None
-        return
-    handle = os.open(root, _FOLDERS)
     try:
-        for number, step in enumerate(steps, 1):
-            try:
-                inner = os.open(step, _FOLDERS | _NO_LINKS, dir_fd=handle)
-            except OSError as error:
-                code = errno.ELOOP if _kind(step, handle) == LINK else error.errno or 0
-                raise OSError(code, os.strerror(code), str(root.joinpath(*steps[:number]))) from None
+        if not _BY_HANDLE:
+            for step in steps:
+                root = root / step
+                if root.is_symlink() or getattr(root, "is_junction", bool)():
+                    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(root))
+            yield str(root / name), None
+            return
+        handle = os.open(root, _FOLDERS)
+        try:
+            for number, step in enumerate(steps, 1):
+                try:
+                    inner = os.open(step, _FOLDERS | _NO_LINKS, dir_fd=handle)
+                except OSError as error:
+                    code = errno.ELOOP if _kind(step, handle) == LINK else error.errno or 0
+                    raise OSError(code, os.strerror(code), str(root.joinpath(*steps[:number]))) from None
+                os.close(handle)
+                handle = inner
+            yield name, handle
+        finally:
             os.close(handle)
-            handle = inner
-        yield name, handle
-    finally:
-        os.close(handle)
+    except ValueError as error:  # of `os`: a name with a zero byte, or with half a character
+        raise OSError(errno.EINVAL, f"is no name of a file ({error})", str(root / place)) from None
 
 
 def _kind(name: str, folder: int | None) -> str | None:
@@ -202,7 +203,6 @@ def read_plain(root: Path, place: str, limit: int) -> bytes:
 
 
 def why_strange(error: OSError) -> str:
-    """What such a file is, in words."""
     if error.errno in (errno.ELOOP, errno.EMLINK):
         return "is a link"
     if error.errno in (errno.EISDIR, errno.ENOTDIR):
@@ -211,7 +211,6 @@ def why_strange(error: OSError) -> str:
 
 
 def why_unread(error: OSError) -> str:
-    """Why a file there was not read."""
     return why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
 
 

@@ -28,20 +28,7 @@ from vibrocap.studies.plan.code_version import code_differences, differences, su
 from vibrocap.studies.plan.study import FORMAT, Study
 from vibrocap.studies.store import places
 from vibrocap.studies.store.chunks import ZarrFiles
-from vibrocap.studies.store.places import (
-    BEGINNING,
-    DONE,
-    FILE,
-    FINISHED,
-    FOLDER,
-    LOCK,
-    MIXED,
-    RESULTS,
-    STUDY,
-    Lock,
-    StoreError,
-    kept,
-)
+from vibrocap.studies.store.places import BEGINNING, DONE, FILE, FINISHED, FOLDER, LOCK, MIXED, RESULTS, STUDY
 from vibrocap.studies.store.record import (
     LARGEST,
     Index,
@@ -61,7 +48,7 @@ from vibrocap.studies.tile import tile_indices
 class Store:
     """The folder of one study's results; `opened_for_writing` gives one to its one writer. study: as it was begun."""
 
-    def __init__(self, path: Path, study: Study, tile: tuple[int, ...], lock: Lock):
+    def __init__(self, path: Path, study: Study, tile: tuple[int, ...], lock: places.Lock):
         self.path, self.study, self.tile, self._lock = path, study, tile, lock
 
     @functools.cached_property
@@ -73,7 +60,7 @@ class Store:
         return tile_indices(self.study.plan.shape, self.tile)
 
     def pending(self) -> list[Index]:
-        with kept(self.path):
+        with places.kept(self.path):
             done = places.names(self.path, DONE)
         return [index for index in self.indices if tile_name(index) not in done]
 
@@ -85,7 +72,7 @@ class Store:
         self._lock.check()
         chunks = self._files.chunks(index, arrays)
         mark = mark_text(self.study.identity, index, chunks, made_by)
-        with kept(self.path):
+        with places.kept(self.path):
             if made_by and places.kind(self.path, MIXED) is None:
                 places.write(self.path, {MIXED: b""})
             places.write(self.path, _among_results(chunks))
@@ -94,17 +81,17 @@ class Store:
     def finish(self) -> None:
         """Say in the store that all tiles are there; StoreError where a file of one is not."""
         self._lock.check()
-        with kept(self.path):
+        with places.kept(self.path):
             there = {name: places.names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
         pending = self.pending()
         lost = [index for index in self.indices if any(f"c.{tile_name(index)}" not in kept for kept in there.values())]
         if gone := dict.fromkeys([*pending, *lost]):
             few = ", ".join(tile_name(index) for index in list(gone)[:5]) + (" ..." if len(gone) > 5 else "")
-            raise StoreError(
+            raise places.StoreError(
                 f"{self.path}: was changed by others while the study ran: files of {len(gone):,} tiles are gone "
                 f"({few}). --resume (resume=True) computes these again"
             )
-        with kept(self.path):
+        with places.kept(self.path):
             if places.kind(self.path, FINISHED) is None:
                 places.write(self.path, {FINISHED: finished_text(self.study.identity, sum(1 for _ in self.indices))})
         self.clean()
@@ -113,10 +100,10 @@ class Store:
         """Let go of damaged tiles, so that they are computed again, and write anew what belongs to no tile."""
         first = self._files.first()
         record = read_record(self.path)
-        with kept(self.path):
-            for index in verification.damaged:
-                for place in (f"{DONE}/{tile_name(index)}", *self._empty_folders(index)):
-                    places.remove(self.path, place)
+        with places.kept(self.path):
+            for tile in map(tile_name, verification.damaged):
+                places.remove(self.path, f"{DONE}/{tile}")
+                self._remove_folders(f"{name}/c.{tile}" for name in self._files.names)
             if not verification.others:
                 return
             if record["files"] != _checksums(record["identity"], first):
@@ -125,27 +112,26 @@ class Store:
             for name in places.names(self.path, DONE).keys() - set(map(tile_name, self.indices)):
                 places.remove(self.path, f"{DONE}/{name}")
             places.remove(self.path, FINISHED)
-            for place in first:
-                if places.kind(self.path, f"{RESULTS}/{place}") == FOLDER:
-                    places.remove(self.path, f"{RESULTS}/{place}")
+            self._remove_folders(first)
             _write_first(self.path, first)
         checked_results(self.path, record)
 
-    def _empty_folders(self, index: Index) -> list[str]:
-        """Folders, which are empty, in the places of the chunks of a tile."""
-        folders = [f"{RESULTS}/{name}/c.{tile_name(index)}" for name in self._files.names]
-        return [place for place in folders if places.kind(self.path, place) == FOLDER]
+    def _remove_folders(self, files: Iterable[str]) -> None:
+        """Remove empty folders in the places of files of the results."""
+        for place in (f"{RESULTS}/{file}" for file in files):
+            if places.kind(self.path, place) == FOLDER:
+                places.remove(self.path, place)
 
     def refuse_strange(self) -> None:
         """CaseError where the folder holds what this package has not written; damaged files of its own are none."""
-        with kept(self.path):
+        with places.kept(self.path):
             marks = places.names(self.path, DONE) if places.kind(self.path, DONE) == FOLDER else {}
             others = [name for name in marks.keys() - set(map(tile_name, self.indices)) if not is_mark(self.path, name)]
         _refuse_strange(self.path, [f"{DONE}/{name} does not belong to the study" for name in sorted(others)])
 
     def clean(self) -> None:
         """Remove what unfinished writing left."""
-        with kept(self.path):
+        with places.kept(self.path):
             places.remove_unfinished(self.path)
 
 
@@ -157,7 +143,7 @@ class Opened:
     """
 
     store: Store
-    lock: Lock
+    lock: places.Lock
     damage: tuple[str, ...] = ()
     made_by: Mapping[str, str] | None = None
 
@@ -171,9 +157,9 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
     be written.
     """
     _refuse_foreign(path)
-    with kept(path):
+    with places.kept(path):
         path.mkdir(parents=True, exist_ok=True)
-        lock = Lock(path / LOCK)
+        lock = places.Lock(path / LOCK)
     try:
         if places.kind(path, STUDY) is None:
             _begin(path, study, tile)
@@ -193,7 +179,7 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
         store = Store(path, begun, tuple(record["tile"]), lock)
         store.refuse_strange()
         store.clean()
-        with kept(path):
+        with places.kept(path):
             verification = verified(path, record)
         if not verification.ok:
             store.mend(verification)
@@ -207,12 +193,13 @@ def _refuse_foreign(path: Path) -> None:
     """CaseError where a folder holds anything but a store, or what is left of one: nothing is wiped unasked."""
     if path.is_symlink() and not path.exists():
         raise CaseError(["is a link that leads nowhere; give a folder"], str(path))
-    if not path.exists():
-        return
-    if not path.is_dir():
+    if path.exists() and not path.is_dir():
         raise CaseError(["is a file; give a folder"], str(path))
-    with kept(path):
-        there = places.names(path)
+    with places.kept(path):
+        try:
+            there = places.names(path)
+        except FileNotFoundError:
+            return
     if there.get(LOCK, FILE) != FILE:
         raise CaseError([f"its {LOCK} is {there[LOCK]}, where a file belongs; nothing was touched"], str(path))
     if STUDY in there:
@@ -228,7 +215,7 @@ def _refuse_foreign(path: Path) -> None:
 
 def _refuse_strange(path: Path, others: Iterable[str] = ()) -> None:
     """CaseError where a folder holds what this package has not written and would have to pass, remove or overwrite."""
-    with kept(path):
+    with places.kept(path):
         strange = [*places.strange_places(path), *others]
     if strange:
         few = strange if len(strange) < 6 else [*strange[:5], f"and {len(strange) - 5:,} more"]
@@ -238,7 +225,7 @@ def _refuse_strange(path: Path, others: Iterable[str] = ()) -> None:
 def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
     """Write everything but the tiles; what a beginning that was interrupted left is removed first."""
     _refuse_strange(path)
-    with kept(path):
+    with places.kept(path):
         there = places.names(path)
         if BEGINNING in there:
             _remove_begun(path)

@@ -12,7 +12,6 @@ conventions). Another factor would be other results, so it is compared with what
 import contextlib
 import dataclasses
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -51,10 +50,6 @@ class ExpectedArray:
     chunk: tuple[int, ...]
     types: tuple[str, ...]
     along_runs: bool
-
-    @property
-    def chunk_size(self) -> int:
-        return math.prod(self.chunk)
 
 
 @dataclasses.dataclass(frozen=True)
