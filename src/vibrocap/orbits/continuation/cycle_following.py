@@ -145,11 +145,10 @@ def _followed_by_sections(
             continue
         closure, here = turned
         sign = 1.0
-        after, jump = special[-1] if special else (None, None)
         # Where the section comes to the end of its phase multipliers jump over the last step only: the same cycle has
         # as many unstable ones as before where its section is set anew.
-        only = jump and after == len(points) - 2 and jump.kind is SpecialKind.JUMP
-        if only and here.closing.unstable() == jump.unstable[0]:
+        jumps = [now for i, now in special[-1:] if i == len(points) - 2 and now.kind is SpecialKind.JUMP]
+        if jumps and here.closing.unstable() == jumps[0].unstable[0]:
             points.pop()
             special.pop()
         points.append(here)

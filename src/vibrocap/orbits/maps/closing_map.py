@@ -26,6 +26,7 @@ from vibrocap.orbits.maps.stroboscopic_map import (
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, closed_sequence, same_cycle
 from vibrocap.orbits.walk.residual import BranchPoint, Closing, Residual
+from vibrocap.orbits.walk.segment import Segment
 from vibrocap.orbits.walk.special_points import Found, special_points_of_maps
 from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
@@ -86,7 +87,6 @@ class ClosingMap(Residual):
     never what closes.
     """
 
-    special_points = staticmethod(special_points_of_maps)
     nudge = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
     def __init__(
@@ -153,6 +153,9 @@ class ClosingMap(Residual):
     def drift(self, closing: OrbitClosing) -> float:
         """What the cyclic coordinate gains over a response; NaN where there is none."""
         return closing.drift if self.map.cyclic >= 0 else float("nan")
+
+    def special_points(self, segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
+        return special_points_of_maps(segment, left, right, at_parent)
 
     def described(self, record: Found) -> dict[str, Any]:
         point, drift = record.point, self.drift(record.point.closing)
