@@ -33,7 +33,7 @@ def test_the_dataset_is_labelled(cheap):
     assert dict(study.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
     assert study["machine.mass_ratio"].attrs["symbol"] == "lambda"
     assert study["machine.mass_ratio"].attrs["units"] == "1"
-    assert study["initial.angle"].attrs["long_name"] == "initial angle of the pendulum or the rotor from upright"
+    assert study["initial.angle"].attrs["long_name"] == "initial angle of the pendulum from upright"
     assert all(study[name].attrs["long_name"] for name in study.variables)
     flags = study.status.attrs
     names = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))

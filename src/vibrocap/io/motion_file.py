@@ -86,13 +86,13 @@ def read_source(path: Path, changes: Mapping[str, Any] | None = None, **run: Any
     return case_from_text(text, str(path), changes, **run)
 
 
-def _meaning(name: str) -> str:
+def _meaning(motion: "Trajectory", name: str) -> str:
     """What a column holds, as the page of symbols tells it."""
-    from vibrocap.physics.symbols import QUANTITIES, STATES
+    from vibrocap.physics.symbols import QUANTITIES, state_symbols
 
-    known, work = STATES | QUANTITIES, "_work" * name.endswith("_work")
-    stem, number = (name.removesuffix(work), 1) if name in STATES else name_and_number(name.removesuffix(work))
-    _, meaning = known.get(stem + work, ("", ""))
+    states, work = state_symbols(motion.system.parts), "_work" * name.endswith("_work")
+    stem, number = (name.removesuffix(work), 1) if name in states else name_and_number(name.removesuffix(work))
+    _, meaning = (states | QUANTITIES).get(stem + work, ("", ""))
     words = name.removesuffix(work).replace("_", " ")
     if not meaning or meaning.startswith(("its ", "their ")):
         return f"work of {words} since the start" if work else words
@@ -136,7 +136,7 @@ def motion_dataset(
 
 
 def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
-    attributes: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
+    attributes: dict[str, Any] = {"long_name": _meaning(motion, name), "units": _unit(motion, name)}
     context = motion.si_context()
     return attributes if context is None else attributes | {"dimensionless_unit": context.units.factor(name)}
 
@@ -154,7 +154,7 @@ class MotionExport(Export):
         self.motion, self.own, self.case = motion, case, case_text(case)
         self.table = columns(motion)
         self.units = {name: _unit(motion, name) for name in self.table}
-        self.meanings = {name: _meaning(name) for name in self.table}
+        self.meanings = {name: _meaning(motion, name) for name in self.table}
         self.size = max(len(self.table["time"]), len(motion.event_times))
         if (context := motion.si_context()) is not None:
             self.scales = {name: context.units.factor(name) for name in self.table}

@@ -17,12 +17,10 @@ from vibrocap.physics.mechanics.formulas import FUNCTIONS, Formula, mul
 from vibrocap.physics.mechanics.parts import Contact, is_word
 from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, total, written
-from vibrocap.physics.names import name_and_number
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.symbols import GREEK, printed
+from vibrocap.physics.symbols import GREEK, machine_symbols, printed
 
 SYMBOL = re.compile(r"([A-Za-z]+)_?(\w*)('*)")
-TOUCHING = "s"  # 1 in front, -1 behind, 0 where a stop is not touched
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,15 +114,7 @@ def _symbols(machine: Machine, derived: Derivation) -> dict[int, str]:
     """The symbol of each input, by its number; of two with one symbol the second is called by its name."""
     kind, inputs = type(machine), derived.inputs
     numbers = [info for info in parameter_table(kind) if isinstance(getattr(machine, info.name), (int, float))]
-    shared = collections.Counter(coordinate.symbol for coordinate in kind.all_coordinates.values())
-    contact = {speed: i for i, speed in enumerate(dict.fromkeys(derived.speeds), start=1)}
-    states = dict.fromkeys(kind.states, TOUCHING)
-    for name, coordinate in kind.all_coordinates.items():
-        own = f"{coordinate.symbol}_{name_and_number(name)[1]}" if shared[coordinate.symbol] > 1 else coordinate.symbol
-        rate = derived.rates[name]
-        plain = derived.along[name].rate == derived.states[rate]
-        slides = f"v_{contact[rate]}" if rate in contact and len(contact) > 1 else "v"
-        states |= {name: own, rate: f"{own}'" if plain else "p" if derived.imposes else slides}
+    states = {name: symbol for name, (symbol, _) in machine_symbols(kind).items()}
     rubs = ["R"] if len(inputs.frictions) == 1 else [f"R_{i}" for i in range(1, len(inputs.frictions) + 1)]
     named = [
         *zip((inputs.t, inputs.drive, *inputs.gravity), *2 * [("t", "drive", "g_n", "g_t")], strict=True),

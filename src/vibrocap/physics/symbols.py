@@ -4,7 +4,9 @@
 the parts themselves, so a new law, machine, drive or controller brings its own rows.
 """
 
+import collections
 import contextlib
+import functools
 import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -18,6 +20,7 @@ from vibrocap.physics.drives.scheduled import scheduled
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.names import name_and_number, state_names
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 
 LETTERS = "alpha beta delta epsilon eta gamma kappa lambda mu nu Omega omega phi psi rho sigma tau theta xi"
@@ -25,41 +28,9 @@ GREEK: dict[str, str] = dict(zip(LETTERS.split(), "αβδεηγκλμνΩωφψ�
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
-def _moving(name: str, symbol: str, meaning: str, rate: str = "") -> dict[str, tuple[str, str]]:
-    """A state and its rate."""
-    return {name: (symbol, meaning), rate or f"{name}_rate": (f"{symbol}'", "its rate")}
-
-
 HEAD = ("symbol", "name in code", "meaning", "default")
-# Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
-MECHANICAL = {
-    **_moving("angle", "theta", "angle of the pendulum or the rotor from upright"),
-    **_moving(
-        "angle_2", "theta_2", "angle of the second rod from upright (two pendulums, double pendulum)", "angle_rate_2"
-    ),
-    **_moving("twist", "phi_1", "twist of the string above the disc (drill string)"),
-    "twist_2": ("phi_2", "twist of the string above the bit (drill string)"),
-    "bit_speed": ("v", "angular speed of the bit (drill string)"),
-    **_moving("slip", "s", "angle of the engine from the vehicle (clutch)"),
-    **_moving("vehicle_angle", "phi", "angle of the vehicle (clutch)"),
-    **_moving("sag", "h", "how far the body has sunk (bristle robot)"),
-    **_moving("pitch", "phi", "angle of the body (bristle robot)"),
-    **_moving("shift", "u", "how far the body is in front of its place at rest over foot 1 (bristle robot)"),
-    "stretch": ("w", "distance of the feet, less that of the hips (bristle robot)"),
-    **_moving("displacement", "z", "displacement of the inner mass in the capsule, or opening of the first gap"),
-    "position": ("X", "position of the capsule, body 1, foot 1 or part; nothing depends on it but springs to a wall"),
-    "velocity": ("X'", "its velocity"),
-    "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
-    **{f"velocity_{i}": (f"v_{i}", f"velocity of body or foot {i} (crawlers, linkage, bristle robot)") for i in (2, 3)},
-    "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass, or of a part (feeder)"),
-    "sliding_velocity": ("v", "velocity of a block over the belt under it"),
-    **{
-        f"{name}_{i}": (f"{symbol}_{i}", f"{meaning} of block {i} (rows of blocks)")
-        for i in (2, 3)
-        for name, symbol, meaning in (("position", "x", "position"), ("sliding_velocity", "v", "sliding velocity"))
-    },
-    **_moving("approach", "y", "displacement of a block towards the belt (mode-coupling block)"),
-    "touching": ("s", "stop that the inner mass, the pendulum or the block touches: 1 in front, -1 behind, 0 none"),
+# Symbol and meaning of what a motion can be asked for, by name: states of actuators and controllers, of laws, the rest.
+OF_CONTROL = {
     "actuator_output": ("u", "force or torque behind an actuator"),
     "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),
     "clipped": ("s_c", "1 or -1 while the command before an actuator is cut off"),
@@ -88,7 +59,7 @@ OF_LAWS = {
     "gap_position": ("u", "position of the joint in its gap (backlash)"),
     "engaged": ("e", "side on which the joint pushes, +1 or -1; 0 in the gap (backlash)"),
 }
-STATES = MECHANICAL | OF_LAWS
+TOUCHING = ("s", "stop that is touched: 1 in front, -1 behind, 0 none")
 QUANTITIES = {
     "time": ("tau", "time"),
     "side": ("sgn v", "direction of sliding, +1 or -1; 0 where the contact sticks"),
@@ -155,6 +126,51 @@ def printed(symbol: str) -> str:
     return re.sub(r"(?<=\w)_?(\d)", lambda digit: digit[1].translate(SUBSCRIPTS), greek)
 
 
+@functools.cache
+def machine_symbols(kind: type[Machine]) -> dict[str, tuple[str, str]]:
+    """Symbol and meaning of each state of a class of machines, by name."""
+    whole = kind.kind().whole
+    shared = collections.Counter(coordinate.symbol for coordinate in kind.all_coordinates.values())
+    contacts = {speed: i for i, speed in enumerate(dict.fromkeys(whole.speeds), start=1)}
+    states: dict[str, tuple[str, str]] = dict.fromkeys(kind.states, TOUCHING)
+    for name, coordinate in kind.all_coordinates.items():
+        symbol, rate = coordinate.symbol, whole.rates[name]
+        symbol = f"{symbol}_{name_and_number(name)[1]}" if shared[symbol] > 1 else symbol
+        path = whole.paths[whole.pivots[name]] if name in whole.pivots else None
+        speed = f"{symbol}'", "its rate"
+        if whole.imposes:
+            speed = "p", "velocity of the common centre of mass"
+        elif path is not None and (path.slopes.keys() != {name} or path.slope(name).number != 1.0):
+            body = kind.contact_names[contacts[rate] - 1]
+            speed = f"v_{contacts[rate]}" if len(contacts) > 1 else "v", f"sliding velocity of {body}"
+        states |= {name: (symbol, coordinate.meaning), rate: speed}
+    return states
+
+
+def state_symbols(parts: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
+    """Symbol and meaning of each state of the parts of a system by name, or of their classes."""
+    machine = parts["machine"]
+    states = machine_symbols(machine if isinstance(machine, type) else type(machine)) | OF_CONTROL
+    for name in state_names(parts):
+        law_state, number = name_and_number(name)
+        if name not in states:
+            symbol, meaning = OF_LAWS.get(law_state if name not in OF_LAWS else name, (name, name))
+            further = number > 1 and name not in OF_LAWS and law_state in OF_LAWS
+            states[name] = (f"{symbol}_{number}", f"{meaning}, of contact {number}") if further else (symbol, meaning)
+    return states
+
+
+def _all_states() -> dict[str, tuple[str, str]]:
+    """Of all machines, controllers and laws; a state of several machines has all that it is there."""
+    texts: dict[str, list[tuple[str, str]]] = {}
+    for kind in machines().values():
+        for name, text in machine_symbols(kind).items():
+            texts.setdefault(name, []).append(text)
+    pairs = {name: [*map(dict.fromkeys, zip(*several, strict=True))] for name, several in texts.items()}
+    states = {name: (" or ".join(symbols), "; ".join(words)) for name, (symbols, words) in pairs.items()}
+    return states | OF_CONTROL | OF_LAWS
+
+
 def page() -> str:
     """The whole page, in Markdown."""
     lines = [
@@ -180,7 +196,14 @@ def page() -> str:
             lines += _wrapped(title, {scheduled.__name__: scheduled}, drives())
     lines += ["## Environment: `Environment`", "", *_parameters(Environment), ""]
     lines += ["## Actuator: `Actuator`", "", *_parameters(Actuator), ""]
-    lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
+    lines += [
+        "## States",
+        "",
+        "Those of machines, then of actuators and controllers, then of laws.",
+        "",
+        *_quantities(_all_states()),
+        "",
+    ]
     lines += ["## Further quantities of a motion", "", *_quantities(QUANTITIES), ""]
     lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]
     records = dict.fromkeys((*(machine.si_scales for machine in machines().values()), FreeScales))

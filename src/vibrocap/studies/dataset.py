@@ -186,6 +186,6 @@ def _attributes(name: str, seen: Any, over: Over, record: Any) -> dict[str, Any]
         return PHASE_ATTRIBUTES
     unit = {"units": seen.unit if isinstance(seen, WithUnit) else "1"}
     if name in record.system.state_names:
-        return coordinate_attributes(f"{INITIAL}{name}") | {"long_name": name} | unit
+        return coordinate_attributes(f"{INITIAL}{name}", record.system) | {"long_name": name} | unit
     known = coordinate_attributes(name, record.system) if "." in name else {}
     return {"long_name": over.words} | known | unit

@@ -17,7 +17,7 @@ from vibrocap.physics.dimensions.units import Key
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.symbols import STATES
+from vibrocap.physics.symbols import state_symbols
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
@@ -93,7 +93,7 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
         before = {"initial": "initial ", "drive": "drive ", "actuator": "actuator "}.get(part, "")
         return {"long_name": f"{before}{words}", "units": in_si.unit}
     if path.startswith(INITIAL):
-        symbol, meaning = STATES.get(name, (name, name))
+        symbol, meaning = (name, name) if system is None else state_symbols(system.parts).get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
     kinds = kinds_of(part).values() or [Environment, Actuator]
     own = [] if system is None else [system.parts[part]]  # another kind may call something else so

@@ -22,7 +22,7 @@ from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_key
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import ConsistentUnits
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
-from vibrocap.physics.symbols import STATES
+from vibrocap.physics.symbols import state_symbols
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
@@ -88,7 +88,8 @@ def new_case(kinds: Mapping[str, str], file: str, si: bool = False, defaults: bo
     lines += ["# [controller]: computes the command from its measurement; the drive is then its reference."]
     first, *others = catalogue()
     lines += ["# " + _line(key, first, "or " + ", ".join(others)), ""]
-    lines += ["[initial]", *(form.state(name) for name in state_names(classes))]
+    symbols = state_symbols(classes)
+    lines += ["[initial]", *(form.state(name, ": ".join(symbols[name])) for name in state_names(classes))]
     lines += ["", "[run]", *(_line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
     return "\n".join(lines) + ("\n\n" + own if own else "\n")
 
@@ -114,9 +115,8 @@ class _Plain:
             words += f"; default {'none' if info.default is None else info.default}"
         return f"# {info.name}: {words}" if value is None else _line(info.name, value, words)
 
-    def state(self, name: str) -> str:
-        symbol, meaning = STATES.get(name, (name, name))
-        return _line(name, 0.0, f"{symbol}: {meaning}")
+    def state(self, name: str, words: str) -> str:
+        return _line(name, 0.0, words)
 
 
 class _InSI(_Plain):
@@ -155,9 +155,9 @@ class _InSI(_Plain):
             value = [float(f"{number * units.per_key(key):.3g}") for number in value]
         return _line(name, value, info.in_si)
 
-    def state(self, name: str) -> str:
-        key, (symbol, meaning) = one_way(state_keys(self.units.states), name), STATES.get(name, (name, name))
-        return _line(name if key is None else key.key, 0.0, f"{symbol}: {meaning}")
+    def state(self, name: str, words: str) -> str:
+        key = one_way(state_keys(self.units.states), name)
+        return _line(name if key is None else key.key, 0.0, words)
 
 
 class NewRequest(WithParts):

@@ -36,7 +36,7 @@ class CapsuleWithBob(Machine):
     damping: Any
     normal_load: Any
 
-    angle = coordinate("theta", "angle of the turning body from upright", "rad")
+    angle = coordinate("theta", "angle of the pendulum from upright", "rad")
     position = coordinate("X", "place of the capsule", "m")
     bob: ClassVar[str] = "bob"
     effort: ClassVar = "torque"

@@ -11,7 +11,7 @@ from vibrocap.physics.dimensions.stated import Stated, parameters_stated, stated
 from vibrocap.physics.dimensions.units import state_keys, written
 from vibrocap.physics.names import name_and_number, owner_of
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.symbols import GREEK, STATES, printed
+from vibrocap.physics.symbols import GREEK, printed, state_symbols
 from vibrocap.physics.system import System
 
 LABELS = {
@@ -220,8 +220,8 @@ def case_words(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     else:
         values = {name: value_text(fixed.get(f"initial.{name}", start)) for name, start in case.initial.items()}
         moved = {x: value for x, value in values.items() if value != "0" and f"initial.{x}" not in varied}
-        symbols = {name: symbol_text(STATES[name][0]) if name in STATES else name for name in moved}
-        numbers += [f"{symbols[name]}(0){EQUALS}{value}" for name, value in moved.items()]
+        symbols = state_symbols(system.parts)
+        numbers += [f"{symbol_text(symbols[name][0])}(0){EQUALS}{value}" for name, value in moved.items()]
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
