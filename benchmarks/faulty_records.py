@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.inference.diagnosis.causes import diagnosis
-from vibrocap.identification.inference.diagnosis.errors import RecordErrors
-from vibrocap.identification.inference.diagnosis.pattern_test import basis_of, without
+from vibrocap.identification.fit import fit
+from vibrocap.identification.inference.diagnosis import diagnosis
+from vibrocap.identification.inference.errors import RecordErrors
+from vibrocap.identification.inference.patterns import basis_of, without
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fit import fit
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.physics import catalogue
 from vibrocap.records.published import rotary_damper

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid
-from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.experiments.experiment_design import Motion, joined, multisine, ramp, sinusoid
+from vibrocap.identification.fit import fit
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.bristles import LuGre

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.experiments.motions import (
+from vibrocap.identification.experiments.experiment_design import (
     Motion,
     joined,
     multisine,
@@ -16,8 +16,8 @@ from vibrocap.identification.experiments.motions import (
     steps,
     synthetic_record,
 )
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.problem.parameter_roles import role, with_role
+from vibrocap.identification.fit import fit
+from vibrocap.identification.problem.parametrisation import role, with_role
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 

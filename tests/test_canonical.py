@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from thinned import exhaustive_but
-from vibrocap.laboratory.break_away import break_away
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.laboratory.frictional_lag import frictional_lag
-from vibrocap.laboratory.presliding import creep, presliding_loop
-from vibrocap.laboratory.stick_slip_test import stick_slip_test
+from vibrocap.laboratory.loops import creep, frictional_lag, presliding_loop
+from vibrocap.laboratory.pulled_block import break_away, stick_slip_test
 from vibrocap.laboratory.test_sheet import test_sheet as canonical_sheet
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.curves import Coulomb

@@ -7,11 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.laboratory.break_away import break_away
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.laboratory.frictional_lag import frictional_lag
-from vibrocap.laboratory.presliding import creep, presliding_loop
-from vibrocap.laboratory.stick_slip_test import stick_slip_test
+from vibrocap.laboratory.loops import creep, frictional_lag, presliding_loop
+from vibrocap.laboratory.pulled_block import break_away, stick_slip_test
 
 # Canudas de Wit et al. 1995, table I, in SI: sigma0 [N/m], sigma1, sigma2 [N s/m], Fc, Fs [N], v_s [m/s]; 1 kg
 OWN = vc.LuGre(1e5, math.sqrt(1e5), 0.4, 1.0, 1.5, 1e-3)

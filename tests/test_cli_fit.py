@@ -17,12 +17,11 @@ from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.fit_request import TERM_NAMES
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK
-from vibrocap.identification.fitting import steady_fit as steady_fits
+from vibrocap.identification import fit as fits
+from vibrocap.identification.fit_result import Fit, case_section
 from vibrocap.identification.problem.prediction import BESIDE
 from vibrocap.identification.problem.terms import TERMS
-from vibrocap.identification.result.case_section import case_section
-from vibrocap.identification.result.fit_result import Fit
-from vibrocap.identification.search.loss import SearchStatus
+from vibrocap.identification.search import SearchStatus
 from vibrocap.physics.friction.curves import Exponential
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
@@ -182,7 +181,7 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
 
 @pytest.mark.slow
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
-    from vibrocap.identification.fitting.spring_fit import Step, _pulled
+    from vibrocap.identification.spring_fit import Step, _pulled
     from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
 
     law = RateAndStateAgeing(
@@ -210,8 +209,8 @@ def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
-    from vibrocap.identification.experiments.match import match
-    from vibrocap.identification.experiments.motions import ramp
+    from vibrocap.identification.experiments.comparison import match
+    from vibrocap.identification.experiments.experiment_design import ramp
     from vibrocap.physics.friction.curves import Exponential, Stribeck
     from vibrocap.plotting.fits import match_figure
     from vibrocap.plotting.look.finishing import save
@@ -263,7 +262,7 @@ def test_picture_shows_records_and_parameters(folder):
     from vibrocap.records.reading.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
-    fitted = steady_fits.steady_fit(records, "exponential", held_out="narrow")
+    fitted = fits.steady_fit(records, "exponential", held_out="narrow")
     drawn = fit_figure(fitted).get_axes()
     assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["wide", "narrow", "Parameters"]
     assert "held out" in drawn[1].get_title(loc="left")
@@ -280,7 +279,7 @@ def test_picture_shows_records_and_parameters(folder):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
-    from vibrocap.identification.result.fit_result import RecordResult
+    from vibrocap.identification.fit_result import RecordResult
     from vibrocap.plotting.fits import MOST_POINTS, _stretch
     from vibrocap.plotting.look.style import decimated
 
@@ -418,7 +417,7 @@ def test_a_fit_without_a_law_is_incomplete(folder, capsys, monkeypatch):
         numbers = (nothing, nothing, nothing, 400, nothing, nothing, nothing)
         return Fit(None, "exponential", status, (), (), (), *numbers, None, (), 0.0, {})
 
-    monkeypatch.setattr(steady_fits, "steady_fit", failed)
+    monkeypatch.setattr(fits, "steady_fit", failed)
     text = refused(capsys, "wide.csv", *STEADY, "--out", "fit", "--plot", "fit.png", code=INCOMPLETE)
     assert "No fit of exponential: no start could be driven" in text
     assert {path.name for path in folder.iterdir()} == {"wide.csv", "narrow.csv"}
@@ -428,7 +427,7 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
     def broken(*arguments, **settings):
         raise ValueError("operands could not be broadcast")
 
-    monkeypatch.setattr(steady_fits, "steady_fit", broken)
+    monkeypatch.setattr(fits, "steady_fit", broken)
     with pytest.raises(ValueError, match="broadcast"):
         command("wide.csv", *STEADY)
 

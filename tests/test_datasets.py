@@ -20,8 +20,8 @@ from cases import printed, refused
 from published_data import published_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
-from vibrocap.records import fetching
-from vibrocap.records.fetching import DATA_SETS, SUMS, DataSet, FetchError, Original, fetch
+from vibrocap.records import published
+from vibrocap.records.published import DATA_SETS, SUMS, DataSet, FetchError, Original, fetch
 
 pytest.importorskip("pooch")
 
@@ -157,7 +157,7 @@ def test_addresses():
 
 @pytest.fixture
 def one_set(basalt, monkeypatch, tmp_path):
-    monkeypatch.setattr(fetching, "DATA_SETS", {"basalt-velocity-step": basalt})
+    monkeypatch.setattr(published, "DATA_SETS", {"basalt-velocity-step": basalt})
     monkeypatch.setenv("VIBROCAP_DATA", str(tmp_path / "data"))
     return tmp_path / "data"
 
@@ -185,7 +185,7 @@ def test_a_fetch_that_stopped_between_two_files_continues(one_set, basalt, serve
     folder, address = server
     second = Original(f"{address}/more.txt", "more.txt")
     both = dataclasses.replace(basalt, originals=(*basalt.originals, second))
-    monkeypatch.setitem(fetching.DATA_SETS, basalt.name, both)
+    monkeypatch.setitem(published.DATA_SETS, basalt.name, both)
     assert main(["list", "datasets", "--fetch", basalt.name]) == INCOMPLETE
     assert "more.txt" in capsys.readouterr().err
     (folder / "more.txt").write_text(TEXT)
@@ -198,7 +198,7 @@ def test_no_network_ends_with_code_3_and_a_sentence(one_set, basalt, monkeypatch
     with contextlib.closing(socket.socket()) as free:
         free.bind(("127.0.0.1", 0))
         nowhere = dataclasses.replace(basalt.originals[0], url=f"http://127.0.0.1:{free.getsockname()[1]}/basalt.txt")
-        monkeypatch.setitem(fetching.DATA_SETS, basalt.name, dataclasses.replace(basalt, originals=(nowhere,)))
+        monkeypatch.setitem(published.DATA_SETS, basalt.name, dataclasses.replace(basalt, originals=(nowhere,)))
         assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == INCOMPLETE
     said = capsys.readouterr()
     assert said.out == ""

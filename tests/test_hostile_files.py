@@ -25,9 +25,9 @@ from vibrocap.cli.commands.plot import picture_path
 from vibrocap.cli.main import main
 from vibrocap.cli.sweep_request import read_cases
 from vibrocap.cli.terminal import Page, table, visible
-from vibrocap.records.checks import RecordError
 from vibrocap.records.reading import arrays, matlab, text
 from vibrocap.records.reading.readers import read_records
+from vibrocap.records.record import RecordError
 
 h5py = pytest.importorskip("h5py")
 SMALL = 2**20

@@ -8,12 +8,19 @@ import numpy as np
 import pytest
 
 from bench_case import BENCH
-from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.experiments.experiment_design import (
+    Motion,
+    joined,
+    multisine,
+    ramp,
+    sinusoid,
+    synthetic_record,
+)
+from vibrocap.identification.fit import fit
+from vibrocap.identification.fit_result import case_section
 from vibrocap.identification.inference import uncertainty as uncertainty_module
 from vibrocap.identification.inference.uncertainty import correlation_time
-from vibrocap.identification.result.case_section import case_section
-from vibrocap.identification.search.loss import SearchStatus
+from vibrocap.identification.search import SearchStatus
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.dimensions.units import parameter_keys
 from vibrocap.physics.friction.bristles import LuGre

@@ -7,12 +7,12 @@ import pytest
 
 from benchmarks.faulty_records import FAULTS, bench, coloured, errors_of, faulty, named
 from benchmarks.imperfect_data import CONTACT, motion
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.steady_fit import steady_fit
-from vibrocap.identification.inference.diagnosis.causes import diagnosis
-from vibrocap.identification.inference.diagnosis.errors import RecordErrors
-from vibrocap.identification.inference.diagnosis.measurement_faults import resolution, saturation
-from vibrocap.identification.inference.diagnosis.pattern_test import (
+from vibrocap.identification.fit import fit, steady_fit
+from vibrocap.identification.inference.diagnosis import diagnosis
+from vibrocap.identification.inference.errors import RecordErrors
+from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.inference.measurement_faults import resolution, saturation
+from vibrocap.identification.inference.patterns import (
     Pattern,
     autoregression,
     basis_of,
@@ -20,7 +20,6 @@ from vibrocap.identification.inference.diagnosis.pattern_test import (
     probability,
     without,
 )
-from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.curves import Coulomb, Exponential
 from vibrocap.records.record import Record

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from published_data import published_folder
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.spring_fit import spring_fit
+from vibrocap.identification.fit import fit
 from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.spring_fit import spring_fit
 from vibrocap.records.published import basalt_velocity_step, rotary_damper
 
 EARTHQUAKE = "eq_KocaeliMCE_window"

@@ -7,11 +7,10 @@ import pytest
 
 from vibrocap.arguments import Complaints
 from vibrocap.design.search.uncertainty import sampled, uncertain_quantities
-from vibrocap.identification.experiments.posterior import posterior
+from vibrocap.identification.experiments.parameter_samples import Source, chain, posterior
 from vibrocap.identification.experiments.term_choice import choose_terms
-from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fit import fit
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.inference.sampling import Source, chain
 from vibrocap.physics.drives.harmonics import Harmonic
 from vibrocap.physics.friction.curves import Coulomb
 from vibrocap.physics.machines.oscillators import Oscillator

@@ -8,9 +8,9 @@ import pytest
 
 from benchmarks.imperfect_data import CONTACT, KINDS, motion, rates, record
 from thinned import exhaustive_but
-from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fit import fit
 from vibrocap.identification.inference.uncertainty import uncertainty
-from vibrocap.identification.search.loss import Loss
+from vibrocap.identification.search import Loss
 from vibrocap.quantities.json_text import plain
 from vibrocap.records.record import Record
 
@@ -119,11 +119,11 @@ def test_the_covariance_is_that_of_errors_of_different_sizes():
     slopes = np.stack([np.ones_like(x), x], axis=1)
     errors = size * rng.standard_normal(len(x))
     errors = errors - slopes @ np.linalg.lstsq(slopes, errors, rcond=None)[0]
-    found = uncertainty([errors], slopes, np.eye(2), Loss())
+    found = uncertainty([errors], slopes, np.empty((0, 2)), np.eye(2), Loss())
     true = np.sum(x**2 * size**2) / np.sum(x**2) ** 2
     # the estimate of such a variance scatters by about sqrt(2/m), m about 1000 samples with weight
     assert found.covariance[1, 1] == pytest.approx(true, rel=0.2)
-    alike = uncertainty([errors[rng.permutation(len(x))]], slopes, np.eye(2), Loss())
+    alike = uncertainty([errors[rng.permutation(len(x))]], slopes, np.empty((0, 2)), np.eye(2), Loss())
     assert alike.covariance[1, 1] < 0.7 * true  # what one size for all would state
 
 

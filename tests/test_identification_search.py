@@ -7,17 +7,21 @@ import numpy as np
 import pytest
 
 from thinned import exhaustive_but
-from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.solution import away_from_jumps
-from vibrocap.identification.fitting.steady_fit import steady_fit
+from vibrocap.identification.experiments.experiment_design import (
+    Motion,
+    joined,
+    multisine,
+    ramp,
+    sinusoid,
+    synthetic_record,
+)
+from vibrocap.identification.fit import fit, steady_fit
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import parametrisation
 from vibrocap.identification.problem.prediction import Prediction
-from vibrocap.identification.problem.samples import samples
-from vibrocap.identification.search.descent import LONGEST, descent, step, warm_descent
-from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus
+from vibrocap.identification.problem.samples import data_scales, samples
+from vibrocap.identification.search import LONGEST, LOSSES, Loss, SearchStatus, descent, step, warm_descent
+from vibrocap.identification.solution import away_from_jumps
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.bristles import LuGre

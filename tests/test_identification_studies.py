@@ -5,16 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.identification.experiments.bootstrap import bootstrap
-from vibrocap.identification.experiments.comparison import compare
-from vibrocap.identification.experiments.experiment_design import candidate_motions, experiment_design
-from vibrocap.identification.experiments.match import match
-from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.spring_fit import Step, found_step, measured_stiffness, spring_fit
-from vibrocap.identification.fitting.steady_fit import steady_fit
+from vibrocap.identification.experiments.comparison import compare, match
+from vibrocap.identification.experiments.experiment_design import (
+    Motion,
+    candidate_motions,
+    experiment_design,
+    multisine,
+    ramp,
+    sinusoid,
+    synthetic_record,
+)
+from vibrocap.identification.experiments.parameter_samples import bootstrap
+from vibrocap.identification.fit import fit, steady_fit
 from vibrocap.identification.problem.coordinates import Coordinate, Space
-from vibrocap.identification.problem.steady_prediction import steady_force
+from vibrocap.identification.problem.prediction import steady_force
+from vibrocap.identification.spring_fit import Step, found_step, measured_stiffness, spring_fit
 from vibrocap.physics.friction.bristles import LuGre
 from vibrocap.physics.friction.curves import Exponential, Stribeck
 from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing

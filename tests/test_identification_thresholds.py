@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vibrocap.identification.inference.diagnosis.causes import diagnosis
-from vibrocap.identification.inference.diagnosis.errors import RecordErrors
-from vibrocap.identification.inference.diagnosis.measurement_faults import (
+from vibrocap.identification.inference.diagnosis import diagnosis
+from vibrocap.identification.inference.errors import RecordErrors
+from vibrocap.identification.inference.measurement_faults import (
     outliers,
     quantisation,
     resolution,
     saturation,
 )
-from vibrocap.identification.inference.diagnosis.patterns import speed
+from vibrocap.identification.inference.patterns import speed
 
 TIME = np.linspace(0.0, 40.0, 4000)
 

@@ -14,10 +14,9 @@ from thinned import exhaustive_but
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
-from vibrocap.design.calibration.course import Sensor, courses
-from vibrocap.design.calibration.motion_interval import parameter_within
+from vibrocap.design.calibration.course import Sensor, courses, unknowns
+from vibrocap.design.calibration.motion_search import parameter_within
 from vibrocap.design.calibration.record_model import RecordModel
-from vibrocap.design.calibration.unknowns import unknowns
 from vibrocap.identification.inference.identifiability import Verdict
 
 BLOCK = vc.System(vc.Oscillator(), vc.Coulomb(0.3, 0.3), vc.Harmonic(1.0, 1.0))

@@ -15,7 +15,7 @@ from cases import printed, printed_json, refused
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
-from vibrocap.identification.experiments.motions import ramp, synthetic_record
+from vibrocap.identification.experiments.experiment_design import ramp, synthetic_record
 from vibrocap.physics import catalogue
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.curves import Exponential

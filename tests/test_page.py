@@ -16,13 +16,12 @@ from test_stick_slip import Belt
 from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
-from vibrocap.identification.experiments.motions import ramp
+from vibrocap.identification.experiments.experiment_design import ramp
 from vibrocap.plotting.fits import residual_figure
 from vibrocap.plotting.look.finishing import finished
 from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import figure as empty_figure
-from vibrocap.records.regime_diagram import regime_diagram
-from vibrocap.records.stick_slip import stick_slip
+from vibrocap.records.stick_slip import regime_diagram, stick_slip
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 BELT = vc.System(

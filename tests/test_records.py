@@ -6,8 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from vibrocap.records.checks import RecordError, RecordWarning
-from vibrocap.records.record import Record
+from vibrocap.records.record import Record, RecordError, RecordWarning
 
 N = 200
 TIME = np.linspace(0.0, 2.0, N)

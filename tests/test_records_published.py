@@ -5,10 +5,10 @@ import pytest
 from scipy.io import savemat
 
 from published_data import published_folder
-from vibrocap.records.checks import RecordError
 from vibrocap.records.preparation import prepared
 from vibrocap.records.published import basalt_velocity_step, data_folder, emps, paper_stick_slip, rotary_damper
 from vibrocap.records.reading.readers import read_records
+from vibrocap.records.record import RecordError
 
 
 def test_rotary_damper():

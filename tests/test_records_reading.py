@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from vibrocap.records.checks import RecordError, RecordWarning
 from vibrocap.records.reading import matlab
 from vibrocap.records.reading.columns import quantity_of
 from vibrocap.records.reading.readers import read_records
 from vibrocap.records.reading.units import DIMENSIONS, QUANTITIES, si_unit, unit_named
+from vibrocap.records.record import RecordError, RecordWarning
 
 N = 12
 TIME = np.linspace(0.0, 1.1, N)

@@ -5,13 +5,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from vibrocap.identification.experiments.motions import joined, ramp, synthetic_record
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parameter_roles import EXPECTED, UNKNOWN, role
-from vibrocap.identification.problem.parametrisation import parametrisation
-from vibrocap.identification.problem.samples import samples
-from vibrocap.identification.result.case_section import dimensionless
+from vibrocap.identification.experiments.experiment_design import joined, ramp, synthetic_record
+from vibrocap.identification.fit import fit
+from vibrocap.identification.fit_result import dimensionless
+from vibrocap.identification.problem.parametrisation import EXPECTED, UNKNOWN, parametrisation, role
+from vibrocap.identification.problem.samples import data_scales, samples
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.dimensions.scales import PendulumScales
 from vibrocap.physics.friction.bristles import LuGre

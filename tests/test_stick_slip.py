@@ -16,13 +16,11 @@ from thinned import slow_but
 from vibrocap.arguments import Refusal
 from vibrocap.cli.command import COMMANDS, perform
 from vibrocap.cli.commands.stick_slip import StickSlipRequest
-from vibrocap.records.checks import RecordError
-from vibrocap.records.regime_diagram import regime_diagram
-from vibrocap.records.slips.periods import recurrence
-from vibrocap.records.slips.phases import noise_level
-from vibrocap.records.slips.pull import read_pulls
-from vibrocap.records.slips.regimes import HALF_STICK_RATIO, HALF_STICK_X
-from vibrocap.records.stick_slip import slider_velocity, stick_slip, stick_slip_of
+from vibrocap.records.phases import noise_level
+from vibrocap.records.pull import read_pulls
+from vibrocap.records.record import RecordError
+from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X, recurrence
+from vibrocap.records.stick_slip import regime_diagram, slider_velocity, stick_slip, stick_slip_of
 
 SHARED = Path(os.environ.get("VIBROCAP_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
 PAPER = SHARED / "paper-stick-slip"

@@ -22,31 +22,26 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.design.shapes import drive_shape
     from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
     from vibrocap.exchange.stepper_array import StepperArray
-    from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
-    from vibrocap.identification.experiments.comparison import Comparison, compare
+    from vibrocap.identification.experiments.comparison import Comparison, Match, compare, match
     from vibrocap.identification.experiments.experiment_design import (
         ExperimentDesign,
         candidate_motions,
         experiment_design,
     )
-    from vibrocap.identification.experiments.match import Match, match
-    from vibrocap.identification.experiments.posterior import Posterior, posterior
+    from vibrocap.identification.experiments.parameter_samples import Bootstrap, Posterior, bootstrap, posterior
     from vibrocap.identification.experiments.term_choice import TermChoice, choose_terms
-    from vibrocap.identification.fitting.fit import fit
-    from vibrocap.identification.fitting.spring_fit import spring_fit
-    from vibrocap.identification.fitting.steady_fit import steady_fit
-    from vibrocap.identification.result.fit_result import Fit
+    from vibrocap.identification.fit import fit, steady_fit
+    from vibrocap.identification.fit_result import Fit
+    from vibrocap.identification.spring_fit import spring_fit
     from vibrocap.io.labelled import to_pandas, to_xarray
     from vibrocap.io.motion_file import write_motion
     from vibrocap.io.study_file import write_study
-    from vibrocap.laboratory.break_away import BreakAway, break_away
     from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
     from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
-    from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
+    from vibrocap.laboratory.loops import Creep, FrictionalLag, PreslidingLoop, creep, frictional_lag, presliding_loop
     from vibrocap.laboratory.passivity import Passivity, passivity
-    from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
+    from vibrocap.laboratory.pulled_block import BreakAway, break_away, stick_slip_test
     from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regularisation_error, width_for
-    from vibrocap.laboratory.stick_slip_test import stick_slip_test
     from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
     from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
     from vibrocap.measures.during_run import measure_table, measured
@@ -178,13 +173,11 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.plotting.steady.diagrams import draw_bifurcation
     from vibrocap.plotting.steady.equilibria import draw_equilibria
     from vibrocap.plotting.studies.maps import draw_study
-    from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
     from vibrocap.records.reading.readers import read_records
-    from vibrocap.records.record import Record
-    from vibrocap.records.regime_diagram import regime_diagram
-    from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
+    from vibrocap.records.record import Record, RecordError, RecordWarning
+    from vibrocap.records.stick_slip import StickSlip, regime_diagram, stick_slip, stick_slip_of
     from vibrocap.studies.adaptive import adaptive_map, border
     from vibrocap.studies.dataset import open_study
     from vibrocap.studies.plan.designs import Design

@@ -83,7 +83,7 @@ def example_names(asked: Any) -> Offered:
 
 def data_sets(asked: Any) -> Offered:
     """Published data sets."""
-    from vibrocap.records.fetching import DATA_SETS
+    from vibrocap.records.published import DATA_SETS
 
     return [(name, data_set.title) for name, data_set in DATA_SETS.items()]
 

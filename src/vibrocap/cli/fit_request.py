@@ -229,9 +229,9 @@ class FitRequest(WithParts, Drawn):
 
 def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], list[str]]":
     """The records ready for a fit, and what looks wrong with their units."""
-    from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.reading.readers import read_records
+    from vibrocap.records.record import RecordError, RecordWarning
 
     options = FitRequest.flags()
     named = column_names(request.columns, complaints)

@@ -1,13 +1,15 @@
 """performance_bounds(system): known bounds for any drive on a given machine and ground."""
 
 import dataclasses
+import itertools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.design.search.goal import measure_unit
+from vibrocap.design.search.problem import measure_unit
 from vibrocap.measures.during_run import measured
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.physics.drives.drive import Drive, Piecewise, Wave, segment_table
@@ -116,11 +118,15 @@ def _least_friction(law: Any, load: float) -> float:
         k = int(np.argmin(forces))
         least = min(least, forces[k])
         if 0 < k < len(SPEEDS) - 1 and forces[k] < min(forces[0], forces[-1]):
-            from scipy.optimize import minimize_scalar
-
-            near = minimize_scalar(force, bounds=(SPEEDS[k - 1], SPEEDS[k + 1]), options={"xatol": 1e-12 * SPEEDS[k]})
-            least = min(least, float(near.fun))  # type: ignore[attr-defined]
+            least = min(least, _least_between(force, SPEEDS[k - 1], SPEEDS[k + 1], 1e-12 * SPEEDS[k]))
     return least
+
+
+def _least_between(function: Callable[[float], float], low: float, high: float, accuracy: float) -> float:
+    from scipy.optimize import minimize_scalar
+
+    minimum: Any = minimize_scalar(function, bounds=(low, high), options={"xatol": accuracy})
+    return float(minimum.fun)
 
 
 def _largest_velocity(system: System) -> PerformanceBound | str:
@@ -144,20 +150,15 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
     total = machine.momentum(0.0, (0.0, 1.0))  # at the speed 1 of the common centre
     value = math.sqrt(stroke * kinetic / (2.0 * total * total))  # mu = 1/total, as masses are in units of the inner one
     unit, scale = measure_unit(system, "mean_velocity")
-    holds_for = "motions whose centre of mass stops once in each stroke"
-    return PerformanceBound(
-        "mean_velocity", "largest", value * scale, unit, scale, holds_for, "Chernousko 2002: sqrt(mu k L/2)"
-    )
+    words = "motions whose centre of mass stops once in each stroke", "Chernousko 2002: sqrt(mu k L/2)"
+    return PerformanceBound("mean_velocity", "largest", value * scale, unit, scale, *words)
 
 
 def _stroke(drive: Drive) -> float | str:
     """From the least to the largest displacement of a drive that rises and falls once in a period."""
     if isinstance(drive, Piecewise):
-        start, instants = 0.0, []
-        for row in segment_table(drive):
-            instants += list(np.linspace(start, row[0], 65)[:-1])
-            start = row[0]
-        times = np.array(instants) * drive.period
+        ends = itertools.pairwise([0.0, *(row[0] for row in segment_table(drive))])
+        times = np.concatenate([np.linspace(start, end, 65)[:-1] for start, end in ends]) * drive.period
     elif isinstance(drive, Wave):
         times = np.linspace(0.0, drive.period, INSTANTS, endpoint=False)
     else:
@@ -167,17 +168,9 @@ def _stroke(drive: Drive) -> float | str:
     steps = steps[steps != 0.0]
     if np.count_nonzero(steps != np.roll(steps, 1)) != 2:
         return "the drive has more than one stroke in a period"
-    lengths = []
+    length, step = 0.0, drive.period / len(times)
     for sign in (1.0, -1.0):
-        k = int(np.argmax(sign * values))
-        lengths.append(_refined(drive, sign, float(times[k]), drive.period / len(times)))
-    return lengths[0] + lengths[1]
-
-
-def _refined(drive: Drive, sign: float, near: float, step: float) -> float:
-    """The largest sign * value near an instant."""
-    from scipy.optimize import minimize_scalar
-
-    how: Any = {"bounds": (near - step, near + step), "options": {"xatol": 1e-12 * step}}
-    minimum: Any = minimize_scalar(lambda t: -sign * drive.value(t), **how)
-    return max(sign * drive.value(near), -float(minimum.fun))
+        near = float(times[int(np.argmax(sign * values))])
+        least = _least_between(lambda t, sign=sign: -sign * drive.value(t), near - step, near + step, 1e-12 * step)
+        length += max(sign * drive.value(near), -least)
+    return length

@@ -1,5 +1,6 @@
 """pareto_front(system, over=...): designs that cannot improve in one measure without a loss in the other."""
 
+import collections
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -10,12 +11,10 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, require, shown
 from vibrocap.case.case import Case
 from vibrocap.design.optimise import OptimumStatus, closed_near, ending, stands
-from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs
-from vibrocap.design.search.goal import INFEASIBLE, UNSETTLED, measure_unit
+from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs, opened_store
 from vibrocap.design.search.population import Population, together
-from vibrocap.design.search.problem import Problem, stated_problem
+from vibrocap.design.search.problem import INFEASIBLE, UNSETTLED, Problem, measure_unit, stated_problem
 from vibrocap.design.search.refinement import Refined
-from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import MeasuresInUnits
 from vibrocap.orbits.closing.orbit import Orbit
@@ -23,7 +22,7 @@ from vibrocap.physics.dimensions.conversion import Design
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
-from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.quantities.dimensional import Dimensional, said
 from vibrocap.results import Result
 
 MEMBERS = 128  # of a population
@@ -83,11 +82,8 @@ class ParetoFront(Result):
         facts = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
         if not len(self):
             return facts | {"advice": self.status.advice}
-        ends = [
-            f"{low:.6g} to {high:.6g}{'' if unit == '1' else f' {unit}'}"
-            for low, high, unit in zip(self.values.min(0), self.values.max(0), self.units, strict=True)
-        ]
-        spans = dict(zip(self.measures, ends, strict=True))
+        ends = zip(self.measures, self.values.min(0), self.values.max(0), self.units, strict=True)
+        spans = {name: f"{low:.6g} to {said(high, unit, 6)}" for name, low, high, unit in ends}
         left = {"left out": ", ".join(f"{number}: {why}" for why, number in self.rejected.items())}
         return {"points": str(len(self))} | spans | facts | (left if self.rejected else {})
 
@@ -205,12 +201,8 @@ def _allowed(population: Population) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def not_dominated(costs: np.ndarray) -> np.ndarray:
     """Which of some points [points, 2] no other betters: as indices, by the first cost."""
     order = np.lexsort((costs[:, 1], costs[:, 0]))
-    best, indices = np.inf, []
-    for k in order:
-        if costs[k, 1] < best:
-            best = costs[k, 1]
-            indices.append(k)
-    return np.array(indices, dtype=int)
+    before = np.minimum.accumulate(np.append(np.inf, costs[order, 1]))[:-1]
+    return order[costs[order, 1] < before]
 
 
 def _spread(costs: np.ndarray, many: int) -> np.ndarray:
@@ -230,19 +222,19 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
     front = not_dominated(motions)
     front = front[_spread(motions[front], points)]
     designs: list[Refined] = []
-    rejected: dict[str, int] = {}
+    rejected = collections.Counter[str]()
     for k in front:
         state = every.end(problem.system.state_names, int(design[k]), int(start[k]))
         near, why = closed_near(problem, every.shares[design[k]], state)
         if near is None or near.best is None:
-            rejected[why] = rejected.get(why, 0) + 1
+            rejected[why] += 1
         else:
             designs.append(near.best)
     exact = np.array([[-goal.merit(one.found[goal.measure]) for goal in problem.goals] for one in designs])
-    kept = not_dominated(exact) if designs else np.array([], dtype=int)
+    kept = not_dominated(exact.reshape(-1, 2))
     if beaten := len(designs) - len(kept):
         rejected["bettered by another's orbit"] = beaten
-    return [designs[k] for k in kept], rejected
+    return [designs[k] for k in kept], dict(rejected)
 
 
 def _front(problem: Problem, every: Population, designs: list[Refined], rejected: dict[str, int]) -> ParetoFront:

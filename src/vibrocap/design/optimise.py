@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import Case
-from vibrocap.design.search.evolution import Evaluations, best_designs, evolve
-from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, Goal, measure_unit
+from vibrocap.design.search.evolution import Evaluations, best_designs, evolve, opened_store
 from vibrocap.design.search.population import REFUSED, Population, evaluated, together
-from vibrocap.design.search.problem import Problem, stated_problem
+from vibrocap.design.search.problem import FAILED, INFEASIBLE, UNSETTLED, Problem, measure_unit, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns
-from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import MeasuresInUnits, Slopes
 from vibrocap.motion.simulate import within_room
@@ -114,8 +112,7 @@ class Optimum(Result):
             if self.nearest is not None:
                 facts["nearest"] = f"nearest {_in_words(self.nearest[0])}: {self.nearest[1]}"
             return facts | {"advice": self.status.advice}
-        unit = "" if self.unit in ("", "1") else f" {self.unit}"
-        best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": _in_words(self.design)}
+        best = {"value": f"{self.measure} {said(self.value, self.unit or '1')}", "design": _in_words(self.design)}
         if self.under is not None:
             best["under uncertainty"] = f"{self.under[0]} of the samples, {100.0 * self.under[1]:.3g} % of them stable"
         best["limits"] = f"limited by {', '.join(self.limits)}"
@@ -132,15 +129,13 @@ class Optimum(Result):
         own = None if self.attractor is None else known.attractors[self.attractor]
         twin = None if own is None or own.twin in (None, self.attractor) else known.attractors[own.twin]
         mine = [motion for motion in (own, twin) if motion is not None]
-        others = len(known.attractors) - len(mine)
         parts = [f"reached from {100.0 * (own.share if own else 0.0):.3g} % of {len(known.label)} spread starts"]
         if twin is not None:
             parts.append(f"its mirror-image solution from {100.0 * twin.share:.3g} %")
-        if others:
+        if others := len(known.attractors) - len(mine):
             share = sum(attractor.share for attractor in known.attractors) - sum(motion.share for motion in mine)
             parts.append(f"{others} other motion{'s' if others > 1 else ''} from {100.0 * share:.3g} %")
-        lost = float(np.mean(known.label < 0))
-        if lost:
+        if lost := float(np.mean(known.label < 0)):
             parts.append(f"{100.0 * lost:.3g} % fail or do not settle")
         return ", ".join(parts)
 
@@ -229,11 +224,10 @@ def _refined(
     problem: Problem, populations: list[Population], refinement: int
 ) -> tuple[ClosedDesigns | None, tuple[str, ...]]:
     """(the best candidate, refined; why better ones do not win)."""
-    best: ClosedDesigns | None = None
+    accepted: list[ClosedDesigns] = []
     rejected: list[str] = []
-    accepted = 0
     for best_design in best_designs(problem, populations, APART, TRIED):
-        if accepted == REFINED:
+        if len(accepted) == REFINED:
             break
         near, why = closed_near(problem, best_design.shares, best_design.state)
         if near is None:
@@ -241,34 +235,32 @@ def _refined(
             value = said(abs(best_design.cost) * scale, unit, 6)
             rejected.append(f"{problem.goal.measure} {value}: {why}")
             continue
-        accepted += 1
         near.refine(refinement // len(near.near))
-        if best is None or near.top.merit > best.top.merit:
-            best = near
-    return best, tuple(rejected)
+        accepted.append(near)
+    return max(accepted, key=lambda near: near.top.merit, default=None), tuple(rejected)
 
 
 def closed_near(problem: Problem, shares: np.ndarray, state: dict[str, float]) -> tuple[ClosedDesigns | None, str]:
     """(designs about one whose run has settled at a state, closed from there, ""); (None, why) where it may not win."""
     system = problem.of(problem.space.parameters(shares))
-    steady = orbit(system, initial={name: x for name, x in state.items() if name in system.state_names})
-    near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
-    if near is not None and near.best is not None and near.best.allowed:
-        return (near, "") if problem.travels(near.best.found) else (None, "its orbit does not travel")
-    return None, reason_against(steady, near, problem.goal)
+    start = {name: x for name, x in state.items() if name in system.state_names}
+    return judged(problem, shares, orbit(system, initial=start))
 
 
-def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
-    """Why a candidate does not win."""
+def judged(problem: Problem, shares: np.ndarray, steady: Orbit) -> tuple[ClosedDesigns | None, str]:
+    """The same of a design whose orbit is known."""
     if steady.continuum:
-        return "one of a continuum of orbits, so that the measure is not determined"
-    if not steady.closes or near is None or near.best is None:
-        return f"its orbit: {steady.status.value}"
+        return None, "one of a continuum of orbits, so that the measure is not determined"
+    near = ClosedDesigns(problem, steady, shares) if steady.closes else None
+    if near is None or near.best is None:
+        return None, f"its orbit: {steady.status.value}"
+    if near.best.allowed:
+        return (near, "") if problem.travels(near.best.found) else (None, "its orbit does not travel")
     if near.best.margins[-1] < 0.0:
-        return f"largest multiplier {np.max(np.abs(steady.multipliers)):.6g}"
-    margins = zip(goal.constraints, near.best.margins, strict=False)
+        return None, f"largest multiplier {np.max(np.abs(steady.multipliers)):.6g}"
+    margins = zip(problem.goal.constraints, near.best.margins, strict=False)
     broken = [constraint.words for constraint, margin in margins if margin < 0.0]
-    return f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
+    return None, f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
 
 
 def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | str], str]:
@@ -310,8 +302,8 @@ def _optimum(
     problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...], spread_starts: int
 ) -> Optimum:
     """The result of a search."""
-    goal, starts = problem.goal, tuple(dict(start) for start in problem.starts)
-    unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
+    goal, system, starts = problem.goal, problem.system, tuple(dict(start) for start in problem.starts)
+    unit, scale = measure_unit(system, next(iter(problem.measures)))
     status = ending(problem, every, near is not None, rejected)
     common: dict[str, Any] = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale}
     common |= {"starts": starts, "counts": every.counts(), "rejected": rejected, "population": every}
@@ -324,9 +316,9 @@ def _optimum(
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
     others = None
     if spread_starts:
-        system, start = steady.system, problem.starts[0]
-        begun = within_room(system, {name: start.get(name, 0.0) for name in system.state_names})
-        others = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
+        start = {name: problem.starts[0].get(name, 0.0) for name in steady.system.state_names}
+        begun = within_room(steady.system, start)
+        others = attractors(steady.system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
     turned = goal.size and value < 0.0 and steady.system.mirrored
     steady = steady.twin() if turned else steady
@@ -334,13 +326,13 @@ def _optimum(
     with np.errstate(invalid="ignore"):
         away = np.abs(goal.merit(runs.found[goal.measure][0]) - best.merit)
     reached = np.flatnonzero(runs.settled[0] & (away <= REACHED * max(abs(best.merit), 1e-12)))
-    stable = float(np.mean([one is not None for one in best.solutions[1:]])) if problem.samples else 1.0
     sign = -scale if turned else scale
     slopes = {path: tuple(None if x is None else float(sign * x) for x in pair) for path, pair in near.slopes().items()}
-    constraints = {
-        constraint.words: best.found[constraint.measure] * measure_unit(problem.system, constraint.measure)[1]
-        for constraint in goal.constraints
-    }
+    constraints, under = {}, None
+    for constraint in goal.constraints:
+        constraints[constraint.words] = best.found[constraint.measure] * measure_unit(system, constraint.measure)[1]
+    if problem.samples is not None:
+        under = problem.samples.criterion, float(np.mean([one is not None for one in best.solutions[1:]]))
     return Optimum(
         status,
         **common,
@@ -354,5 +346,5 @@ def _optimum(
         attractors=others,
         attractor=None if others is None else others.of(steady),
         nearest=None,
-        under=None if problem.samples is None else (problem.samples.criterion, stable),
+        under=under,
     )

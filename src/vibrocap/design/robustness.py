@@ -1,6 +1,7 @@
 """robustness(system, uncertain=...): how sure a measure is where friction, machine or ground are not known exactly."""
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
-from vibrocap.design.search.goal import asked_case, goal_of, measure_unit
+from vibrocap.design.search.problem import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.design.search.variables import made_through, refusal_among, through_complaints
 from vibrocap.measures.ensemble import ensemble
@@ -115,7 +116,7 @@ class Robustness(Result):
         unit = "" if self.unit == "1" else f" {self.unit}"
         low, *_, high = self.quantiles.values()
         facts = {
-            "nominal": f"{self.nominal:.8g}{unit}" + f" ({self.nominal_doubt})" * bool(self.nominal_doubt),
+            "nominal": f"{self.nominal:.8g}{unit}" + (f" ({self.nominal_doubt})" if self.nominal_doubt else ""),
             "mean": f"{self.mean:.6g}{unit}, deviation {self.deviation:.3g}{unit}",
             "90 % within": f"{low:.6g} to {high:.6g}{unit}",
             "worst": f"{self.worst:.6g}{unit}, mean of the worst tenth {self.tail_mean:.6g}{unit}",
@@ -167,8 +168,7 @@ def robustness(
     seed: the same one gives the same samples; periods, settle, tolerance, threads: see `ensemble`
 
     A run that lifts off or fails otherwise counts as no travel of a measure of travel; one that has not settled within
-    `periods` has no value. Returns a `Robustness`. Raises
-    CaseError with every complaint about system, uncertain and measure, before any work.
+    `periods` has no value. Raises CaseError with every complaint about system, uncertain and measure, before any work.
     """
     complaints = Complaints()
     case = asked_case(system, settle, complaints, seed=(seed, 0))
@@ -189,13 +189,12 @@ def robustness(
     many = len(quantities)
     first, second = np.split(sample_points(2 * many, samples, seed), 2, axis=1)
     mixed = [np.where(np.arange(many) == i, second, first) for i in range(many)]
-    drawn = sampled(quantities, np.concatenate([first, second, *mixed]))
-    over = drawn
+    over = drawn = sampled(quantities, np.concatenate([first, second, *mixed]))
     if through is not None:
-        many_runs = (2 + many) * samples
-        if wrong := through_complaints(system, drawn, lambda: made_through(through, drawn, many_runs)):
+        made = functools.partial(made_through, through, drawn, (2 + many) * samples)
+        if wrong := through_complaints(system, drawn, made):
             raise CaseError(wrong, "the question")
-        over = made_through(through, drawn, many_runs)
+        over = made()
     over = {path: np.append(column, system.parameter(path)) for path, column in over.items()}  # the nominal run, last
     until: dict[str, Any] = {"periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
     begun = dict(case.initial if initial is None else initial)

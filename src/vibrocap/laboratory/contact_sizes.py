@@ -59,11 +59,10 @@ def contact_sizes(law: Law, load: float = 1.0) -> ContactSizes:
     time = np.concatenate(([0.0], np.geomspace(1e-12, 1e12, 1201)))  # times SLOW speed: any displacement there may be
     pull = np.abs(driven_force(law, time, np.full(len(time), SLOW * speed), load=load).force)
     pull = pull[np.isfinite(pull)]
-    steady = max(abs(float(law.steady_force(float(v), load))) for v in SPEEDS[speed >= SPEEDS])
-    held = 0.0
+    force = max(float(pull.max()), *(abs(float(law.steady_force(float(v), load))) for v in SPEEDS[speed >= SPEEDS]))
     if law.kind == "set-valued":
-        held = float(law.holding_limit(load)) + abs(float(law.holding_centre(load)))
-    force = max(float(pull.max()), steady, held) or 1.0
+        force = max(force, float(law.holding_limit(load)) + abs(float(law.holding_centre(load))))
+    force = force or 1.0
     half = int(np.argmax(pull >= 0.5 * force))
     if law.internal and half > 1:
         return ContactSizes(force, 2.0 * SLOW * speed * float(time[half]), speed, True)

@@ -42,14 +42,9 @@ def check_motion(status: Status, law: Law) -> None:
 
 def driven_equations(law: Law, free: tuple[str, ...]) -> DrivenEquations:
     """Recorded equations of a law; laws of one form share them. free: parameters that are recorded in any case."""
-    recorded, fixed = [], []
-    for info in parameter_table(law):
-        value = getattr(law, info.name)
-        if info.name in free or is_recorded(law, info.name, value):
-            recorded.append(info.name)
-        else:
-            fixed.append((info.name, value))
-    return _recorded(type(law), tuple(recorded), tuple(fixed))
+    values = {info.name: getattr(law, info.name) for info in parameter_table(law)}
+    recorded = tuple(name for name, value in values.items() if name in free or is_recorded(law, name, value))
+    return _recorded(type(law), recorded, tuple((name, x) for name, x in values.items() if name not in recorded))
 
 
 @functools.lru_cache(maxsize=64)
@@ -121,12 +116,9 @@ def imposed_motion(law: Law, time: Any, velocity: Any, load: Any, tolerance: flo
     w = np.full(len(t), _numbers("load", [load])[0]) if np.ndim(load) == 0 else _numbers("load", load)
     if len(w) != len(t):
         raise ArgumentError("load", f"should be a number or have as many samples as time ({len(t)}), got {len(w)}")
-    if law.internal and not (w > 0.0).all():
-        raise ArgumentError(
-            "load", f"should be > 0 with the {law.name} law, got {w.min()} at sample {int(np.argmin(w))}"
-        )
-    if not (w >= 0.0).all():
-        raise ArgumentError("load", f"should be >= 0, got {w.min()} at sample {int(np.argmin(w))}")
+    if not ((w > 0.0) if law.internal else (w >= 0.0)).all():
+        wanted = f"> 0 with the {law.name} law" if law.internal else ">= 0"
+        raise ArgumentError("load", f"should be {wanted}, got {w.min()} at sample {int(np.argmin(w))}")
     if not is_number(tolerance) or not 1e-14 <= tolerance < 1.0:
         raise ArgumentError("tolerance", f"should be between 1e-14 and 1, got {tolerance!r}")
     return np.stack([t, v, w])
@@ -139,11 +131,8 @@ def start_states(law: Law, internal: Any, runs: int) -> np.ndarray:
         return np.zeros((runs, k))
     states = np.atleast_1d(np.asarray(internal, dtype=float))
     if states.shape not in ((k,), (runs, k)):
-        raise ArgumentError(
-            "internal",
-            f"should have the {k} internal states of the {law.name} law "
-            f"({', '.join(law.internal) or 'none'}), got an array of shape {states.shape}",
-        )
+        wanted = f"the {k} internal states of the {law.name} law ({', '.join(law.internal) or 'none'})"
+        raise ArgumentError("internal", f"should have {wanted}, got an array of shape {states.shape}")
     if not np.isfinite(states).all():
         raise ArgumentError("internal", f"should be finite, got {internal!r}")
     return np.array(np.broadcast_to(states, (runs, k)))
@@ -152,19 +141,15 @@ def start_states(law: Law, internal: Any, runs: int) -> np.ndarray:
 def parameter_sets(law: Law, values: Any, names: tuple[str, ...]) -> np.ndarray:
     """Parameter sets: [m, p]."""
     known = [info.name for info in parameter_table(law) if isinstance(getattr(law, info.name), (int, float))]
-    for name in names:
-        if name not in known:
-            near = suggestion(name, known, cutoff=0.0)
-            raise ArgumentError("names", f"should be parameters of the {law.name} law, got {name!r}; {near}")
+    if strange := [name for name in names if name not in known]:
+        near = f"got {strange[0]!r}; {suggestion(strange[0], known, cutoff=0.0)}"
+        raise ArgumentError("names", f"should be parameters of the {law.name} law, {near}")
     if len(set(names)) != len(names):
         raise ArgumentError("names", f"should differ, got {', '.join(names)}")
     table = np.asarray(values, dtype=float)
     if table.ndim != 2 or table.shape[1] != len(names) or len(table) == 0:
-        raise ArgumentError(
-            "values",
-            f"should have one row per parameter set and one column per name ({len(names)}), "
-            f"got an array of shape {table.shape}",
-        )
+        form = f"one row per parameter set and one column per name ({len(names)})"
+        raise ArgumentError("values", f"should have {form}, got an array of shape {table.shape}")
     if not np.isfinite(table).all():
         row, column = np.argwhere(~np.isfinite(table))[0]
         raise ArgumentError("values", f"should be finite, got {table[row, column]} for {names[column]} in row {row}")

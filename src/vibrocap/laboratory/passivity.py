@@ -240,6 +240,7 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
     continuous = sizes[recorded.continuous]
     proven = type(law).passive is not Law.passive and law.passive  # one that says nothing is not proven
     cycle = needed = None
+    verdict: Verdict = "passive, proven"
     if not proven:
         worst = worst_chatter(worst_powers, continuous)
         if worst is not None:
@@ -250,8 +251,7 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
             slow = min(10.0 * scale, top) if fastest is None else top
             cycle = _measured(closed_cycle(recorded, *searched_cycle(recorded, bottom, slow, sizes), sizes))
             needed = None
-    verdict: Verdict = "creates energy: cycle found" if cycle is not None else "no cycle found, not proven"
-    verdict = "passive, proven" if proven else verdict
+        verdict = "creates energy: cycle found" if cycle is not None else "no cycle found, not proven"
     return Passivity(
         law=law,
         load=float(load),
@@ -267,13 +267,12 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
 
 def _states(recorded: RecordedLaw, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(states [states, n] to look at, side [n] of each, natural sizes [states])."""
-    count = len(recorded.rates)
-    if count == 0:
+    if not recorded.rates:
         return np.empty((0, 1)), np.ones(1), np.empty(0)
     states, sides = visited_states(recorded, speeds)
     sizes = np.max(np.abs(states), axis=1)
     sizes[sizes == 0.0] = 1.0
-    if count == 1 and not recorded.law.switched:
+    if len(states) == 1 and not recorded.law.switched:
         spread = np.linspace(states.min(), states.max(), STATES)[None]
         return spread, np.copysign(1.0, spread[0]), sizes
     picked = np.random.default_rng(20).choice(states.shape[1], min(MANY, states.shape[1]), replace=False)

@@ -110,26 +110,26 @@ def recorded_law(law: Law, load: float = 1.0) -> RecordedLaw:
     if not isinstance(law, Law):
         raise ArgumentError("law", f"should be a friction law such as LuGre(), got {law!r}")
     check_numbers(load=load)
-    graph = Graph()
+    graph, load = Graph(), float(load)
     velocity, side = graph.node("state", 0), graph.node("side")
     internal = tuple(graph.node("state", 1 + i) for i in range(len(law.internal)))
-    force, rates = law.force(velocity, internal, side, float(load))
-    switches = law.switches(velocity, internal, side, float(load))
+    force, rates = law.force(velocity, internal, side, load)
+    switches = law.switches(velocity, internal, side, load)
 
     def recorded(values: Sequence[Any]) -> tuple[Expression, ...]:
         return tuple(graph.expression(value) for value in values)
 
-    after = [law.after_switch(which, velocity, internal, side, float(load)) for which in range(len(switches))]
+    after = [law.after_switch(which, velocity, internal, side, load) for which in range(len(switches))]
     return RecordedLaw(
         law=law,
-        load=float(load),
+        load=load,
         graph=graph,
         force=graph.expression(force),
         rates=recorded(rates),
         stored=graph.expression(law.stored_energy(internal)),
         switches=recorded(switches),
         after_switch=tuple(map(recorded, after)),
-        after_reversal=recorded(law.after_reversal(internal, side, float(load))),
+        after_reversal=recorded(law.after_reversal(internal, side, load)),
     )
 
 

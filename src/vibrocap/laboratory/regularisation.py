@@ -180,10 +180,10 @@ def width_for(
     wanted = error * abs(meter.exact.value) if relative else float(error)
     if wanted == 0.0:
         raise ArgumentError("relative", f"should be False: the exact {meter.name} is zero, got error {error!r}")
-    if wanted <= ABOVE_NOISE * meter.exact.noise:
+    if wanted <= (least := ABOVE_NOISE * meter.exact.noise):
         unit, scale = measure_unit(measure, system)
-        least, got = (said(x * (scale or 1.0), unit, 2) for x in (ABOVE_NOISE * meter.exact.noise, wanted))
-        what = f"should be above that of integration, {least}, got {got}; or choose a smaller tolerance"
+        above, got = (said(x * (scale or 1.0), unit, 2) for x in (least, wanted))
+        what = f"should be above that of integration, {above}, got {got}; or choose a smaller tolerance"
         raise ArgumentError("error", what)
     runs: list[SmoothedRun] = []
 
@@ -245,17 +245,13 @@ class _Meter:
         return self._measured(smooth, width, simulate(smooth, tolerance=self._tolerance, **self._run))
 
     def _measured(self, system: System, width: float, motion: Any) -> SmoothedRun:
-        loose = simulate(system, tolerance=min(LOOSER * self._tolerance, 1e-2), **self._run)
-        value, second = (self._value(run) for run in (motion, loose))
-        return SmoothedRun(width, value, abs(value - second), len(motion.piece_start), motion.status)
-
-    def _value(self, motion: Any) -> float:
-        if not motion.status.ok:
-            return math.nan
-        value = measured(motion, self._measure, **self._options)[self.name]
-        if isinstance(value, str):
-            raise ArgumentError("measure", f"should be a number, got {self.name!r}, which is a text")
-        return float(value)
+        values = []
+        for run in (motion, simulate(system, tolerance=min(LOOSER * self._tolerance, 1e-2), **self._run)):
+            value = measured(run, self._measure, **self._options)[self.name] if run.status.ok else math.nan
+            if isinstance(value, str):
+                raise ArgumentError("measure", f"should be a number, got {self.name!r}, which is a text")
+            values.append(float(value))
+        return SmoothedRun(width, values[0], abs(values[0] - values[1]), len(motion.piece_start), motion.status)
 
     def regularisation(self, runs: Sequence[SmoothedRun]) -> Regularisation:
         """All runs together, from wide to narrow."""
@@ -277,9 +273,8 @@ def _fitted_order(
     known = [run for run in runs if abs(run.value - exact.value) > ABOVE_NOISE * (run.noise + exact.noise)][::-1]
     errors = np.array([run.value - exact.value for run in known])
     widths = np.array([run.width for run in known])
-    smooth = all(math.isfinite(run.value) for run in runs) and bool(
-        np.all(errors[1:] * errors[:-1] > 0.0) and np.all(np.diff(np.abs(errors)) > 0.0)
-    )
+    growing = np.all(errors[1:] * errors[:-1] > 0.0) and np.all(np.diff(np.abs(errors)) > 0.0)
+    smooth = all(math.isfinite(run.value) for run in runs) and bool(growing)
     apart = np.append(True, np.diff(np.log(widths)) > 0.1)  # the last steps of a search lie too close for a slope
     errors, widths = errors[apart[: len(errors)]], widths[apart[: len(widths)]]
     if len(widths) < 3:

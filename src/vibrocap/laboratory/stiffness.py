@@ -99,13 +99,12 @@ def stiffness_report(
     """Time scales that a law brings, from exact derivatives of its formulas.
 
     The internal states of dynamic laws relax, z' = f(v, z), at rates that grow with speed and with the stiffness of the
-    contact: for LuGre |v|/g(v). In presliding they act as a spring and a damper. A method without implicit steps must
-    resolve the quickest of these rates although nothing visible happens in it.
+    contact: for LuGre |v|/g(v). A method without implicit steps must resolve the quickest of these rates although
+    nothing visible happens in it.
 
     speeds: of steady sliding, by default 25 from a thousandth to ten times the law's own speed
     mass: sliding on the contact; with it the frequency and damping of presliding, and the growth of steady sliding
     duration: a time of interest, such as the period of the drive; with it the suggested method is definite
-
     Raises ValueError for loads, masses, durations and speeds that are not positive numbers.
     """
     recorded = recorded_law(law, load)
@@ -115,7 +114,9 @@ def stiffness_report(
     force, rate = _jacobians(recorded, v, states)
     own = _eigenvalues(rate[:, :, 1:])
     quickest = np.max(np.abs(own), axis=1, initial=0.0)
-    slope = _steady_slope(recorded, v)
+    steady: Any = law.steady_force(recorded.graph.node("state", 0), recorded.load)
+    falling = derivative(steady, 0) if isinstance(steady, Expression) else recorded.graph.constant(0.0)
+    slope = recorded.values([falling], v, np.empty((0, len(v))), 1.0)[0]
     stiffness, damping = _presliding(recorded)
     sliding = np.full((len(v), 1 + own.shape[1]), np.nan + 0.0j)
     frequency = ratio = growth = growth_speed = math.nan
@@ -193,27 +194,17 @@ def _eigenvalues(matrices: np.ndarray) -> np.ndarray:
     return eigenvalues
 
 
-def _steady_slope(recorded: RecordedLaw, speeds: np.ndarray) -> np.ndarray:
-    """dR/dv [n] of the steady curve."""
-    velocity = recorded.graph.node("state", 0)
-    force: Any = recorded.law.steady_force(velocity, recorded.load)
-    slope = derivative(force, 0) if isinstance(force, Expression) else recorded.graph.constant(0.0)
-    return recorded.values([slope], speeds, np.empty((0, len(speeds))), 1.0)[0]
-
-
 def _presliding(recorded: RecordedLaw) -> tuple[float, float]:
     """(dR/dx, dR/dv) at vanishing velocity from unloaded internal states; 0 and 0 where the law gives none.
 
     With z' = (dz'/dv) v near rest, displacement x changes R by the sum of dR/dz dz'/dv.
     """
-    states = len(recorded.rates)
     if recorded.law.kind == "set-valued":
         return 0.0, 0.0
     slow = np.array([NEAR_REST * speed_scale(recorded.law)])
-    state = recorded.settled_pieces(slow, np.zeros((states, 1)), 1.0)
+    state = recorded.settled_pieces(slow, np.zeros((len(recorded.rates), 1)), 1.0)
     force, rate = _jacobians(recorded, slow, state)
-    stiffness = float(force[0, 1:] @ rate[0, :, 0])
-    damping = float(force[0, 0])
+    stiffness, damping = float(force[0, 1:] @ rate[0, :, 0]), float(force[0, 0])
     return stiffness if math.isfinite(stiffness) else 0.0, damping if math.isfinite(damping) else 0.0
 
 

@@ -5,12 +5,10 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
 from vibrocap.laboratory.driven import check_numbers
-from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
-from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
-from vibrocap.laboratory.stick_slip_test import StickSlipCycle, stick_slip_test
+from vibrocap.laboratory.loops import Creep, FrictionalLag, PreslidingLoop, creep, frictional_lag, presliding_loop
+from vibrocap.laboratory.pulled_block import BreakAway, StickSlipCycle, break_away, stick_slip_test
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 

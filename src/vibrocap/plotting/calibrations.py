@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.design.calibration.calibration import Calibration
-from vibrocap.design.search.goal import measure_unit
+from vibrocap.design.search.problem import measure_unit
 from vibrocap.plotting.intervals import forest, forest_height, intervals
 from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLUE, GREY, VERMILION

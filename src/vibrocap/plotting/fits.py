@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.arguments import ArgumentError, suggestion
-from vibrocap.identification.experiments.comparison import Comparison
-from vibrocap.identification.experiments.match import Match
-from vibrocap.identification.result.fit_result import Fit, MeasuredUnits, RecordResult
+from vibrocap.identification.experiments.comparison import Comparison, Match
+from vibrocap.identification.fit_result import Fit, MeasuredUnits, RecordResult
 from vibrocap.plotting.intervals import forest, forest_height, intervals
 from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLUE, GREY, VERMILION

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 
 from vibrocap.design.front import ParetoFront
 from vibrocap.design.optimise import Optimum
-from vibrocap.design.search.goal import INFEASIBLE
+from vibrocap.design.search.problem import INFEASIBLE
 from vibrocap.plotting.look.colours import BLUE, GREY
 from vibrocap.plotting.look.labels import bracketed
 from vibrocap.plotting.look.style import drawing, legend_below, new_figure

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 from matplotlib.axes import Axes
 
 from vibrocap.design.calibration.calibration import Calibration
+from vibrocap.identification.fit_result import Fit, number
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.result.fit_result import Fit, number
 from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import GREEN, VERMILION
 from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, whole

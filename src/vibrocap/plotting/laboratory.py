@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
+from vibrocap.laboratory.loops import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law

@@ -14,9 +14,8 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.design.calibration.calibration import Calibration
 from vibrocap.design.calibration.motion_fit import MotionFit
 from vibrocap.design.front import ParetoFront
-from vibrocap.identification.experiments.comparison import Comparison
-from vibrocap.identification.experiments.match import Match
-from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.experiments.comparison import Comparison, Match
+from vibrocap.identification.fit_result import Fit
 from vibrocap.laboratory.regularisation import Regularisation
 from vibrocap.laboratory.test_sheet import TestSheet
 from vibrocap.motion.trajectory import Trajectory
@@ -46,8 +45,7 @@ from vibrocap.plotting.steady.equilibria import draw_equilibria, equilibrium_fig
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
-from vibrocap.records.regime_diagram import RegimeDiagram
-from vibrocap.records.stick_slip import StickSlip
+from vibrocap.records.stick_slip import RegimeDiagram, StickSlip
 
 SMALL = (3.6, 1.9)  # inches, in a notebook
 SMALL_DPI = 90

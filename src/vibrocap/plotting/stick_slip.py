@@ -11,9 +11,8 @@ from matplotlib.ticker import MaxNLocator
 from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
 from vibrocap.plotting.look.page import page
-from vibrocap.records.regime_diagram import RegimeDiagram
-from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
-from vibrocap.records.stick_slip import StickSlip
+from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
+from vibrocap.records.stick_slip import RegimeDiagram, StickSlip
 
 DETAIL_PERIODS = 5  # in the detail beside the whole record
 MOST_BINS = 40

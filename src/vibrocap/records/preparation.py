@@ -5,8 +5,7 @@ from typing import Literal
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.records.checks import integral, not_positive
-from vibrocap.records.record import Record
+from vibrocap.records.record import Record, integral, not_positive
 
 ORDER = 4  # of the Butterworth filter, once forward and once backward
 HIGHEST = 0.49  # of the sampling rate; at half of it nothing is left to filter
@@ -25,8 +24,8 @@ def prepared(
 ) -> Record:
     """The record with velocity and displacement both, its motion filtered, and the friction force alone.
 
-    Differentiating a measurement amplifies its noise with frequency, so the motion is filtered below `cutoff` first,
-    forward and backward, which leaves no delay between force and motion (a delay would be fitted as hysteresis):
+    Derivatives amplify noise, so the motion is filtered below `cutoff` first, forward and backward, which leaves no
+    delay between force and motion (a delay would be fitted as hysteresis):
 
         gain(f) = 1 / (1 + (f/cutoff)^8)    a Butterworth filter of order 4, applied twice
 
@@ -44,10 +43,10 @@ def prepared(
     offset: N, taken off the force; "mean" takes its mean, which is right only where both directions are sampled alike
     filter_force: filter the force like the motion
 
-    An unevenly sampled record is filtered on an even grid, linear in between, and brought back to its own times. The
-    displacement made from a velocity begins at 0. What was there is kept, where no cut-off is given. Within about a
-    period of the cut-off from either end, filtered values rest on the record continued as its own mirror image.
-    Returns a new Record whose notes say what was done. Raises ValueError naming the setting.
+    An unevenly sampled record is filtered on an even grid, linear in between, and brought back to its own times. Within
+    about a period of the cut-off from either end, filtered values rest on the record continued as its mirror image. The
+    displacement made from a velocity begins at 0. Returns a new Record whose notes say what was done. Raises ValueError
+    naming the setting.
     """
     from scipy.interpolate import CubicSpline
 
@@ -131,17 +130,16 @@ class _Filter:
 
 def _check(record: Record, cutoff: float | None, mass: float | None, offset: float | str | None) -> None:
     wrong = not_positive({"cutoff": cutoff, "mass": mass})
+    lowest, highest = FEWEST_PERIODS / record.duration, HIGHEST * record.sampling_rate
     if isinstance(offset, str) and offset != "mean":
         wrong.append(f"offset: should be a number of newtons or 'mean', got {offset!r}")
     elif offset is not None and not isinstance(offset, str) and not np.isfinite(offset):
         wrong.append(f"offset: should be a finite number of newtons, got {offset!r}")
-    if not wrong and cutoff is not None:
-        lowest, highest = FEWEST_PERIODS / record.duration, HIGHEST * record.sampling_rate
-        if not lowest <= cutoff < highest:
-            wrong.append(
-                f"cutoff: should be at least {lowest:.4g} Hz (a period in the record) and below {highest:.4g} Hz "
-                f"(about half the sampling rate), got {cutoff:g}"
-            )
+    if not wrong and cutoff is not None and not lowest <= cutoff < highest:
+        wrong.append(
+            f"cutoff: should be at least {lowest:.4g} Hz (a period in the record) and below {highest:.4g} Hz "
+            f"(about half the sampling rate), got {cutoff:g}"
+        )
     if not wrong and mass is not None and cutoff is None and record.acceleration is None:
         wrong.append(
             "cutoff: is missing; mass needs an acceleration, which the record does not have, and an unfiltered "

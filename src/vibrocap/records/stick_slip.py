@@ -1,18 +1,31 @@
-"""Stick-slip in a measured force record: phases, period, slips, levels of friction and regime of the motion."""
+"""Stick-slip in measured force records: phases, period, slips, levels of friction and regime of the motion."""
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
 
-from vibrocap.arguments import is_number
+from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.quantities.declared import Measured, RecordedForce
+from vibrocap.records.phases import Phase, falls, phases, stick_bend, with_minor
+from vibrocap.records.pull import Pull, pull, settings_of
 from vibrocap.records.record import Record
-from vibrocap.records.slips.periods import Drift, Recurrence, period_drift, recurrence, stretch_periods
-from vibrocap.records.slips.phases import Phase, falls, phases, stick_bend, with_minor
-from vibrocap.records.slips.pull import Pull, pull, settings_of
-from vibrocap.records.slips.regimes import AGREE, INERTIAL, STEADY, STICK_SLIP, Regime, regime
+from vibrocap.records.regimes import (
+    AGREE,
+    HALF_STICK_X,
+    INERTIAL,
+    STEADY,
+    STICK_SLIP,
+    Drift,
+    Recurrence,
+    Regime,
+    period_drift,
+    recurrence,
+    regime,
+    stretch_periods,
+)
 
 LOADING = (0.3, 3.0)  # stick phases that rise at another multiple of k V are taken for a slip in the units
 FREE_SLIP = 1.5  # a slip that takes more of the time which inertia alone needs is an overdamped one
@@ -42,29 +55,25 @@ SpreadOfForce = Annotated[Spread, Measured("")]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class StickSlip:
-    """What a force record tells of stick-slip. Forces in the unit of the record (`force_unit`), all else in SI.
+    """What a force record tells of stick-slip, forces in the unit of the record (`force_unit`), all else in SI.
 
-    regime: what the motion is, with its reason and the numbers that decided it (see `Regime`)
-    phases: slips and the stick phases between them, in order; a slip is `minor` if its fall is below a share (`minor`,
-        half by default) of the mean fall; "main" slips are the others. None in the steady regime
+    What neither the record nor the arguments determine is None.
+
+    phases: slips and the stick phases between them, none in the steady regime; a slip is `minor` if its fall is below a
+        share (half by default) of the mean fall, the others are "main" slips
     period: from one main slip's start to the next [s], in the inertial regime from top to top; where only some falls
-        stand above the noise (`regime.from_spectrum`), from the spectra of stretches of the record;  drift: of the
-        period, from the first to the last third of the record;  recurrence: the period without phases, from the
-        spectrum and from the correlation
+        stand above the noise (`regime.from_spectrum`), from the spectra of stretches of the record
+    drift: of the period, from the first to the last third of the record;  recurrence: the period without phases
     slip: distance that the slider travels in a main slip [m], dF/k + V dt: while it slips, the spring is pulled on
     release: how much shorter the spring gets in a main slip [m], dF/k
     stick_duration, slip_duration: of stick phases and main slips [s];  stick_fraction: share of the time at rest
     static_level: force at the start of main slips;  slip_end_level: at their end; in the stick-slip regime only
     kinetic_level: kinetic friction, and by `kinetic_from` the mean of the extreme levels (a free mass overshoots as far
-        as it fell short) or the level at the end of the slip (an overdamped one stops at it); None if not to be told
+        as it fell short) or the level at the end of the slip (an overdamped one stops at it)
     static_coefficient, kinetic_coefficient: the means over the normal force
     loading_ratio: median rate at which stick phases rise, over k V; 1 for a slider that does not creep
-    velocity: slider velocity V - (1/k) dF/dt, filtered without delay [n] m/s, at `time` [n] s; `force` [n] without
-        spikes is what was analysed
-    noise: standard deviation of one sample;  spikes: samples replaced;  window: samples of the running mean that shows
-        the falls
-    notes: unknown quantities with the reason, and doubts. Quantities that neither the record nor the arguments
-    determine are None.
+    time, force: what was analysed, without spikes [n];  velocity: of the slider, V - (1/k) dF/dt [n] m/s
+    noise: standard deviation of a sample;  spikes: samples replaced;  window: of the running mean that shows the falls
     """
 
     name: str
@@ -138,17 +147,15 @@ def stick_slip(
         stick time 2 D/V, slip time (2/w)(pi - atan(w D/V)), slip 2 D + V (slip time)
 
     time [n] s: increasing; uneven sampling is interpolated, gaps are refused;  force [n]: N, positive on average
-    stiffness: of spring and machine together, N/m;  mass: of the slider, kg;  pulling_speed: m/s
-    normal_force: N; for the coefficients
+    stiffness: of spring and machine together, N/m;  mass: of the slider, kg;  pulling_speed: m/s;  normal_force: N
     coefficient: the force is given as friction over normal force; then the normal force (m g where only the mass is
         given) turns it into what the spring feels
-    minor: slips whose fall is below this share of the mean fall count as minor: partial slips, which many irregular
-        records have. The period and the slips of such records depend on it, those of regular ones do not; 0 for none.
-        In the inertial regime there are none
-    name: name of the record in results
+    minor: slips whose fall is below this share of the mean fall count as minor: partial slips, on which the period of
+        an irregular record depends; 0 for none, and in the inertial regime there are none
+    name: of the record in results
 
-    Raises RecordError, a ValueError, with every complaint: NaN, lengths that differ, a time that runs backwards, a
-    constant force, fewer than 64 samples, a gap, numbers that are not positive.
+    Raises RecordError with every complaint: NaN, lengths that differ, a time that runs backwards, a constant force,
+    fewer than 64 samples, a gap, numbers that are not positive.
     Limits: a slip has to stand above 8 standard deviations of the noise that smoothing leaves. Its start and end are
     located to their stated errors and to 3 % of its duration (a parabola is fitted where a cosine is); with noise of
     10 % of the fall these are up to a quarter of its duration, while levels and slips are within 3 % of the fall.
@@ -279,13 +286,11 @@ def _notes(pulled: Pull, kind: Regime, loading: float | None, level: float | Non
     notes = []
     missing = [field for field in ("stiffness", "mass", "pulling_speed") if getattr(pulled, field) is None]
     if "stiffness" in missing:
-        notes.append("stiffness: not given; slips in metres and the slider's velocity are unknown")
+        notes += ["stiffness: not given; slips in metres and the slider's velocity are unknown"]
     elif pulled.compliance is None:
-        unknown = "normal_force: not given, nor the mass"
-        notes.append(f"{unknown}; a coefficient alone does not give the stretch of the spring")
+        notes += ["normal_force: not given, nor the mass; a coefficient alone does not give the stretch of the spring"]
     elif "pulling_speed" in missing:
-        unknown = "pulling_speed: not given"
-        notes.append(f"{unknown}; a slip is the release of the spring dF/k alone, without V dt")
+        notes += ["pulling_speed: not given; a slip is the release of the spring dF/k alone, without V dt"]
     if kind.inertial_period is None:
         lacking = " and ".join(field for field in ("mass", "stiffness") if field in missing)
         notes.append(f"{lacking}: not given; the effect of inertia on the period is unknown")
@@ -313,11 +318,9 @@ def _doubts(periods: np.ndarray, repeats: Recurrence, kind: Regime, phases: tupl
     notes, mean = [], float(np.mean(periods))
     elsewhere = {"by the spectrum": repeats.spectral_period, "by the correlation": repeats.correlation_period}
     slips = [phase.start for phase in phases if phase.kind == "slip"]
-    minor = any(phase.minor for phase in phases)
-    elsewhere |= {"with the minor slips": float(np.mean(np.diff(slips)))} if minor and len(slips) > 1 else {}
-    other = {
-        how: value for how, value in elsewhere.items() if value is not None and abs(value / mean - 1.0) > AGREE / 2
-    }
+    if any(phase.minor for phase in phases) and len(slips) > 1:
+        elsewhere["with the minor slips"] = float(np.mean(np.diff(slips)))
+    other = {how: x for how, x in elsewhere.items() if x is not None and abs(x / mean - 1.0) > AGREE / 2}
     if other and not kind.from_spectrum and kind.name != STEADY:
         apart = ", ".join(f"{value:.3g} s {how}" for how, value in other.items())
         notes.append(f"period: {mean:.3g} s between slips, but {apart}: an irregular record, or unseen slips")
@@ -328,3 +331,59 @@ def _doubts(periods: np.ndarray, repeats: Recurrence, kind: Regime, phases: tupl
             f"(+- {drift.error:.2g} s): its mean depends on the stretch"
         )
     return notes
+
+
+NUMBERS = ("stiffness", "pulling_speed", "period", "period_ratio", "stick_fraction", "slip")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RegimeDiagram:
+    """Regimes of many records over stiffness and pulling speed: arrays [n] in the order of the records.
+
+    stiffness [N/m], pulling_speed [m/s], names, regimes (words), period [s] and slip [m] (means of main
+    slips), period_ratio (typical period over 2 pi sqrt(m/k)), stick_fraction; NaN where a record does not tell
+    border: speed [m/s] times sqrt(stiffness) [N/m] at which a Coulomb block sticks for half of its period, from the
+    falls of the records: V sqrt(k) = dF/(2 x sqrt(m)), x = w D/V = 1.808; NaN where no mass is known
+    """
+
+    names: tuple[str, ...]
+    stiffness: np.ndarray
+    pulling_speed: np.ndarray
+    regimes: tuple[str, ...]
+    period: np.ndarray
+    period_ratio: np.ndarray
+    stick_fraction: np.ndarray
+    slip: np.ndarray
+    border: float
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each record, by column name, sorted by stiffness and speed."""
+        columns = {"name": self.names, "regime": self.regimes} | {
+            name: getattr(self, name).tolist() for name in NUMBERS
+        }
+        order = np.lexsort((self.pulling_speed, self.stiffness))
+        return [{name: column[at] for name, column in columns.items()} for at in order]
+
+
+def regime_diagram(analyses: Sequence[StickSlip]) -> RegimeDiagram:
+    """The regimes of many records over stiffness and pulling speed, which each of them has to know. ValueError else."""
+    records = list(analyses)
+    if not records:
+        raise ArgumentError("analyses", "should be at least one StickSlip, got none")
+    for at, record in enumerate(records):
+        if record.stiffness is None or record.pulling_speed is None:
+            what = "stiffness and pulling_speed are needed for its place in the diagram; give them to stick_slip"
+            raise ArgumentError(f"analyses[{at}] ({record.name})", what)
+    borders, rows = [], []
+    for record in records:
+        kind = record.regime
+        if kind.name == STICK_SLIP and record.release and record.mass and record.stiffness:
+            borders.append(record.release.mean * record.stiffness / (2.0 * HALF_STICK_X * record.mass**0.5))
+        period, slip = (spread.mean if spread else None for spread in (record.period, record.slip))
+        rows.append((record.stiffness, record.pulling_speed, period, kind.period_ratio, kind.stick_fraction, slip))
+    return RegimeDiagram(
+        names=tuple(record.name for record in records),
+        regimes=tuple(record.regime.name for record in records),
+        border=float(np.median(borders)) if borders else float("nan"),
+        **dict(zip(NUMBERS, np.array(rows, dtype=float).T, strict=True)),
+    )

@@ -10,7 +10,7 @@ from vibrocap.design.calibration.motion_fit import MotionFit
 from vibrocap.design.front import ParetoFront
 from vibrocap.design.optimise import Optimum
 from vibrocap.identification.experiments.comparison import Comparison
-from vibrocap.identification.result.fit_result import Chapter, Fit
+from vibrocap.identification.fit_result import Chapter, Fit
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.plotting.animation import animate_motion
 from vibrocap.plotting.fits import comparison_figure, fit_figure, residual_figure

@@ -17,8 +17,8 @@ from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.design.calibration.motion_fit import MotionFit
-    from vibrocap.identification.experiments.posterior import Posterior
-    from vibrocap.identification.result.fit_result import Chapter, Fit
+    from vibrocap.identification.experiments.parameter_samples import Posterior
+    from vibrocap.identification.fit_result import Chapter, Fit
     from vibrocap.records.record import Record
 
 # what a case fitted to records writes into --out, and the columns of its table
@@ -56,9 +56,9 @@ def fit(request: FitRequest, report: Report) -> Answer:
 
 def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
     """One law."""
-    from vibrocap.identification.fitting.fit import fit as driven_fit
-    from vibrocap.identification.fitting.spring_fit import spring_fit
-    from vibrocap.identification.fitting.steady_fit import steady_fit
+    from vibrocap.identification.fit import fit as driven_fit
+    from vibrocap.identification.fit import steady_fit
+    from vibrocap.identification.spring_fit import spring_fit
 
     method = spring_fit if request.spring is not None else steady_fit if request.steady else driven_fit
     choice = None
@@ -83,7 +83,7 @@ def _further(request: FitRequest, fitted: "Fit") -> "tuple[Any, list[Chapter]]":
     """What is asked beside a fit: the record with it, and it in words."""
     record, more = view(fitted), []
     if request.bootstrap is not None:
-        from vibrocap.identification.experiments.bootstrap import bootstrap
+        from vibrocap.identification.experiments.parameter_samples import bootstrap
 
         record["bootstrap"] = scattered = bootstrap(fitted, replicates=request.bootstrap, seed=request.seed)
         more.append(scattered.chapter)
@@ -101,7 +101,7 @@ def _further(request: FitRequest, fitted: "Fit") -> "tuple[Any, list[Chapter]]":
 
 def _drawn(fitted: "Fit | MotionFit", request: FitRequest) -> "Posterior":
     """Samples of what a fit leaves uncertain, written into --out."""
-    from vibrocap.identification.experiments.posterior import posterior
+    from vibrocap.identification.experiments.parameter_samples import posterior
 
     drawn = posterior(fitted, samples=request.posterior or 0, seed=request.seed)
     if request.out is not None:

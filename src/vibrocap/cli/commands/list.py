@@ -173,8 +173,7 @@ def _measures(system: System | None) -> Answer:
 
 def _data_sets() -> Answer:
     """The published measurements: authors, licence, and whether they are here."""
-    from vibrocap.records.fetching import DATA_SETS
-    from vibrocap.records.published import FOLDERS, data_root
+    from vibrocap.records.published import DATA_SETS, FOLDERS, data_root
 
     lines, record = [], {}
     for data_set in DATA_SETS.values():
@@ -189,9 +188,8 @@ def _data_sets() -> Answer:
 
 def _fetched(name: str, to: Path | None) -> Answer:
     """Fetch the published files of a data set, and check them; files that exist are not fetched again."""
-    from vibrocap.records.fetching import DATA_SETS, FetchError
-    from vibrocap.records.fetching import fetch as fetched
-    from vibrocap.records.published import data_root
+    from vibrocap.records.published import DATA_SETS, FetchError, data_root
+    from vibrocap.records.published import fetch as fetched
 
     if name not in DATA_SETS:
         begun = next((data_set for data_set in DATA_SETS if name and data_set.startswith(name)), name)

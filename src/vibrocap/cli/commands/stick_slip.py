@@ -58,9 +58,9 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     stick-slip, inertial or steady. For several records in a file it lists all, and --plot draws a diagram of their
     regimes.
     """
-    from vibrocap.records.checks import RecordError
-    from vibrocap.records.regime_diagram import regime_diagram
-    from vibrocap.records.slips.pull import read_pulls
+    from vibrocap.records.pull import read_pulls
+    from vibrocap.records.record import RecordError
+    from vibrocap.records.stick_slip import regime_diagram
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
     (columns, units), complaints = request.reading, Complaints()

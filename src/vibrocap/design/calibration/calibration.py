@@ -1,8 +1,4 @@
-"""calibrate(system, table, over=...): parameters of a case from a measured table of settled motions.
-
-A laboratory has a table: mean speed over frequency and duty, with errors. Each row is a settled motion whose conditions
-are known and whose measures were read; what is unknown of machine, friction and drive follows by least squares.
-"""
+"""calibrate(system, table, over=...): parameters of a case from a measured table of settled motions."""
 
 import dataclasses
 import math
@@ -13,10 +9,17 @@ import numpy as np
 
 from vibrocap.arguments import Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
-from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
 from vibrocap.design.calibration.table import MeasuredTable, read_table
-from vibrocap.design.calibration.table_model import TableModel, improbable, outlying, refused_rows, searched
-from vibrocap.design.search.goal import asked_case, measure_unit
+from vibrocap.design.calibration.table_model import (
+    ColumnDoubt,
+    TableModel,
+    column_doubt,
+    improbable,
+    outlying,
+    refused_rows,
+    searched,
+)
+from vibrocap.design.search.problem import asked_case, measure_unit
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import Direction, Verdict, combinations, verdict_within
 from vibrocap.identification.inference.uncertainty import inverse
@@ -28,7 +31,7 @@ from vibrocap.physics.dimensions.conversion import NumberAtPath
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
-from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.quantities.dimensional import Dimensional, said
 from vibrocap.results import Result
 from vibrocap.studies.plan.variation import refusal
 
@@ -123,9 +126,7 @@ class Calibration(Calibrated):
     def facts(self) -> dict[str, str]:
         facts = {parameter.path: str(parameter) for parameter in self.parameters}
         facts["misfit"] = f"{self.misfit:.4g}" + ("" if self.measured.with_errors else " (errors estimated from it)")
-        for name, value in self.rms.items():
-            unit, _ = measure_unit(self.system, name)
-            facts[f"rms {name}"] = f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+        facts |= {f"rms {name}": said(x, measure_unit(self.system, name)[0], 4) for name, x in self.rms.items()}
         pairs = [(abs(r), r, i, k) for (i, k), r in np.ndenumerate(self.correlation) if i < k]
         for _, r, i, k in sorted(pairs, reverse=True)[:1]:
             words = f"{r:.3g} of {self.parameters[i].path} and {self.parameters[k].path}"
@@ -137,10 +138,8 @@ class Calibration(Calibrated):
             facts[reason] = f"row {', '.join(str(1 + k) for k in rows)}: {cure}, or hold such rows out"
         if self.doubt:
             facts["doubt"] = str(self.doubt)
-        if self.outliers:
-            facts["outlier"] = (
-                f"row {', '.join(map(str, self.rows_outlying))}: hold it out, unless all others are wrong"
-            )
+        if rows := ", ".join(map(str, self.rows_outlying)):
+            facts["outlier"] = f"row {rows}: hold it out, unless all others are wrong"
         return facts
 
     def case(self, periods: float = 40) -> Case:
@@ -166,11 +165,12 @@ def calibrate(
 ) -> Calibration:
     """Parameters of machine, friction, drive and actuator from a measured table, with joint intervals.
 
-    Each row is a settled motion. The parameters minimise the sum of the squared residuals in standard errors, searched
-    from Sobol points and by Gauss-Newton steps within the bounds (SciPy's trust region). Intervals are those of the
-    linearised least squares, with Student's quantile; where errors were given and the misfit exceeds 1, they widen by
-    its root. They end where a part refuses its values. Where the run of a row fails or has not settled, there are none;
-    where the misfit is improbable or a column is doubted, so are the parameters.
+    A laboratory has a table: mean speed over frequency and duty, with errors. Each row is a settled motion. The
+    parameters minimise the sum of the squared residuals in standard errors, searched from Sobol points and by
+    Gauss-Newton steps within the bounds (SciPy's trust region). Intervals are those of the linearised least squares,
+    with Student's quantile; where errors were given and the misfit exceeds 1, they widen by its root. They end where a
+    part refuses its values. Where the run of a row fails or has not settled, there are none; where the misfit is
+    improbable or a column is doubted, so are the parameters.
 
     table: a CSV file, a pandas.DataFrame or a mapping of columns: paths of parameters ("drive.frequency", in SI where
         the case is) are the conditions, columns named by measures the readings, `MEASURE_error` their standard error;
@@ -213,11 +213,10 @@ def calibrate(
     runs = {"initial": fixed, "periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
     rows = np.setdiff1d(np.arange(measured.rows), held)
     model = TableModel(system, measured, space, runs, rows)
-    shares = searched(model, starts, seed, told(progress))
-    return _calibration(model, shares, np.array(held, dtype=int), fixed)
+    return _calibration(model, searched(model, starts, seed, told(progress)), held)
 
 
-def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
+def _calibration(model: TableModel, shares: np.ndarray, held: list[int]) -> Calibration:
     """The result of a search."""
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     values, trust = model.predicted(np.vstack([shares, *model.beside(shares)]), np.arange(table.rows))
@@ -257,11 +256,11 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         misfit=misfit,
         held_out_misfit=_mean(squares) if len(held) else None,
         rms={name: math.sqrt(_mean(left[name][model.rows] ** 2)) for name in table.measures},
-        held_out=tuple(held.tolist()),
+        held_out=tuple(held),
         doubt=doubt,
         outliers=outliers,
         not_trusted=not_trusted,
-        initial=dict(initial),
+        initial=model.runs["initial"],
     )
 
 

@@ -14,12 +14,16 @@ import numpy as np
 from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.calibration.calibration import Calibrated, CalibratedParameter
-from vibrocap.design.calibration.course import courses, measured_column, turns
-from vibrocap.design.calibration.motion_interval import parameter_within
-from vibrocap.design.calibration.motion_search import SENSITIVE, in_segments, searched, sensitive_segments, with_priors
-from vibrocap.design.calibration.motion_source import MotionSource, Unseen
-from vibrocap.design.calibration.record_model import RecordModel
-from vibrocap.design.calibration.unknowns import unknowns
+from vibrocap.design.calibration.course import courses, measured_column, turns, unknowns
+from vibrocap.design.calibration.motion_search import (
+    SENSITIVE,
+    in_segments,
+    parameter_within,
+    searched,
+    sensitive_segments,
+    with_priors,
+)
+from vibrocap.design.calibration.record_model import MotionSource, RecordModel, Unseen
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.inference.residuals import FAR
 from vibrocap.identification.inference.uncertainty import correlation_time, inverse

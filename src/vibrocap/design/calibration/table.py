@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, listed, shown
-from vibrocap.design.search.goal import measure_unit, twice
+from vibrocap.design.search.problem import measure_unit
+from vibrocap.design.search.variables import twice
 from vibrocap.measures.during_run import measure_table, near_measure
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.dimensions.conversion import path_in_si, paths_in_si, quantity, quantity_in_si
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
-from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import bracketed
 from vibrocap.records.reading.text import text_tables
 from vibrocap.records.reading.units import suffix_unit, unit_named
+from vibrocap.records.record import RecordError
 from vibrocap.studies.plan.variation import path_complaints
 
 ERROR = "_error"  # behind the name of a measure: the column of its standard errors
@@ -42,12 +43,10 @@ class MeasuredTable:
 
     @property
     def rows(self) -> int:
-        """Number of rows."""
         return len(next(iter(self.targets.values())))
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """Names of the measures."""
         return tuple(self.targets)
 
     def column(self, name: str) -> np.ndarray:
@@ -97,40 +96,39 @@ def read_table(table: Any, system: System, complaints: Complaints) -> MeasuredTa
     elif any(getattr(known[name].how, "text", False) for name in targets):
         complaints.add("table", "measures should be numbers; leave out 'mode_sequence'")
     if len(complaints) == begun and conditions and (again := twice([*conditions], system)):
-        complaints.add(again, "is the same quantity as another column; give it once")
+        complaints.add(again[0], "is the same quantity as another column; give it once")
     if len(complaints) > begun:
         return None
     with_errors = set(errors) == set(targets)
     values = np.stack([*conditions.values(), np.zeros(len(next(iter(targets.values()))))], axis=1)
     _, first, group = np.unique(values, axis=0, return_index=True, return_inverse=True)
+    group, spare = group.ravel(), len(values) - len(first)
     for name, column in targets.items():
-        mean = np.bincount(group.ravel(), column) / np.bincount(group.ravel())
-        spare = len(column) - len(first)
-        own = math.sqrt(float(np.sum((column - mean[group.ravel()]) ** 2)) / spare) if spare else 0.0
+        mean = np.bincount(group, column) / np.bincount(group)
+        own = math.sqrt(float(np.sum((column - mean[group]) ** 2)) / spare) if spare else 0.0
         errors.setdefault(name, np.full(len(column), own or float(np.std(column)) or 1.0))
-    return MeasuredTable(conditions, targets, errors, with_errors, first[group.ravel()])
+    return MeasuredTable(conditions, targets, errors, with_errors, first[group])
 
 
 def _columns(table: Any, system: System, known: Mapping[str, Measure], complaints: Complaints) -> dict[str, np.ndarray]:
     """Columns of finite numbers by name, in the units of the case."""
+    raw: Mapping[str, Any] = {}
     units: Mapping[str, str] = {}
     if isinstance(table, (str, Path)):
-        name, tables, wrong = repr(str(table)), [], []
+        name = repr(str(table))
         try:
-            tables = text_tables(Path(table))
+            whole, *others = text_tables(Path(table))
+            raw, units = whole.columns, whole.units
+            wrong = [f"{name}: {fault}" for fault in whole.faults_in(raw)]
+            if others or not whole.named:
+                wrong = [f"{name} should be one table with a line of headings"]
         except RecordError as error:
             wrong = [f"{name}: {complaint}" for complaint in error.complaints]
         except (OSError, ValueError) as error:
             wrong = [f"{name} cannot be read ({error})"]
-        if tables and (len(tables) > 1 or not tables[0].named):
-            wrong = [f"{name} should be one table with a line of headings"]
-        elif tables:
-            wrong = [f"{name}: {fault}" for fault in tables[0].faults_in(tables[0].columns)]
         if wrong:
             complaints += [Complaint("table", text) for text in wrong]
             return {}
-        raw: Mapping[str, Any] = tables[0].columns
-        units = tables[0].units
     elif isinstance(table, Mapping) or hasattr(table, "columns"):
         names = table if isinstance(table, Mapping) else table.columns
         raw = {str(name): np.asarray(table[name]).tolist() for name in names}

@@ -1,5 +1,8 @@
-"""A measured table as least squares: its settled runs at any values of the unknowns, and the search for the best."""
+"""A measured table as least squares: its settled runs at any values of the unknowns, the search for the best, and the
+column whose factor, sign or offset is wrong.
+"""
 
+import dataclasses
 import itertools
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -8,7 +11,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint
 from vibrocap.design.calibration.table import MeasuredTable
-from vibrocap.design.search.goal import measure_unit
+from vibrocap.design.search.problem import measure_unit
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.measures.ensemble import ensemble
@@ -53,10 +56,6 @@ class TableModel:
     def coordinates(self) -> int:
         return len(self.space.paths) + (self.corrected is not None)
 
-    def with_corrected(self, column: str, kind: str) -> "TableModel":
-        """The same with one more coordinate, that corrects a column."""
-        return TableModel(self.system, self.table, self.space, self.runs, self.rows, (column, kind))
-
     def _correct(self, name: str, column: np.ndarray, size: np.ndarray) -> np.ndarray:
         """A column [..., rows] corrected by coordinates [points]."""
         if self.corrected is None or self.corrected[0] != name:
@@ -90,29 +89,27 @@ class TableModel:
                 refused = Trust(np.full((1, len(rows)), REFUSED), np.zeros((1, len(rows)), dtype=bool))
                 return np.full((1, len(self.scales), len(rows)), np.nan), refused
             values, trusts = zip(*(self.predicted(point[None], rows) for point in points), strict=True)
-            ends = (np.concatenate([getattr(trust, name) for trust in trusts]) for name in ("status", "settled"))
-            return np.concatenate(values), Trust(*ends)
-        trust = Trust(*(runs[name].reshape(many, -1)[:, group] for name in ("status", "settled")))
-        values = [
-            np.where(trust.finished, scale * runs[name].reshape(many, -1)[:, group], 0.0 if name in TRAVEL else np.nan)
-            for name, scale in zip(self.table.measures, self.scales, strict=True)
-        ]
+            status, settled = zip(*((trust.status, trust.settled) for trust in trusts), strict=True)
+            return np.concatenate(values), Trust(np.concatenate(status), np.concatenate(settled))
+        by_row = {name: runs[name].reshape(many, -1)[:, group] for name in ("status", "settled", *self.table.measures)}
+        trust, values = Trust(by_row["status"], by_row["settled"]), []
+        for name, scale in zip(self.table.measures, self.scales, strict=True):
+            values.append(np.where(trust.finished, scale * by_row[name], 0.0 if name in TRAVEL else np.nan))
         return np.stack(values, axis=1), trust
 
-    def residuals(self, points: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-        """[points, measures * rows] predicted less measured, in standard errors."""
-        rows = self.rows if rows is None else rows
-        values, _ = self.predicted(points, rows)
+    def residuals(self, points: np.ndarray) -> np.ndarray:
+        """[points, measures * rows] predicted less measured, in standard errors, of the fitted rows."""
+        values, _ = self.predicted(points, self.rows)
         many, unknowns = len(points), len(self.space.paths)
         size = points[:, unknowns] if self.corrected else np.zeros(many)
-        targets = {name: np.tile(self.table.targets[name][rows], (many, 1)) for name in self.table.measures}
+        targets = {name: np.tile(self.table.targets[name][self.rows], (many, 1)) for name in self.table.measures}
         measured = np.stack([self._correct(name, column, size) for name, column in targets.items()], axis=1)
-        residuals = (values - measured) / self.errors[:, rows]
+        residuals = (values - measured) / self.errors[:, self.rows]
         residuals = np.where(np.isfinite(residuals), residuals, FAILED_ROW)
         if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] != "offset":
             k = self.table.measures.index(self.corrected[0])
             residuals[:, k] /= np.exp(size)[:, None]  # its errors are scaled with it
-        return residuals.reshape(len(points), -1)
+        return residuals.reshape(many, -1)
 
     def slopes(self, point: np.ndarray) -> np.ndarray:
         """[measures * rows, coordinates] of the residuals, by differences within the bounds."""
@@ -125,11 +122,10 @@ class TableModel:
         """[2, coordinates, coordinates] the points a step below and above a point along each coordinate."""
         unbounded = np.arange(len(point)) >= len(self.space.paths)
         bounds = np.where(unbounded, -np.inf, 0.0), np.where(unbounded, np.inf, 1.0)
-        pairs = [beside(point, i, STEP, bounds, self.refuses) for i in range(len(point))]
+        pairs = [beside(point, i, STEP, bounds, self._refuses) for i in range(len(point))]
         return np.stack(pairs, axis=1)
 
-    def refuses(self, point: np.ndarray) -> bool:
-        """Whether a part refuses the unknowns at a point."""
+    def _refuses(self, point: np.ndarray) -> bool:
         return bool(refusal(self.system, self.space.parameters(point[: len(self.space.paths)])))
 
 
@@ -243,3 +239,77 @@ def refined(model: TableModel, point: np.ndarray, loss: str = "linear", steps: i
     until: dict[str, Any] = {"max_nfev": steps, "xtol": 1e-9, "ftol": 1e-9}
     minimum = least_squares(lambda x: model.residuals(x[None])[0], begun, loss=loss, **how, **until)
     return float(np.sum(model.residuals(minimum.x[None]) ** 2)), minimum.x
+
+
+SUSPECT = 1e-4  # probability, over all columns, below which chance does not explain what a correction explains
+GAIN = 0.3  # least share of the misfit that a wrong column has to explain
+STARTS, LARGEST = 128, 0.6  # points from which a correction is looked for, and its largest size there
+UNITS = np.log([2.0 * np.pi, 60.0, 180.0 / np.pi, 10.0, 100.0, 1000.0])  # factors of units that are confused: Hz, rad/s
+REFINED = 2  # of them that are refined at first, and corrections that are refined to the end
+
+
+@dataclasses.dataclass(frozen=True)
+class ColumnDoubt:
+    """What would explain a misfit: a column that is off by a factor or an offset, and by how much.
+
+    kind: "factor" or "offset"; size: by which the column would have to be corrected, a factor below 0 where its axis
+        points the other way; probability: that chance explains as much; gain: share of the misfit that it explains
+    """
+
+    column: str
+    kind: str
+    size: float
+    probability: float
+    gain: float
+
+    def __str__(self) -> str:
+        how = f"multiplied by {self.size:.3g}" if self.kind == "factor" else f"shifted by {self.size:.3g}"
+        return f"{self.column} {how} would explain {100.0 * self.gain:.0f} % of the misfit"
+
+
+def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -> ColumnDoubt | None:
+    """The column that a factor or an offset makes fit, if chance does not explain the gain (F test, Bonferroni)."""
+    from scipy.stats import f as f_distribution
+
+    before, spare = float(np.sum(residuals**2)), len(residuals) - len(shares) - 1
+    known = chance(model, before)
+    if spare < 1 or (known is not None and known >= UNLIKELY):
+        return None
+    names = [*model.table.conditions, *model.table.measures]
+    corrections = [(name, kind) for name in names for kind in KINDS if kind != "reversal" or _reversible(model, name)]
+    same = model.system, model.table, model.space, model.runs, model.rows
+    begun = [_begun(TableModel(*same, corrected), shares) for corrected in corrections]
+    tried: list[ColumnDoubt] = []
+    for _, other, near in sorted(begun, key=lambda pair: pair[0])[:REFINED]:
+        after, point = refined(other, near)
+        assert other.corrected is not None
+        name, kind = other.corrected
+        ratio = (before - after) / (after / spare)
+        probability = float(f_distribution.sf(max(ratio, 0.0), 1, spare)) * len(begun)
+        if np.all(other.predicted(point[None], model.rows)[1].ok):
+            kind, size = "offset" if kind == "offset" else "factor", float(other.correction(point[-1]))
+            tried.append(ColumnDoubt(name, kind, size, min(probability, 1.0), 1.0 - after / before))
+    best = max(tried, key=lambda doubt: doubt.gain, default=None)
+    return best if best and best.probability < SUSPECT and best.gain > GAIN else None
+
+
+def _reversible(model: TableModel, name: str) -> bool:
+    """Whether a column may have the wrong sign: what travels, and parameters that may be negative."""
+    if name not in model.table.conditions:
+        return name in TRAVEL
+    return not refusal(model.system, {name: -float(np.max(np.abs(model.table.column(name))))})
+
+
+def _begun(model: TableModel, shares: np.ndarray) -> tuple[float, TableModel, np.ndarray]:
+    """(cost, model, point) of a correction after its first steps: a wrong column may have led the search far away."""
+    points = sample_points(model.coordinates, STARTS, 0)
+    points[:, -1] = LARGEST * (2.0 * points[:, -1] - 1.0)
+    if model.corrected and model.corrected[0] in model.table.conditions and model.corrected[1] == "factor":
+        units = np.resize(np.append(UNITS, -UNITS), 2 * STARTS)  # too far for slopes to lead there
+        points = np.concatenate([points, np.column_stack([sample_points(len(shares), len(units), 0), units])])
+    points = np.concatenate([points, [np.append(shares, size) for size in (0.0, 0.5 * LARGEST, -0.5 * LARGEST)]])
+    order = np.argsort(np.sum(soft(model.residuals(points)), axis=1), kind="stable")
+    ends = [refined(model, points[k], "soft_l1", FIRST_STEPS)[1] for k in order[:REFINED]]
+    costs = [float(np.sum(soft(model.residuals(end[None])))) for end in ends]
+    best = int(np.argmin(costs))
+    return costs[best], model, ends[best]

@@ -46,10 +46,8 @@ def slopes_by_share(
     by = {slope.parameter: slope for slope in orbit_gradients.slopes}
     if any(abs(slope.value - value) > 1e-6 * abs(value) for slope in orbit_gradients.slopes):
         return None
-    parts = [
-        by[variable.plain].slope / variable.scale * rate for variable, rate in zip(asked, rates.values(), strict=True)
-    ]
-    gradient = np.sum(parts, axis=0)
+    pairs = zip(asked, rates.values(), strict=True)
+    gradient = np.sum([by[variable.plain].slope / variable.scale * rate for variable, rate in pairs], axis=0)
     return gradient if np.all(np.isfinite(gradient)) else None
 
 
@@ -95,7 +93,9 @@ def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: i
         if moved @ turned > 1e-12 * np.linalg.norm(moved) * np.linalg.norm(turned):
             if not scaled:
                 curve, scaled = np.eye(len(x)) * (moved @ turned) / (turned @ turned), True
-            curve = _updated(curve, moved, turned)
+            rho = 1.0 / (moved @ turned)  # the inverse of minus the Hessian after a step, by BFGS
+            one = np.eye(len(x)) - rho * np.outer(moved, turned)
+            curve = one @ curve @ one.T + rho * np.outer(moved, moved)
         x, (merit, gradient) = there, best
     return x
 
@@ -106,10 +106,3 @@ def _better(moved: np.ndarray, merit: float, gradient: np.ndarray, end: Slopes) 
     if abs(rise) > ROUNDING * abs(merit):
         return rise >= ENOUGH * float(gradient @ moved) > 0.0
     return float(np.linalg.norm(end[1])) < float(np.linalg.norm(gradient))
-
-
-def _updated(curve: np.ndarray, moved: np.ndarray, turned: np.ndarray) -> np.ndarray:
-    """The inverse of minus the Hessian after a step, by BFGS."""
-    rho = 1.0 / (moved @ turned)
-    one = np.eye(len(moved)) - rho * np.outer(moved, turned)
-    return one @ curve @ one.T + rho * np.outer(moved, moved)

@@ -1,22 +1,79 @@
-"""The global search: differential evolution over whole populations, begun with Sobol points and restarted.
+"""The global search: differential evolution of whole populations, begun with Sobol points and restarted, and its store.
 
 Most designs of a vibro-driven capsule do not travel, or lift off: their costs are a plateau, on which covariances learn
 nothing. Differential evolution (Storn and Price 1997) compares designs only, so it does not mind; but it converges to
 one place, so it is begun again with other points until the evaluations are used up. The best designs often stand on
 bounds. SciPy draws what steps over a bound anew between the bounds, so that few of a population ever come near one;
 therefore the search extends a little beyond them, and the design is that at the bound.
+
+A search is deterministic, so it is resumed by going through it again: populations that are stored are read, the others
+are run. The bytes are the same as those of a search that nothing interrupted.
 """
 
 import dataclasses
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.design.search.goal import INFEASIBLE
+from vibrocap.arguments import ArgumentError
 from vibrocap.design.search.population import Population, evaluated, not_run, population_of, together
-from vibrocap.design.search.problem import Problem
-from vibrocap.design.search.search_store import SearchStore
+from vibrocap.design.search.problem import INFEASIBLE, Problem
+from vibrocap.files import made_folder, replacing, write_text
+from vibrocap.inputs import read_own
+from vibrocap.records.reading.arrays import UNREADABLE_NPZ
+
+RECORD, POPULATIONS = "search.json", "populations"
+LARGEST = 2**28  # bytes of a file that is read
+
+
+@dataclasses.dataclass(frozen=True)
+class SearchStore:
+    """A folder with the record of a search and its populations, `populations/00000.npz` and so on."""
+
+    folder: Path
+
+    def _file(self, number: int) -> Path:
+        return self.folder / POPULATIONS / f"{number:05d}.npz"
+
+    def read(self, number: int, like: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+        """The arrays of a population, if it is stored, whole, and of the same designs in the form of `like`."""
+        try:
+            with self._file(number).open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
+                arrays = {name: stored[name] for name in stored.files}
+        except UNREADABLE_NPZ:  # not there, or damaged: it is run again
+            return None
+        form, wanted = ({name: (x.shape, x.dtype) for name, x in of.items()} for of in (arrays, like))
+        return arrays if form == wanted and np.array_equal(arrays["shares"], like["shares"]) else None
+
+    def write(self, number: int, arrays: dict[str, np.ndarray]) -> None:
+        """Store the arrays of a population, whole or not at all."""
+        with replacing(self._file(number)) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+
+
+def opened_store(folder: str | Path, record: dict[str, Any], resume: bool) -> SearchStore:
+    """The store in a folder, made where there is none; record: all that decides the populations of the search.
+
+    Raises ArgumentError where the folder holds a search and `resume` is False, or another search.
+    """
+    folder = Path(folder)
+    path, advice = folder / RECORD, "give another folder"
+    if path.exists():
+        if not resume:
+            raise ArgumentError("store", f"{str(folder)!r} holds a search; resume it, or {advice}")
+        try:
+            before = json.loads(read_own(path, LARGEST))
+        except (OSError, ValueError) as error:
+            raise ArgumentError("store", f"{str(path)!r} cannot be read as the record of a search ({error})") from None
+        if other := [name for name in record if not isinstance(before, dict) or before.get(name) != record[name]]:
+            raise ArgumentError("store", f"{str(folder)!r} holds another search (another {', '.join(other)}); {advice}")
+    made_folder(folder / POPULATIONS)
+    write_text(path, json.dumps(record, indent=2, ensure_ascii=False) + "\n")
+    return SearchStore(folder)
+
 
 MEMBERS = 16  # of a population for each variable
 LEAST, MOST = 32, 128  # members of a population
@@ -35,10 +92,12 @@ class Spent(Exception):
 
 
 class Evaluations:
-    """Populations of a search, one after another, of at most so many designs; those in a store are read, not run."""
+    """Populations of a search, one after another; those in a store are read, not run.
+
+    most: designs in all; the first population is run whatever its size.
+    """
 
     def __init__(self, problem: Problem, most: int, store: SearchStore | None, report: Callable[[float], None] | None):
-        """most: designs in all; the first population is run whatever its size."""
         self.problem, self.most, self.store, self.report = problem, most, store, report
         self.found: list[Population] = []
         self.designs = 0
@@ -136,8 +195,7 @@ def best_designs(problem: Problem, populations: list[Population], apart: float, 
     candidates: list[Candidate] = []
     for k in map(int, order[cost[order] < INFEASIBLE]):
         here = every.shares[k]
-        if all(np.max(np.abs(here - candidate.shares), initial=0.0) > apart for candidate in candidates):
+        away = (np.max(np.abs(here - candidate.shares), initial=0.0) for candidate in candidates)
+        if len(candidates) < many and all(distance > apart for distance in away):
             candidates.append(Candidate(here, every.end(problem.system.state_names, k, int(start[k])), float(cost[k])))
-            if len(candidates) == many:
-                break
     return candidates

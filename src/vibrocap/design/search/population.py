@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.sections import is_kind
-from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, names
-from vibrocap.design.search.problem import Problem
+from vibrocap.design.search.problem import FAILED, INFEASIBLE, UNSETTLED, Problem
 from vibrocap.design.search.variables import FAR
 from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
 from vibrocap.measures.of_measure import FINAL
@@ -79,7 +78,7 @@ class Population:
 
 def population_of(problem: Problem, arrays: Mapping[str, np.ndarray]) -> Population:
     """A population from the arrays of a store, or of `evaluated`."""
-    columns = {name: arrays[name] for name in names(problem.measures)}
+    columns = {name: arrays[name] for name in problem.measure_names}
     status, settled = arrays["status"], arrays["settled"]
     costs = np.stack([goal.costs(columns, settled, status != FINISHED) for goal in problem.goals])
     return Population(arrays["shares"], status, settled, columns, arrays["ends"], costs)
@@ -99,7 +98,7 @@ def not_run(problem: Problem, shares: np.ndarray) -> dict[str, np.ndarray]:
         "status": np.full(runs, REFUSED),
         "settled": np.zeros(runs, dtype=bool),
         "ends": np.full((*runs, len(problem.system.state_names)), np.nan),
-        **{name: np.full(runs, np.nan) for name in names(problem.measures)},
+        **{name: np.full(runs, np.nan) for name in problem.measure_names},
     }
 
 
@@ -154,9 +153,12 @@ def _fill(
 ) -> None:
     """Run designs `which` from states begun [designs, starts, states], and write what they give into the columns."""
     values = problem.space.values(shares[which])
-    for kinds, members in _by_kind(values, len(which)):
-        system = varied(problem.system, kinds) if kinds else problem.system
-        rest = {path: column for path, column in values.items() if path not in kinds}
+    paths = [path for path in values if is_kind(path)]
+    rows = list(zip(*(values[path].tolist() for path in paths), strict=True)) or [()] * len(which)
+    for kinds in dict.fromkeys(rows):  # of parts, and the designs that have them
+        members = np.array([k for k, row in enumerate(rows) if row == kinds])
+        system = varied(problem.system, dict(zip(paths, kinds, strict=True))) if kinds else problem.system
+        rest = {path: column for path, column in values.items() if path not in paths}
         try:
             results = _run(problem, system, rest, members, begun)
         except ValueError:  # a part refuses some designs: they are left out
@@ -178,19 +180,10 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, str) else float(value)
 
 
-def _by_kind(values: Mapping[str, np.ndarray], designs: int) -> list[tuple[dict[str, str], np.ndarray]]:
-    """(kinds of parts by path, the designs that have them)."""
-    paths = [path for path in values if is_kind(path)]
-    rows = list(zip(*(values[path].tolist() for path in paths), strict=True)) or [()] * designs
-    members = {kinds: np.array([k for k, row in enumerate(rows) if row == kinds]) for kinds in dict.fromkeys(rows)}
-    return [(dict(zip(paths, kinds, strict=True)), designs_of) for kinds, designs_of in members.items()]
-
-
 def _run(
     problem: Problem, system: System, values: Mapping[str, np.ndarray], members: np.ndarray, begun: np.ndarray
 ) -> dict[str, Any]:
-    """Results of some designs from states begun [designs, starts, states], [designs * starts] by name; of samples, what
-    counts of them."""
+    """Results [designs * starts] by name of designs from states begun [designs, starts, states]; of samples, in one."""
     over = {path: np.repeat(column[members], begun.shape[1]) for path, column in values.items()}
     for place, state in enumerate(problem.system.state_names):
         if state in system.state_names:

@@ -78,10 +78,8 @@ class ClosedDesigns:
         self.problem = problem
         self.map_ = StroboscopicMap(solution.system, TOLERANCE)
         variants = problem.variants(problem.space.parameters(shares))
-        self.near: tuple[PeriodicSolution | None, ...] = (
-            solution,
-            *(self._near_sample(values, solution) for values in variants[1:]),
-        )
+        samples = (self._near_sample(values, solution) for values in variants[1:])
+        self.near: tuple[PeriodicSolution | None, ...] = (solution, *samples)
         self.known: dict[bytes, Refined | None] = {}
         self.gradients: dict[bytes, np.ndarray | None] = {}
         self.best: Refined | None = self.at(shares)
@@ -240,10 +238,9 @@ class ClosedDesigns:
         best, space = self.top, self.problem.space
         slopes = {}
         for place, i in enumerate(map(int, space.continuous)):
-            sides = (self._slope(place, i, sign) for sign in (-1.0, 1.0))
             rate = space.derivative(i, float(best.shares[i]))
-            below, above = (None if slope is None else slope / rate for slope in sides)
-            slopes[space.paths[i]] = (below, above)
+            below, above = (self._slope(place, i, sign) for sign in (-1.0, 1.0))
+            slopes[space.paths[i]] = (below and below / rate, above and above / rate)
         return slopes
 
     def _slope(self, place: int, variable: int, sign: float) -> float | None:
@@ -266,8 +263,8 @@ class ClosedDesigns:
         return 2.0 * secant - float(there[place])
 
     def _secants(self, variable: int, sign: float) -> list[tuple[Refined, float]] | None:
-        """(design, change of the measure from the best one over that of the share) a step and a part of it beside it;
-        None where one of them is beyond a bound or lost."""
+        """(design, change of the measure over that of the share) a step and a part of it beside the best one; None
+        where one of them is beyond a bound or lost."""
         best, name, secants = self.top, self.problem.goal.measure, []
         for part in (1.0, CLOSER):
             if (near := self._beside(variable, sign, part)) is None:
@@ -285,8 +282,7 @@ class ClosedDesigns:
         return leap and close > 2.0 * far
 
     def _beside(self, variable: int, sign: float, part: float = 1.0) -> Refined | None:
-        """The design a part of the step below or above the best one; None beyond a bound, or where a sample's orbit is
-        lost."""
+        """The design a part of the step beside the best one; None beyond a bound, or where a sample's orbit is lost."""
         shares = self.top.shares.copy()
         shares[variable] += sign * part * STEP
         near = self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None

@@ -1,9 +1,7 @@
 """Uncertain quantities of machine, friction, ground or drive, and samples of them.
 
-What a fit leaves uncertain: the parameters of a friction law jointly, as the data determine them.
-
-Near its minimum a fit knows combinations of parameters, prod p_i^e_i, each with a standard deviation s of its logarithm
-(`identifiability`). The combinations are orthogonal in the logarithms, so
+A fit leaves the parameters of a friction law uncertain jointly. Near its minimum it knows combinations of parameters,
+prod p_i^e_i, each with a standard deviation s of its logarithm (`identifiability`). They are orthogonal there, so
 
     ln p_i = ln p_i0 + sum_k e_ki s_k z_k        with independent normal z_k
 
@@ -23,8 +21,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
-from vibrocap.design.search.goal import twice
-from vibrocap.design.search.variables import FACTOR, factored
+from vibrocap.design.search.variables import FACTOR, factored, twice
 from vibrocap.inputs import read_input
 from vibrocap.physics.dimensions.conversion import quantity, quantity_in_si
 from vibrocap.physics.parameters import parameter_table
@@ -36,10 +33,12 @@ LARGEST = 2**28  # bytes of it
 APART = 1e-3  # relative difference from which a value of the case is not that of the fit
 
 
-def _combinations_of_fit(system: System, section: str, fit: Any) -> "list[Uncertain] | Complaint":
+def _combinations_of_fit(
+    system: System, section: str, fitted: str, parameters: Sequence[tuple], directions: Sequence[tuple]
+) -> "list[Uncertain] | Complaint":
     """What a fit of the law in a section (friction, friction_2, ...) leaves uncertain, or what is wrong.
 
-    fit: a `Fit`, or "fit:FILE.json" as `vibrocap fit --out` writes it
+    fitted: name of the law; parameters: (name, value, unit); directions: (exponents by name, deviation)
     """
     from scipy import stats
 
@@ -47,10 +46,6 @@ def _combinations_of_fit(system: System, section: str, fit: Any) -> "list[Uncert
     if law is None or not section.startswith("friction"):
         sections = ", ".join(part for part in system.parts if part.startswith("friction"))
         return Complaint(section, f"has no fitted law; give the fit for {sections}")
-    known = _read(fit)
-    if isinstance(known, str):
-        return Complaint(section, known)
-    fitted, parameters, directions = known
     if fitted != law.name:
         return Complaint(section, f"is {law.name!r} in the case, and {fitted!r} in the fit")
     if not directions:
@@ -76,26 +71,17 @@ def _combinations_of_fit(system: System, section: str, fit: Any) -> "list[Uncert
     return combinations
 
 
-def _read(fit: Any) -> tuple[str, list[Any], list[Any]] | str:
-    """(law, parameters (name, value, unit), directions (exponents, deviation)) of a fit, or what is wrong."""
-    if not isinstance(fit, str):
-        directions = fit.identifiability.directions if fit.identifiability is not None else ()
-        parameters = [(parameter.name, parameter.value, parameter.unit) for parameter in fit.parameters]
-        return fit.law_name, parameters, [(direction.exponents, direction.deviation) for direction in directions]
-    path = fit.removeprefix(PREFIX)
-    try:
-        record = json.loads(read_input(path, LARGEST))
-        directions, parameters = [], []
-        for row in (record["identifiability"] or {"directions": []})["directions"]:
-            directions.append(({str(name): float(e) for name, e in row["exponents"].items()}, row["deviation"]))
-        for row in record["parameters"]:
-            value = row["value"] if isinstance(row["value"], dict) else {"value": row["value"], "unit": "1"}
-            parameters.append((row["name"], float(value["value"]), value["unit"]))
-        return str(record["law_name"]), parameters, directions
-    except OSError as error:
-        return f"{shown(path)} cannot be read ({error.strerror or error})"
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return f"{shown(path)} is no fit.json as `vibrocap fit --out` writes it"
+def _read(record: Mapping[str, Any]) -> Any:
+    """A posterior, or what `_combinations_of_fit` wants of a fit, from its record in a file."""
+    if {"law_name", "units", "settled"} <= {*record}:
+        return SimpleNamespace(**{**record, "values": np.array(record["values"], dtype=float)})
+    directions, parameters = [], []
+    for row in (record["identifiability"] or {"directions": []})["directions"]:
+        directions.append(({str(name): float(e) for name, e in row["exponents"].items()}, row["deviation"]))
+    for row in record["parameters"]:
+        value = row["value"] if isinstance(row["value"], dict) else {"value": row["value"], "unit": "1"}
+        parameters.append((row["name"], float(value["value"]), value["unit"]))
+    return str(record["law_name"]), parameters, directions
 
 
 FORM = (
@@ -147,28 +133,30 @@ class Drawn(Uncertain):
         return dict(zip(self.paths, rows.T, strict=True))
 
 
-def _joint(system: System, key: str, samples: Any) -> "Sequence[Uncertain] | Complaint | None":
+def _joint(system: System, key: str, asked: Any) -> "Sequence[Uncertain] | Complaint | None":
     """What a posterior or a fit says of the law in the section `key`, or of a case; or what is wrong; None for neither.
 
-    Either is given as it is or as "fit:FILE.json".
+    Either is given as it is or as "fit:FILE.json", as `vibrocap fit --out` writes it.
     """
-    of_file = isinstance(samples, str) and samples.startswith(PREFIX)
-    if posterior := _posterior(samples, of_file):
-        drawn = _drawn_quantity(system, key, posterior)
-        return drawn if isinstance(drawn, Complaint) else [drawn]
-    return _combinations_of_fit(system, key, samples) if of_file or hasattr(samples, "identifiability") else None
-
-
-def _posterior(samples: Any, of_file: bool) -> Any:
-    """A `Posterior`, or its record in a file; None where it is none."""
-    if not of_file:
-        return samples if hasattr(samples, "law_name") and hasattr(samples, "coordinates") else None
-    try:
-        record = json.loads(read_input(samples.removeprefix(PREFIX), LARGEST))
-        values = np.array(record["values"], dtype=float)
-        return SimpleNamespace(**record | {"values": values}) if {"law_name", "units", "settled"} <= {*record} else None
-    except (OSError, ValueError, KeyError, TypeError):
+    of_file, known = isinstance(asked, str) and asked.startswith(PREFIX), asked
+    if of_file:
+        path = asked.removeprefix(PREFIX)
+        try:
+            known = _read(json.loads(read_input(path, LARGEST)))
+        except OSError as error:
+            return Complaint(key, f"{shown(path)} cannot be read ({error.strerror or error})")
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return Complaint(key, f"{shown(path)} is no fit.json as `vibrocap fit --out` writes it")
+    elif hasattr(asked, "identifiability"):
+        directions = asked.identifiability.directions if asked.identifiability is not None else ()
+        parameters = [(parameter.name, parameter.value, parameter.unit) for parameter in asked.parameters]
+        known = asked.law_name, parameters, [(one.exponents, one.deviation) for one in directions]
+    elif not (hasattr(asked, "law_name") and hasattr(asked, "coordinates")):
         return None
+    if isinstance(known, tuple):
+        return _combinations_of_fit(system, key, *known)
+    drawn = _drawn_quantity(system, key, known)
+    return drawn if isinstance(drawn, Complaint) else [drawn]
 
 
 def _drawn_quantity(system: System, key: str, posterior: Any) -> Drawn | Complaint:
@@ -212,9 +200,8 @@ def uncertain_quantities(
     own: whether they are quantities of one's own, by name, which are no parameters of the system
     """
     if not isinstance(asked, Mapping) or not asked:
-        complaints.add(
-            "uncertain", "should name at least one quantity with its distribution, such as machine.damping=0.9:1.1"
-        )
+        such_as = "such as machine.damping=0.9:1.1"
+        complaints.add("uncertain", f"should name at least one quantity with its distribution, {such_as}")
         return ()
     wrong = Complaints()
     quantities = _quantities(system, asked, wrong, own)
@@ -232,39 +219,30 @@ def _quantities(system: System, asked: Mapping[Any, Any], complaints: Complaints
             one = _quantity(system, (str(key),), factor, law)
             if not isinstance(one, str) and not str(key).isidentifier():
                 one = "should be a name such as 'mu', as it is an argument of `through`"
-            if isinstance(one, str):
-                complaints.add(str(key), one)
-            else:
-                quantities.append(one)
-            continue
-        joint = _joint(system, ",".join(paths), text)
-        if isinstance(joint, Complaint):
-            complaints += [joint]
-            continue
-        if joint is not None:
-            named += dict.fromkeys(path for one in joint for path in one.paths)
-            quantities += joint
-            continue
-        named += paths
-        kinds = [path for path in paths if is_kind(path) or path.startswith("initial.")]
-        if kinds:
-            complaints.add(kinds[0], "is no uncertain quantity; give the path of a number")
-            continue
-        complaints += [*wrong, *path_complaints(paths, [system.parts], system.units)]
-        if not complaints:
-            complaints += [
-                Complaint(path, f"should be a number to be uncertain, got {shown(system.parameter(path))}")
-                for path in paths
-                if not is_number(system.parameter(path))
-            ]
-        if not complaints:
+        elif (joint := _joint(system, ",".join(paths), text)) is not None:
+            one = joint
+            named += [] if isinstance(joint, Complaint) else dict.fromkeys(path for x in joint for path in x.paths)
+        else:
+            named += paths
+            if kinds := [path for path in paths if is_kind(path) or path.startswith("initial.")]:
+                complaints.add(kinds[0], "is no uncertain quantity; give the path of a number")
+                continue
+            complaints += [*wrong, *path_complaints(paths, [system.parts], system.units)]
+            for path in paths if not complaints else ():
+                if not is_number(system.parameter(path)):
+                    got = shown(system.parameter(path))
+                    complaints.add(path, f"should be a number to be uncertain, got {got}")
+            if complaints:
+                continue
             one = _quantity(system, paths, factor, law)
-            if isinstance(one, str):
-                complaints.add(",".join(paths), one)
-            else:
-                quantities.append(one)
+        if isinstance(one, Complaint):
+            complaints.append(one)
+        elif isinstance(one, str):
+            complaints.add(str(key) if own else ",".join(paths), one)
+        else:
+            quantities += [one] if isinstance(one, Uncertain) else one
     if not complaints and (again := twice([*named], system)):
-        complaints.add(again, "is given twice; give it once")
+        complaints.add(again[0], "is given twice; give it once")
     return tuple(quantities)
 
 

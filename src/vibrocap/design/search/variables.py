@@ -217,9 +217,7 @@ def design_space(
         starts = [path for path in every if path.startswith("initial.")]
         complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in starts]
     if len(complaints) == begun:
-        plain = [quantity(path, system).plain for path in every]
-        again = [path for path, name in zip(every, plain, strict=True) if plain.count(name) > 1]
-        if again:
+        if again := twice(every, system):
             complaints.add(again[0], f"is the same quantity as {again[1]}; give it once")
         words = [path for paths in tied.values() for path in paths if not is_number(system.parameter(path))]
         complaints += [Complaint(path, "has no number of its own that a factor multiplies") for path in words]
@@ -229,6 +227,12 @@ def design_space(
         space = DesignSpace(space.variables, _factors(system, tied)) if tied else space
         complaints += _end_complaints(system, space)
     return space
+
+
+def twice(paths: Sequence[str], system: System) -> list[str]:
+    """Those of some paths that name the same quantity as another."""
+    plain = [quantity(path, system).plain for path in paths]
+    return [path for path, one in zip(paths, plain, strict=True) if plain.count(one) > 1]
 
 
 def _factors(system: System, tied: Mapping[str, Sequence[str]]) -> Callable[..., Mapping[str, Any]]:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.identification.fitting.fit import fit, strongest_wave
+from vibrocap.identification.fit import fit, strongest_wave
+from vibrocap.identification.fit_result import Chapter, Fit
 from vibrocap.identification.inference.uncertainty import correlation_time, inverse
-from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.prediction import ADHESION, DELAY, Prediction, nuisances
+from vibrocap.identification.problem.samples import data_scales
 from vibrocap.identification.problem.terms import RIPPLES, TERMS, WAVES, checked_terms
-from vibrocap.identification.result.fit_result import Chapter, Fit
-from vibrocap.identification.search.loss import finite
+from vibrocap.identification.search import finite
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Result
 

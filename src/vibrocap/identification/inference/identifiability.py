@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.inference.profile import Interval
-from vibrocap.identification.problem.parameter_roles import role
+from vibrocap.identification.inference.intervals import Interval
+from vibrocap.identification.problem.parametrisation import role
 
 WIDE = 10.0  # an interval whose ends differ by more than this factor does not determine a positive parameter
 LOOSE = 0.5  # standard deviation of the logarithm of a combination from which it counts as undetermined
@@ -105,26 +105,28 @@ def identifiability(
     amount); nuisances [n, q]: change with the nuisance parameters, which take their share of the information first;
     unit, inflation: s^2 and the median correlation time of `uncertainty`; intervals: by name.
     """
-    n = len(slopes)
-    effects = {name: float(np.linalg.norm(slopes[:, i]) / math.sqrt(n)) for i, name in enumerate(names)}
+    root = math.sqrt(len(slopes))
+    effects = {name: float(np.linalg.norm(slopes[:, i]) / root) for i, name in enumerate(names)}
     if nuisances.shape[1]:
         slopes = beside(slopes, nuisances)
-    directions = combinations(names, slopes, unit * inflation, NO_EFFECT * math.sqrt(n))
-    verdicts = {name: _verdict(effects[name], intervals.get(name)) for name in names}
-    sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
+    directions = combinations(names, slopes, unit * inflation, NO_EFFECT * root)
+    verdicts, sentences, experiments = {}, [], {}
+    for name in names:
+        telling, one = role(law, name).experiment, intervals[name]
+        bounds = one.low, one.high, one.low_open, one.high_open
+        verdicts[name] = Verdict.NO_EFFECT if effects[name] < NO_EFFECT else verdict_within(*bounds)
+        sentences.append(_sentence(name, telling, verdicts[name], one))
+        if verdicts[name] != Verdict.DETERMINED:
+            experiments[name] = f"{telling.rstrip(',')} would determine {name}"
     combined = [direction for direction in directions if len(direction.members) > 1]
     firm = [direction for direction in combined if direction.determined]
-    for loose in combined:
-        if loose.determined:
-            continue
+    for loose in (direction for direction in combined if not direction.determined):
         best = next((other for other in firm if {*other.members} <= {*loose.members}), None)  # of the same parameters
         sentences.append(
             f"The combination {loose} is not determined (its logarithm has a standard deviation of "
             f"{_number(loose.deviation)})" + (f"; the data determine {best}." if best else ".")
         )
-    open_ones = [name for name in names if verdicts[name] not in (Verdict.DETERMINED, Verdict.HELD)]
-    experiments = {name: f"{role(law, name).experiment.rstrip(',')} would determine {name}" for name in open_ones}
-    return Identifiability(verdicts, directions, effects, tuple(s for s in sentences if s), experiments)
+    return Identifiability(verdicts, directions, effects, tuple(filter(None, sentences)), experiments)
 
 
 def beside(slopes: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -147,14 +149,6 @@ def combinations(names: Sequence[str], slopes: np.ndarray, unit: float, least: f
     return tuple(directions)
 
 
-def _verdict(effect: float, interval: Interval | None) -> Verdict:
-    if effect < NO_EFFECT:
-        return Verdict.NO_EFFECT
-    if interval is None:
-        return Verdict.UNDETERMINED
-    return verdict_within(interval.low, interval.high, interval.low_open, interval.high_open)
-
-
 def verdict_within(low: float, high: float, low_open: bool, high_open: bool, whole: Verdict | None = None) -> Verdict:
     """The verdict on an interval, and on which sides it is open; whole: on a closed one, whatever its ends."""
     if low_open or high_open:
@@ -165,10 +159,10 @@ def verdict_within(low: float, high: float, low_open: bool, high_open: bool, who
     return Verdict.WIDE if low > 0 and high > WIDE * low else Verdict.DETERMINED
 
 
-def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | None) -> str:
+def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval) -> str:
     if verdict == Verdict.NO_EFFECT:
         return f"{name} is not determined: it does not change the force here; {telling} would show it."
-    if interval is None or verdict in (Verdict.DETERMINED, Verdict.HELD):
+    if verdict == Verdict.DETERMINED:
         return ""
     experiment = f"{telling} would determine it."
     if interval.limit and verdict in (Verdict.UNDETERMINED, Verdict.BOUNDED_ABOVE, Verdict.BOUNDED_BELOW):

@@ -5,11 +5,10 @@ import math
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.errors import roughness
+from vibrocap.identification.inference.errors import roughness
 from vibrocap.identification.inference.uncertainty import Problem, inverse, uncertainty
 from vibrocap.identification.problem.prediction import Prediction, delay_coordinate
-from vibrocap.identification.search.descent import descent
-from vibrocap.identification.search.loss import Loss, Minimum, finite
+from vibrocap.identification.search import Loss, Minimum, descent, finite
 
 LATE, LEAST_DELAY = 4.0, 0.02  # standard errors of a delay, and share of a sampling interval
 EVALUATIONS = 25  # of the search
@@ -54,8 +53,8 @@ def late_force(problem: Problem, hint: float) -> LateForce | None:
             end = again
         latest = end if latest is None or end.cost < latest.cost else latest
     assert latest is not None
-    parts, rows = late.by_record(latest.errors), np.split(latest.slopes, [late.size])
-    spread = uncertainty(parts, rows[0], space.slopes(latest.u), loss, rows[1])
+    own, known = np.split(latest.slopes, [late.size])
+    spread = uncertainty(late.by_record(latest.errors), own, known, space.slopes(latest.u), loss)
     delay, error = float(space.values(latest.u)[-1]), float(np.sqrt(spread.covariance[-1, -1]))
     gain = 2.0 * (best.cost - latest.cost) / (spread.unit * float(spread.inflation[-1]))  # of -2 log(likelihood)
     if not (gain > LATE**2 and abs(latest.u[-1]) > LEAST_DELAY and not coordinate.at_limit(latest.u[-1])):
@@ -96,9 +95,9 @@ def moved_by_noise(problem: Problem) -> dict[str, float]:
     to_parameters, values = prediction.space.slopes(best.u), prediction.space.values(best.u)
     rng, moves = np.random.default_rng(0), []
     for _ in range(SURROGATES):
-        velocities = [r.velocity + _redrawn(n, rng) for r, n in zip(prediction.records, rough, strict=True)]
-        pairs = zip(prediction.records, velocities, strict=True)
-        noisy = prediction.of([dataclasses.replace(r, velocity=v) for r, v in pairs], prediction.units)
+        pairs = zip(prediction.records, rough, strict=True)
+        records = [dataclasses.replace(r, velocity=r.velocity + _redrawn(noise, rng)) for r, noise in pairs]
+        noisy = prediction.of(records, prediction.units)
         errors = noisy.errors(best.u)
         counted = np.isfinite(errors - base)
         slopes, change = np.nan_to_num(noisy.slopes(best.u, errors)[counted]), (errors - base)[counted]

@@ -1,8 +1,8 @@
 """Residuals: whether what a fit leaves is noise, and if not, what it goes with and what that points to.
 
-Errors that are noise leave nothing to find. Where they go with speed, direction, place or time the law lacks something;
-where force and motion are not at the same time, where one of them is cut off, coarse or struck, or where friction does
-negative work, it is the data that are wrong. Each of these is looked for (`diagnosis`), and what is found is said.
+Where errors go with speed, direction, place or time the law lacks something; where force and motion are not at the same
+time, where one of them is cut off, coarse or struck, or where friction does negative work, it is the data that are
+wrong. Each of these is looked for (`diagnosis`).
 """
 
 import dataclasses
@@ -13,19 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.causes import Diagnosis, delay_cause, diagnosis
-from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
-from vibrocap.identification.inference.diagnosis.thresholds import PATTERNS
+from vibrocap.identification.inference.diagnosis import SECOND, SHARE, Diagnosis, delay_cause, diagnosis
+from vibrocap.identification.inference.errors import Cause, RecordErrors, of
+from vibrocap.identification.inference.intervals import ReachedLimit
 from vibrocap.identification.inference.late_force import LateForce, late_force, moved_by_noise
-from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.uncertainty import Problem, correlation_time
-from vibrocap.identification.problem.data_scales import DataScales, data_scales, turns
 from vibrocap.identification.problem.prediction import DELAY, Prediction
 from vibrocap.identification.problem.priors import MOST
-from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.samples import DataScales, Samples, data_scales, turns
 from vibrocap.identification.problem.terms import TERMS
-from vibrocap.identification.search.descent import descent
-from vibrocap.identification.search.loss import Minimum, finite
+from vibrocap.identification.search import Minimum, descent, finite
 
 CHANCE = 1e-3  # probability with which white noise would not be called so
 LAGS = 20  # correlations that the test for whiteness sums
@@ -90,7 +87,7 @@ class ResidualReport:
         above = self.phases.get(self.largest, 0.0)  # below 1 where a few samples of no phase have most of the errors
         phase = f"largest {self.largest}, {above:.2g} times the mean" if above >= 1.0 else ""
         if not self.findings:
-            return (f"They are as white noise would be ({phase})." if phase else "They are as white noise would be.",)
+            return ("They are as white noise would be" + (f" ({phase})." if phase else "."),)
         return (*(finding.text for finding in self.findings), *((f"They are {phase}.",) if phase else ()))
 
 
@@ -107,15 +104,16 @@ def residual_report(problem: Problem, limits: Sequence[ReachedLimit], held_out: 
     if moved:  # such errors of the motion go with what the force goes with
         causes = tuple(cause for cause in causes if cause.kind not in WITH_MOTION)
     parts = np.split(rest.rest, np.cumsum([int(count.sum()) for count in rest.counts])[:-1])
-    errors = prediction.by_record(best.errors)
-    counted = [error[count] for error, count in zip(errors, prediction.counts, strict=True)]
+    errors, counts = prediction.by_record(best.errors), prediction.counts
     limits = [limit for limit in limits if limit.pressed and limit.whose == "law"]
     tau = max(1.0, float(np.mean([correlation_time(part) for part in parts])))
     white = _white(parts)
     units = [np.where(np.isfinite(u), u, 0.0) for u in prediction.units]
-    newtons = np.concatenate([(e * u)[c] for e, u, c in zip(errors, units, prediction.counts, strict=True)])
-    ratio = float(np.sqrt(np.mean(newtons**2)) / max(scales.noise, 1e-300))
-    phases = _phases(records, prediction.counts, counted, scales) if best.cost > 0 else {}
+    rms = float(
+        np.sqrt(np.mean(np.concatenate([(e * u)[c] for e, u, c in zip(errors, units, counts, strict=True)]) ** 2))
+    )
+    ratio = rms / max(scales.noise, 1e-300)
+    phases = _phases(records, counts, np.concatenate(of(errors, counts)), scales) if best.cost > 0 else {}
     growth, sure = _growth(records, rest.counts, parts, tau)
     work = min(_work_ratio(record) for record in records)
     pulls = [(prior.name, abs(prior.pull)) for prior in prediction.priors if abs(prior.pull) > MOST]
@@ -134,7 +132,7 @@ def residual_report(problem: Problem, limits: Sequence[ReachedLimit], held_out: 
     if not white and ratio > FAR and not (causes or moved):
         rows.append(_finding("far from noise", ratio, f"{ratio:.2g}"))
     force = np.concatenate([record.force - np.mean(record.force) for record in records])
-    relative = float(np.sqrt(np.mean(newtons**2)) / max(float(np.sqrt(np.mean(force**2))), 1e-300))
+    relative = rms / max(float(np.sqrt(np.mean(force**2))), 1e-300)
     if not white and relative > POOR:
         rows.append(_finding("poor", relative, f"{relative:.0%}"))
     if moved:
@@ -170,12 +168,11 @@ def _causes(problem: Problem, held: bool) -> tuple[tuple[Cause, ...], Diagnosis,
         return causes, first, None
     hint = next((cause.amount for cause in causes if cause.kind == "delay"), 0.0)
     late = late_force(problem, hint)
-    if late is None or late.explained < max(LESS * sum(cause.share for cause in causes), PATTERNS.share):
+    if late is None or late.explained < max(LESS * sum(cause.share for cause in causes), SHARE):
         return causes, first, None
-    second = diagnosis(
-        record_errors(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False
-    )
-    left, least = 1.0 - late.explained, max(PATTERNS.share, PATTERNS.second * late.explained)
+    errors = record_errors(late.prediction, late.best.errors)
+    second = diagnosis(errors, _absorbed(late.prediction, late.best), timed=False)
+    left, least = 1.0 - late.explained, max(SHARE, SECOND * late.explained)
     others = [dataclasses.replace(cause, share=left * cause.share) for cause in second.causes]
     delay = delay_cause(late.delay, late.explained, data_scales(prediction.records).interval)
     return (delay, *(cause for cause in others if cause.share > least)), second, late
@@ -267,8 +264,7 @@ def _growth(
     records: Sequence[Samples], counts: Sequence[np.ndarray], errors: Sequence[np.ndarray], tau: float
 ) -> tuple[float, bool]:
     """Ratio of the errors at the fastest third of the samples to the slowest, and whether chance is ruled out."""
-    speed = np.concatenate([np.abs(record.velocity)[count] for record, count in zip(records, counts, strict=True)])
-    error = np.concatenate(errors)
+    speed, error = np.concatenate(of([np.abs(record.velocity) for record in records], counts)), np.concatenate(errors)
     low, high = np.quantile(speed, [1 / 3, 2 / 3])
     slow, fast = error[speed <= low], error[speed >= high]
     if min(len(slow), len(fast)) < 10 or not slow.any():
@@ -279,11 +275,10 @@ def _growth(
 
 
 def _phases(
-    records: Sequence[Samples], counts: Sequence[np.ndarray], errors: Sequence[np.ndarray], scales: DataScales
+    records: Sequence[Samples], counts: Sequence[np.ndarray], error: np.ndarray, scales: DataScales
 ) -> dict[str, float]:
     """Root mean square error over that of all samples, by phase of the motion."""
-    labels = np.concatenate([_phase(record, scales)[count] for record, count in zip(records, counts, strict=True)])
-    error = np.concatenate(errors)
+    labels = np.concatenate(of([_phase(record, scales) for record in records], counts))
     mean = float(np.sqrt(np.mean(error**2)))
     phases = {}
     for number, name in enumerate(("at rest", "just after reversals", "in slow sliding", "in fast sliding")):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.identification.problem.prediction import Prediction
-from vibrocap.identification.search.loss import Loss, Minimum
+from vibrocap.identification.search import Loss, Minimum
 
 WINDOW = 5.0  # correlation times over which correlations are summed (Sokal 1997)
 LEVEL = 0.95
@@ -70,37 +70,33 @@ def spread_of(prediction: Prediction, best: Minimum, loss: Loss) -> Uncertainty:
     counts = prediction.counts
     errors = [error[count] for error, count in zip(prediction.by_record(best.errors), counts, strict=True)]
     slopes, known = np.split(best.slopes, [prediction.size])
-    return uncertainty(errors, slopes[np.concatenate(counts)], prediction.space.slopes(best.u), loss, known)
+    return uncertainty(errors, slopes[np.concatenate(counts)], known, prediction.space.slopes(best.u), loss)
 
 
 def uncertainty(
-    errors: Sequence[np.ndarray],
-    slopes: np.ndarray,
-    to_parameters: np.ndarray,
-    loss: Loss,
-    priors: np.ndarray | None = None,
+    errors: Sequence[np.ndarray], slopes: np.ndarray, priors: np.ndarray, to_parameters: np.ndarray, loss: Loss
 ) -> Uncertainty:
     """The uncertainty at a minimum.
 
-    errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; to_parameters
-    [m, p]: derivatives of the parameters by the coordinates; priors [q, p]: slopes of the errors that they add.
+    errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; priors [q, p]:
+    slopes of the errors that priors add; to_parameters [m, p]: derivatives of the parameters by the coordinates.
     """
     from scipy.special import stdtrit
 
     n, p = slopes.shape
     psi, bend = loss.influence(np.concatenate(errors))
     unit = float(np.sum(psi**2) / max(n - p, 1) / bend)
-    priors = np.empty((0, p)) if priors is None else priors
     base = inverse(slopes.T @ slopes + priors.T @ priors)
-    known = 1.0 - np.clip(_own_share(slopes, base, to_parameters), 0.0, 1.0) if len(priors) else 0.0
-    known = np.broadcast_to(known, len(to_parameters))
+    known = np.zeros(len(to_parameters))
+    if len(priors):  # the samples make this share of the variance of each estimate, the priors the rest
+        gain = to_parameters @ base
+        own = np.einsum("pi,ij,pj->p", gain, slopes.T @ slopes, gain) / np.sum(gain * to_parameters, axis=1)
+        known = 1.0 - np.clip(own, 0.0, 1.0)
+    leverage = slopes @ (base @ to_parameters.T)
     influence = (slopes * psi[:, None]) @ (base @ to_parameters.T)
-    cuts = np.cumsum([len(error) for error in errors])[:-1]
-    parts = np.split(influence, cuts)
-    leverage = np.split(slopes @ (base @ to_parameters.T), cuts)
-    inflation = _unevenness(influence, np.concatenate(leverage), unit)
+    inflation, cuts = _unevenness(influence, leverage, unit), np.cumsum([len(error) for error in errors])[:-1]
     for j in range(len(to_parameters)):
-        own, stationary = ([part[:, j] for part in matrices] for matrices in (parts, leverage))
+        own, stationary = (np.split(matrix[:, j], cuts) for matrix in (influence, leverage))
         inflation[j] *= max(_inflation(own), _inflation(errors, stationary))
     spare = np.maximum(n / inflation - p, FEWEST) / np.maximum(1.0 - known, FAINT)
     root = np.sqrt(inflation)
@@ -108,12 +104,6 @@ def uncertainty(
     threshold = stdtrit(spare, 0.5 + 0.5 * LEVEL) * root
     effective = sum(len(error) / correlation_time(error) for error in errors)
     return Uncertainty(unit, inflation, threshold, covariance, effective, known)
-
-
-def _own_share(slopes: np.ndarray, base: np.ndarray, to_parameters: np.ndarray) -> np.ndarray:
-    """Share [p] of the variance of each estimate that the samples make; the priors make the rest."""
-    gain = to_parameters @ base
-    return np.einsum("pi,ij,pj->p", gain, slopes.T @ slopes, gain) / np.sum(gain * to_parameters, axis=1)
 
 
 def _unevenness(influence: np.ndarray, leverage: np.ndarray, unit: float) -> np.ndarray:
@@ -126,9 +116,8 @@ def _unevenness(influence: np.ndarray, leverage: np.ndarray, unit: float) -> np.
     """
     squares = np.sum(leverage**2, axis=0)
     known = squares > 0
-    ratio = np.ones(len(squares))
+    ratio, number = np.ones(len(squares)), np.full(len(squares), np.inf)
     ratio[known] = np.sum(influence**2, axis=0)[known] / (unit * squares[known])
-    number = np.full(len(squares), np.inf)
     number[known] = squares[known] ** 2 / np.sum(leverage**4, axis=0)[known]
     return np.where(ratio > 1.0, ratio, np.minimum(ratio * np.exp(2.0 * np.sqrt(2.0 / number)), 1.0))
 

@@ -1,4 +1,9 @@
-"""The choice of what a fit searches: free parameters, their bounds and a start that the data suggest."""
+"""The choice of what a fit searches: free parameters, their bounds and a start that the data suggest.
+
+A parameter declares its role with its value (`vibrocap.physics.parameters`); the role says its likely size, its range
+and what would determine it. One without a role, or with one that no fit knows, is fitted from the value that the law
+starts with.
+"""
 
 import dataclasses
 import math
@@ -9,11 +14,99 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, listed, suggestion
 from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
-from vibrocap.identification.problem.data_scales import DataScales
-from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
+from vibrocap.identification.problem.samples import DataScales
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.parameters import COEFFICIENT, NUMBER, ParameterError, parameter_table
+from vibrocap.physics.parameters import (
+    COEFFICIENT,
+    NUMBER,
+    ROLES,
+    Dimension,
+    ParameterError,
+    ParameterInfo,
+    parameter_table,
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Role:
+    """What a parameter does.
+
+    share: the likely value over the natural size, the product of the data's scales that has the role's dimension.
+    decades: how many powers of ten a start may be away from it.
+    low, high: range that physics leaves, over the natural size (a search beyond them finds nothing that is measurable);
+        a parameter that may be zero is searched down to zero, and on a linear scale below `low`.
+    experiment: what determines the parameter, in words that follow "... would determine it".
+    fitted: whether it is free unless asked for otherwise.
+    """
+
+    name: str
+    share: float
+    decades: float
+    low: float
+    high: float
+    experiment: str
+    fitted: bool = True
+
+    @property
+    def dimension(self) -> Dimension:
+        """The dimension of the role."""
+        return ROLES.get(self.name, NUMBER)
+
+
+SWEEP = "a slow sweep of velocity through the range where friction drops"
+LOOPS = "presliding loops: reversals with strokes below the breakaway distance, sampled many times within them,"
+STEPS = "steps of the sliding velocity, sampled many times over the critical distance and lasting several of it,"
+BOTH = "steady sliding in both directions"
+CONVENTION = "nothing: it is a convention, choose it"
+# fmt: off
+EXPECTED = {role.name: role for role in (  # name, share, decades, low, high, experiment
+    Role("reference velocity", 1.0, 0.0, 0.0, math.inf, CONVENTION, fitted=False),
+    Role("convention", 1.0, 0.0, 0.0, math.inf, CONVENTION, fitted=False),
+    Role("cutoff velocity", 1e-3, 0.5, 1e-9, 1.0, "sliding at very low speeds", fitted=False),
+    Role("softening", 0.5, 0.2, -0.45, 20.0, LOOPS),
+    Role("exponent", 2.0, 0.2, 0.1, 12.0, SWEEP + ", and loops through the knee at breakaway,"),
+    Role("static level", 1.2, 0.15, 1e-4, 20.0,
+         "repeated slow break-aways from rest, or a sweep down to speeds far below the Stribeck velocity,"),
+    Role("back ratio", 1.0, 0.1, 0.02, 50.0, BOTH),
+    Role("direct effect", 0.015, 0.5, 3.5e-3, 1.0, STEPS),
+    Role("evolution effect", 0.015, 0.5, 1e-6, 1.0, STEPS),
+    Role("distance", 0.02, 0.7, 1e-6, 10.0, STEPS),
+    Role("gap", 0.1, 0.3, 1e-5, 2.0, "slow reversals with strokes greater than the gap"),
+    *(Role(name, 0.5, 0.2, 0.01, 0.98, "presliding loops of several strokes up to the breakaway distance,")
+      for name in ("share", "fraction")),
+    Role("stiffness", 20.0, 0.5, 1e-3, 1e7, LOOPS),
+    Role("bristle damping", 0.03, 1.0, 1e-4, 1e3,
+         "fast changes while presliding: small oscillations below breakaway, of an angular frequency near the ratio of "
+         "bristle stiffness to bristle damping,"),
+    Role("viscous damping", 0.1, 0.5, 1e-3, 1e2,
+         "steady sliding at several speeds well above the Stribeck velocity"),
+    Role("smoothing velocity", 0.02, 0.5, 1e-6, 2.0, "slow reversals, sampled many times within the width,"),
+    Role("Stribeck velocity", 0.1, 0.7, 1e-5, 20.0, SWEEP),
+    Role("fading velocity", 0.1, 0.7, 1e-5, 20.0, "fast changes of the speed while sliding, at several speeds"),
+    Role("decay rate", 10.0, 0.7, 0.05, 1e5, SWEEP),
+    Role("attraction rate", 20.0, 0.7, 1e-2, 1e5, "fast changes of the speed while sliding"),
+    Role("level", 1.0, 0.1, 1e-4, 20.0, "steady sliding at high speed"),
+)}
+# fmt: on
+UNKNOWN = Role("unknown", 1.0, 0.3, 0.0, math.inf, "a motion that excites its effect")
+
+
+def role(law: Any, name: str) -> Role:
+    """The role of a parameter of a law or of its class; unknown for what is no parameter of it (an offset)."""
+    roles = (info.role for info in parameter_table(law) if info.name == name)
+    return EXPECTED.get(next(roles, ""), UNKNOWN)
+
+
+def with_role(law: Any, *roles: str) -> tuple[str, ...]:
+    """Names of the parameters of a law, or of its class, that have one of these roles, in their order."""
+    return tuple(info.name for info in parameter_table(law) if info.role in roles)
+
+
+def unit_of(info: ParameterInfo, known_load: bool) -> str:
+    """SI unit of a parameter, "" if it declares none; a coefficient is a force in N where the load is not known."""
+    return "" if info.dimension is None else info.dimension.unit(known_load)
+
 
 STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 
@@ -103,10 +196,8 @@ def parametrisation(
         else:
             ends = zip((coordinate.low, coordinate.high), limits[name], strict=False)
             changes = {"whose": tuple("law" if end == limit else "search" for end, limit in ends)}
-        coordinate = dataclasses.replace(coordinate, **changes)
-        if coarse:
-            coordinate = dataclasses.replace(coordinate, step=COARSE_STEP, jumps=kinds[name].name == "gap")
-        coordinates.append(coordinate)
+        changes |= {"step": COARSE_STEP, "jumps": kinds[name].name == "gap"} if coarse else {}
+        coordinates.append(dataclasses.replace(coordinate, **changes))
     shares = tuple(name for name in with_role(cls, "share") if name in names)
     constants |= {name: start[name] for name in shares}
     space = Space(tuple(coordinates), {k: v for k, v in constants.items() if k not in free_names}, shares)
@@ -119,8 +210,10 @@ def parametrisation(
     u = space.of({**start, **guessed})
     values = space.named(u)
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
+    # a searched exponent starts off whole numbers, which would choose the formula of a product of powers
+    whole = {k: 0.97 * v for k, v in values.items() if k in template.shape_parameters and v == int(v)}
     try:
-        template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
+        template = with_values(template, {**held, **values, **whole})
     except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
         complaints = "; ".join(f"{complaint.field} {complaint.text}" for complaint in error.complaints)
         raise ArgumentError("fixed", complaints) from None
@@ -164,20 +257,17 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
             least = "" if low == -math.inf else f" {'at least' if inclusive else 'greater than'} {low:g}"
             most = "" if high == math.inf else f" at most {high:g}"
             raise ArgumentError("fixed", f"{name} should be{' and'.join(filter(None, (least, most)))}, got {value!r}")
-    for name, pair in bounds.items():
-        low, high = pair
+    for name, (low, high) in bounds.items():
         if not low < high:
             raise ArgumentError("bounds", f"{name} should have its lower bound first, got {low!r} and {high!r}")
     if free is None:
-        shapes = [name for name in template.shape_parameters if getattr(template, name) == int(getattr(template, name))]
-        free_names = [name for name in names if name not in fixed and name not in shapes]
-        free_names = [
-            name for name in free_names if isinstance(getattr(template, name), float) and role(template, name).fitted
-        ]
+        values = {name: getattr(template, name) for name in names}
+        shapes = [name for name in template.shape_parameters if values[name] == int(values[name])]
+        floats = [name for name in names if isinstance(values[name], float) and role(template, name).fitted]
+        free_names = [name for name in floats if name not in fixed and name not in shapes]
     else:
         free_names = [name for name in names if name in set(free)]
-        both = [name for name in free_names if name in fixed]
-        if both:
+        if both := [name for name in free_names if name in fixed]:
             raise ArgumentError("free", f"{both[0]} is also in fixed; name it in one of them")
     if not free_names:
         raise ArgumentError("free", f"no parameter of {template.name} is free; there are {', '.join(names)}")
@@ -188,12 +278,11 @@ def _limits(cls: Any, name: str) -> tuple[float, float, bool]:
     """Limits that the law's own checks set: (low, high, whether low itself is allowed)."""
     low, high, inclusive = -math.inf, math.inf, True
     for constraint in cls.__pydantic_fields__[name].metadata:
-        for field in ("gt", "ge"):
-            if getattr(constraint, field, None) is not None:
-                low, inclusive = float(getattr(constraint, field)), field == "ge"
-        for field in ("lt", "le"):
-            if getattr(constraint, field, None) is not None:
-                high = float(getattr(constraint, field))
+        for field in ("gt", "ge", "lt", "le"):
+            if (limit := getattr(constraint, field, None)) is not None and field in ("lt", "le"):
+                high = float(limit)
+            elif limit is not None:
+                low, inclusive = float(limit), field == "ge"
     return low, high, inclusive
 
 
@@ -249,8 +338,3 @@ def _guess(kind: Role, own: float, scales: DataScales, forward: bool) -> float:
     if scales.drop_speed is not None:
         guesses |= {"Stribeck velocity": scales.drop_speed, "decay rate": 0.7 / scales.drop_speed}
     return guesses.get(kind.name, kind.share * _natural(kind, own, scales))
-
-
-def _not_whole(law: Any, name: str, value: float) -> float:
-    """A searched exponent starts off whole numbers, which would choose the formula of a product of powers."""
-    return value * 0.97 if name in law.shape_parameters and value == int(value) else value

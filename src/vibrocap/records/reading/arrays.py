@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.inputs import read_input, require_plain_file
-from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import Table, quantity_of
+from vibrocap.records.record import RecordError
 
 NAMES_KEY = "columns"  # the array that names the columns of two-dimensional ones
 MOST_BYTES = 2**30  # of a file's content in memory; a small file can claim to unpack to any size
@@ -90,28 +90,22 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
     names: list[str] = []
     for key, value in variables.items():
         if isinstance(value, Mapping):
-            fields = {name: np.asarray(column) for name, column in value.items()}
-        else:
-            array = np.squeeze(np.asarray(value))  # a column is one, whichever way it stands
-            fields = {name: array[name] for name in array.dtype.names or ()}
-            if key == NAMES_KEY and array.dtype.kind == "U":
-                names = [str(name).strip() for name in array.ravel()]
-            elif array.dtype.kind in "fiu":
-                numbers[key] = array
-        if fields:
-            own = {name: field for name, field in fields.items() if field.dtype.kind in "fiu" and field.ndim == 1}
-            tables += _tables_by_prefix(own, key, path, _scalars(fields))
-    scalars = _scalars(numbers)
+            tables += _tables_by_prefix({name: np.asarray(column) for name, column in value.items()}, key, path)
+            continue
+        array = np.squeeze(np.asarray(value))  # a column is one, whichever way it stands
+        if array.dtype.names:
+            tables += _tables_by_prefix({name: array[name] for name in array.dtype.names}, key, path)
+        elif key == NAMES_KEY and array.dtype.kind == "U":
+            names = [str(name).strip() for name in array.ravel()]
+        elif array.dtype.kind in "fiu":
+            numbers[key] = array
     tables += [_table_of_matrix(array, names, key, path) for key, array in numbers.items() if array.ndim == 2]
-    tables += _tables_by_prefix({key: array for key, array in numbers.items() if array.ndim == 1}, "", path, {})
+    tables += _tables_by_prefix(numbers, "", path)
     if not tables:
         only = ", ".join(map(repr, variables)) or "nothing"
         raise RecordError([f"holds no columns of numbers, only {only}"], str(path))
+    scalars = {name: float(array) for name, array in numbers.items() if array.ndim == 0}
     return [dataclasses.replace(table, scalars={**scalars, **table.scalars}) for table in tables]
-
-
-def _scalars(fields: Mapping[str, np.ndarray]) -> dict[str, float]:
-    return {name: float(array) for name, array in fields.items() if array.ndim == 0 and array.dtype.kind in "fiu"}
 
 
 def _table_of_matrix(array: np.ndarray, names: list[str], key: str, path: Path) -> Table:
@@ -124,21 +118,20 @@ def _table_of_matrix(array: np.ndarray, names: list[str], key: str, path: Path) 
     return Table(key, str(path), columns, named=bool(names))
 
 
-def _tables_by_prefix(
-    columns: Mapping[str, np.ndarray], key: str, path: Path, scalars: Mapping[str, float]
-) -> list[Table]:
+def _tables_by_prefix(arrays: Mapping[str, np.ndarray], key: str, path: Path) -> list[Table]:
     """Columns grouped by what stands before the name of a quantity; those without are one record, or serve all."""
-    groups: dict[str, dict[str, np.ndarray]] = {}
-    for name, values in columns.items():
+    groups: dict[str, dict[str, np.ndarray]] = {"": {}}
+    numbers = {name: array for name, array in arrays.items() if array.dtype.kind in "fiu"}
+    for name, values in numbers.items():
         prefix, rest = _split(name)
-        groups.setdefault(prefix, {})[rest] = values
-    own = groups.pop("", {})
+        if values.ndim == 1:
+            groups.setdefault(prefix, {})[rest] = values
+    scalars = {name: float(array) for name, array in numbers.items() if array.ndim == 0}
+    own = groups.pop("")
     if not groups:
         return [Table(key or path.stem, str(path), own, scalars=scalars)] if own else []
-    return [
-        Table(f"{key}_{prefix}" if key else prefix, str(path), {**own, **group}, scalars=scalars)
-        for prefix, group in groups.items()
-    ]
+    names = {prefix: f"{key}_{prefix}" if key else prefix for prefix in groups}
+    return [Table(names[prefix], str(path), own | group, scalars=scalars) for prefix, group in groups.items()]
 
 
 def _split(name: str) -> tuple[str, str]:

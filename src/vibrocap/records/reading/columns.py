@@ -116,12 +116,10 @@ def choices(table: Table, columns: Mapping[str, Any], units: Mapping[str, str], 
     A quantity of a turning contact stands at that of a straight one: a torque at "force", an angle at "displacement".
     """
     named: dict[str, str] = {}  # column by the quantity as it was called
-    for quantity, wanted in columns.items():
-        if quantity not in QUANTITIES and quantity not in TURNING:
-            continue
-        name = _column_named(wanted, table)
+    for quantity in (called for called in columns if called in QUANTITIES or called in TURNING):
+        name = _column_named(columns[quantity], table)
         if name is None:
-            wrong.append(f"columns: {quantity}: {missing(wanted, table)}")
+            wrong.append(f"columns: {quantity}: {missing(columns[quantity], table)}")
         elif base_quantity(quantity) in map(base_quantity, named):
             wrong.append(f"columns: {quantity}: {base_quantity(quantity)} is given, too; name one of them")
         else:
@@ -138,14 +136,13 @@ def choices(table: Table, columns: Mapping[str, Any], units: Mapping[str, str], 
             guesses[quantity] = (rank, name)
     _tell_normal(table, columns, taken, guesses)
     _one_motion(named, guesses)
-    calls = {**{quantity: (name, False) for quantity, name in named.items()},
-             **{quantity: (name, True) for quantity, (_, name) in guesses.items()}}  # fmt: skip
-    written = {quantity: _written_unit(name, quantity, table, units, wrong) for quantity, (name, _) in calls.items()}
+    calls = named | {quantity: name for quantity, (_, name) in guesses.items()}
+    written = {quantity: _written_unit(name, quantity, table, units, wrong) for quantity, name in calls.items()}
     turning = any(name in TURNING or (unit is not None and unit.turns) for name, unit in written.items())
     by_quantity: dict[str, Choice] = {}
-    for quantity, (name, guessed) in calls.items():
+    for quantity, name in calls.items():
         unit = written[quantity] or _usual_unit(name, quantity, table, turning)
-        by_quantity[base_quantity(quantity)] = Choice(name, unit, guessed, written[quantity] is None)
+        by_quantity[base_quantity(quantity)] = Choice(name, unit, quantity in guesses, written[quantity] is None)
     return by_quantity
 
 
@@ -196,13 +193,12 @@ def _column_named(wanted: Any, table: Table) -> str | None:
 
 def missing(wanted: Any, table: Table) -> str:
     """That a column is not there, the nearest one, and which are."""
-    names = list(table.columns)
-    small = {name.lower(): name for name in names}
+    small, none = {name.lower(): name for name in table.columns}, f"{table.source} has no column {wanted!r};"
     near = difflib.get_close_matches(str(wanted).lower(), small, n=1, cutoff=0.5)
-    if table.named:
-        hint = f"did you mean {small[near[0]]!r}? " if near else ""
-        return f"{table.source} has no column {wanted!r}; {hint}there is {', '.join(map(repr, names)) or 'none'}"
-    return f"{table.source} has no column {wanted!r}; it names none, count them from 0: 0 to {len(names) - 1}"
+    if not table.named:
+        return f"{none} it names none, count them from 0: 0 to {len(table.columns) - 1}"
+    hint = f"did you mean {small[near[0]]!r}? " if near else ""
+    return f"{none} {hint}there is {', '.join(map(repr, table.columns)) or 'none'}"
 
 
 def _written_unit(name: str, quantity: str, table: Table, units: Mapping[str, str], wrong: list[str]) -> Unit | None:
@@ -255,12 +251,10 @@ def turns(by_quantity: Mapping[str, Choice], wrong: list[str]) -> bool:
 
 def setting_complaints(columns: Mapping[str, Any], units: Mapping[str, str]) -> list[str]:
     """What is wrong with the settings themselves, whatever the file."""
-    wrong = []
-    called = (*QUANTITIES, *TURNING)
+    wrong, called = [], (*QUANTITIES, *TURNING)
     for field, names, known in (("columns", columns, (*called, RECORD)), ("units", units, called)):
-        for name in names:
-            if name not in known:
-                wrong.append(f"{field}: {name!r} is no quantity of a record; {suggestion(name, known)}")
+        strange = (name for name in names if name not in known)
+        wrong += [f"{field}: {name!r} is no quantity of a record; {suggestion(name, known)}" for name in strange]
     complaints = (known_units.unit_complaint(quantity, text) for quantity, text in units.items() if quantity in called)
     return [*wrong, *filter(None, complaints)]
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import lacking
-from vibrocap.records.checks import RecordError
 from vibrocap.records.reading import arrays
 from vibrocap.records.reading.columns import Table
+from vibrocap.records.record import RecordError
 
 DEEPEST = 8  # structures in structures
 LONGEST = 120.0  # seconds that a file may take

@@ -8,14 +8,65 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import listed
-from vibrocap.records.checks import RecordError, RecordWarning, complaints, not_positive
 from vibrocap.records.reading.arrays import json_tables, npz_tables
 from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
 from vibrocap.records.reading.matlab import mat_tables
-from vibrocap.records.reading.stretches import whole_stretches
 from vibrocap.records.reading.text import shortened, text_tables, workbook_tables
 from vibrocap.records.reading.units import base_quantity
-from vibrocap.records.record import COLUMNS, Record
+from vibrocap.records.record import (
+    COLUMNS,
+    FEWEST_SAMPLES,
+    Record,
+    RecordError,
+    RecordWarning,
+    complaints,
+    not_positive,
+)
+
+REGULAR = 0.9  # share of the intervals that are within a tenth of the usual one where samples follow a clock
+GAP = 10.0  # usual intervals without a sample of a clock: across shorter ones the motion is nearly a straight line
+MOST = 20  # records into which one is cut; each begins with a state of the contact that nobody knows
+
+
+def whole_stretches(columns: Mapping[str, Any], place: Callable[[int], str]) -> tuple[list[slice], str]:
+    """(samples of each usable stretch, what is left out, in words): all samples and "" where nothing is missing.
+
+    A sample is missing where a column has NaN, and where a clock that ticks evenly otherwise skips ten samples.
+    Friction remembers its motion, so a record ends where its motion is unknown, and another begins behind.
+
+    columns: arrays of floats by field, time among them; place: names a sample, from its index
+    """
+    lengths = {len(values) for values in columns.values()}
+    everything = [slice(None)]
+    if len(lengths) != 1 or "time" not in columns or (count := lengths.pop()) < 2:
+        return everything, ""
+    there = ~np.any([np.isnan(values) for values in columns.values()], axis=0)
+    steps = np.diff(columns["time"])
+    usual = float(np.median(steps[there[1:] & there[:-1]])) if there.sum() > 1 else np.nan
+    clock = np.mean(np.abs(steps - usual) <= 0.1 * usual) >= REGULAR
+    skips = steps >= GAP * usual if clock else np.zeros(count - 1, bool)
+    if there.all() and not skips.any():
+        return everything, ""
+    joined = there[1:] & there[:-1] & ~skips
+    starts = np.flatnonzero(there & ~np.concatenate(([False], joined)))
+    stops = np.flatnonzero(there & ~np.concatenate((joined, [False]))) + 1
+    stretches = [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= FEWEST_SAMPLES]
+    pieces = [{name: values[stretch] for name, values in columns.items()} for stretch in stretches]
+    stretches = [stretch for stretch, piece in zip(stretches, pieces, strict=True) if not complaints(piece)]
+    if not 0 < len(stretches) <= MOST:
+        return everything, ""
+    kept, words = np.zeros(count, bool), []
+    for stretch in stretches:
+        kept[stretch] = True
+    if not kept.all():
+        first = place(int(np.argmin(kept)))
+        words.append(f"{count - kept.sum():,} of {count:,} samples are left out, the first at {first}")
+    if skips.any():
+        words.append(f"no sample for {steps[skips].max():.4g} s, first behind {place(int(np.argmax(skips)))}")
+    if len(stretches) > 1:
+        words.append(f"it continues as {len(stretches)} records, each with a start of its own")
+    return stretches, "; ".join(words)
+
 
 READERS: dict[str, Callable[..., list[Table]]] = {".npz": npz_tables, ".mat": mat_tables, ".json": json_tables}
 SETTINGS = "the settings for reading"
@@ -55,7 +106,7 @@ def read_records(
     area: m^2, for forces given as stresses
 
     Several records in one file: text with a column "record", a workbook with several sheets; in JSON, NPZ and MAT see
-    `vibrocap.records.reading.arrays`. Where samples are missing a record is cut (`vibrocap.records.reading.stretches`).
+    `vibrocap.records.reading.arrays`. Where samples are missing a record is cut (`vibrocap.records.reading.readers`).
     Returns the records in the order of the file. Raises RecordError with every complaint, with lines where the file has
     them; FileNotFoundError. Warns with RecordWarning where a unit looks wrong and where samples are missing.
     """
@@ -64,8 +115,7 @@ def read_records(
             raise RecordError([f"{field}: should be a mapping such as {wanted}, got {mapping!r}"], SETTINGS)
     columns, units = dict(columns or {}), dict(units or {})
     wrong = setting_complaints(columns, units)
-    numbers = {"dt": dt, "sampling_rate": sampling_rate, "normal_force": normal_force, "area": area}
-    wrong += not_positive(numbers)
+    wrong += not_positive({"dt": dt, "sampling_rate": sampling_rate, "normal_force": normal_force, "area": area})
     if dt is not None and sampling_rate is not None:
         wrong.append("dt, sampling_rate: give one of them, got both")
     if wrong:
@@ -141,6 +191,9 @@ def _pieces(
     """The fields of each record but its name: one, or one for each stretch that is whole; none with complaints."""
     parts: list[str] = []
     by_quantity = choices(table, columns, units, parts)
+    there_is = f"the file has no header; its columns are counted from 0 to {len(table.columns) - 1}"
+    if table.named:
+        there_is = f"there is {', '.join(map(repr, table.columns))}"
     if interval is not None:
         if "time" in columns:
             parts.append("dt, sampling_rate: are for files without a column of time; columns names one")
@@ -148,7 +201,7 @@ def _pieces(
     if normal_force is not None:
         by_quantity.pop("normal_force", None)
     for quantity in sorted(called for called in units if base_quantity(called) not in by_quantity):
-        parts.append(f"units: {quantity}: is given, but there is no such column; {_there_is(table)}")
+        parts.append(f"units: {quantity}: is given, but there is no such column; {there_is}")
     rotary = turns(by_quantity, parts)
     if faults := table.faults_in(choice.column for choice in by_quantity.values()):
         raise RecordError(shortened([*parts, *faults]), table.source)
@@ -160,28 +213,27 @@ def _pieces(
     if "time" not in by_quantity:
         step, how = (interval, "as given") if interval is not None else _interval(table)
         if step is None:
-            parts.append(
-                f"columns: time: no column has a usual name; name it, or give dt (any, for a law that knows no rate, "
-                f"such as dahl); {_there_is(table)}"
-            )
+            advice = "name it, or give dt (any, for a law that knows no rate, such as dahl)"
+            parts.append(f"columns: time: no column has a usual name; {advice}; {there_is}")
         else:
             values["time"] = step * np.arange(max(map(len, table.columns.values()), default=0))
             remarks.append(f"time: {step:.10g} s between samples, {how}")
     if "force" not in by_quantity:
-        parts.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
+        parts.append(f"columns: force: no column has a usual name; name it; {there_is}")
     if "velocity" not in by_quantity and "displacement" not in by_quantity:
-        parts.append(f"columns: velocity, displacement: no column has a usual name; name one; {_there_is(table)}")
+        parts.append(f"columns: velocity, displacement: no column has a usual name; name one; {there_is}")
+    of_table = "" if table.name == Path(table.source).stem else f"record {table.name!r}: "
     pieces = [slice(None)]
     if not parts:
         arrays = {field: np.asarray(values[field]) for field in COLUMNS if np.ndim(values.get(field, 0.0))}
         pieces, cut = whole_stretches(arrays, table.place)
         if cut:
             remarks.append(cut)
-            warnings.warn(f"{table.source}: {_of(table)}{cut}", RecordWarning, stacklevel=3)
+            warnings.warn(f"{table.source}: {of_table}{cut}", RecordWarning, stacklevel=3)
         if np.ndim(values.get("normal_force", arrays["time"])) == 0:
             arrays["normal_force"] = np.full(arrays["time"].shape, values["normal_force"])
         whole = {field: column[pieces[0]] for field, column in arrays.items()}
-        parts = [f"{_of(table)}{complaint}" for complaint in complaints(whole, table.place)]
+        parts = [f"{of_table}{complaint}" for complaint in complaints(whole, table.place)]
     if parts:
         wrong += parts
         return []
@@ -193,17 +245,6 @@ def _pieces(
         {field: value[piece] if np.ndim(value) else value for field, value in values.items()} | settings
         for piece in pieces
     ]
-
-
-def _of(table: Table) -> str:
-    return "" if table.name == Path(table.source).stem else f"record {table.name!r}: "
-
-
-def _there_is(table: Table) -> str:
-    names = ", ".join(map(repr, table.columns))
-    if table.named:
-        return f"there is {names}"
-    return f"the file has no header; its columns are counted from 0 to {len(table.columns) - 1}"
 
 
 def _interval(table: Table) -> tuple[float | None, str]:

@@ -13,10 +13,10 @@ import numpy as np
 
 from vibrocap.arguments import lacking, shown
 from vibrocap.inputs import read_input
-from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.arrays import check_plain, check_size
 from vibrocap.records.reading.columns import RECORD, WHOLE, Table
 from vibrocap.records.reading.units import DIMENSIONS, unit_named
+from vibrocap.records.record import RecordError
 
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", "|", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
@@ -91,7 +91,13 @@ def _tables(
 ) -> list[Table]:
     """The tables in rows of cells; `whole` is the name of one that no column divides."""
     rows, usual, numeric = _shape(rows)
-    data = [_is_data(cells, usual, numeric) for _, cells in rows]
+
+    def is_data(cells: Sequence[str]) -> bool:  # all are numbers, or half of those in columns of numbers
+        if len(cells) != usual:
+            return all(map(_is_number, cells))
+        return 2 * sum(_is_number(cells[at]) for at in numeric) >= max(len(numeric), 1)
+
+    data = [is_data(cells) for _, cells in rows]
     start = next((at for at in range(len(rows)) if all(data[at : at + RUN])), None)
     if start is None:
         reason = "there is no line of numbers in the file; should be a table, a sample in each line"
@@ -101,7 +107,10 @@ def _tables(
         body.pop()
     head = rows[:start] or [row for row in comments() if row[0] < body[0][0]]
     names, units = _header(head, len(body[0][1]), numeric, bool(rows[:start]))
-    body, ragged = _of_one_width(body, names)
+    count = len(names) if names else max(set(lengths := [len(cells) for _, cells in body]), key=lengths.count)
+    narrow = [(number, len(cells)) for number, cells in body if len(cells) != count]
+    ragged = [(number, f"line {number}: has {cells} cells; should have {count}") for number, cells in narrow]
+    body = [row for row in body if len(row[1]) == count]
     if not body:
         raise RecordError(shortened([text for _, text in ragged]), str(path))
     order = [number for number, _ in body]
@@ -227,13 +236,6 @@ def _shape(rows: Sequence[Row]) -> tuple[list[Row], int, list[int]]:
     return trimmed, usual, [at for at, numbers in enumerate(filled) if 2 * sum(numbers) >= max(len(numbers), 1)]
 
 
-def _is_data(cells: Sequence[str], usual: int, numeric: Sequence[int]) -> bool:
-    """Whether a line belongs to the numbers: all of its cells are, or half of those in columns of numbers."""
-    if len(cells) != usual:
-        return all(map(_is_number, cells))
-    return 2 * sum(_is_number(cells[at]) for at in numeric) >= max(len(numeric), 1)
-
-
 def _header(
     head: Sequence[Row], count: int, numeric: Sequence[int], written: bool
 ) -> tuple[list[str] | None, dict[str, str]]:
@@ -266,14 +268,6 @@ def _are_units(cells: Sequence[str]) -> bool:
     """Whether all cells that are not empty are units, one at least of a quantity that a record has."""
     units = [unit_named(re.sub(r"^[\[({<]|[\])}>]$", "", cell)) for cell in cells if cell]
     return None not in units and any(unit.dimension in DIMENSIONS for unit in units if unit is not None)
-
-
-def _of_one_width(body: Sequence[Row], names: list[str] | None) -> tuple[list[Row], list[Wrong]]:
-    """The rows with as many cells as the table has columns, and what is wrong with the others."""
-    count = len(names) if names else max(set(lengths := [len(cells) for _, cells in body]), key=lengths.count)
-    ragged = [(number, len(cells)) for number, cells in body if len(cells) != count]
-    wrong = [(number, f"line {number}: has {cells} cells; should have {count}") for number, cells in ragged]
-    return [row for row in body if len(row[1]) == count], wrong
 
 
 def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[dict[str, Any], dict[str, list[Wrong]]]:

@@ -8,15 +8,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.errors import WINDOW, Cause, RecordErrors, noise_level, roughness
-from vibrocap.identification.inference.diagnosis.thresholds import OUTLIERS, RESOLUTION, SATURATION
+from vibrocap.identification.inference.errors import WINDOW, Cause, RecordErrors, noise_level, roughness, squares
+
+# Thresholds. `benchmarks/faulty_records.py` counts with them 100 records of each fault and of none: 95 of 100 are to be
+# named, and none else. `tests/test_identification_thresholds.py` has witnesses of each on both sides.
+# A limit is named from n_0 >= FEWEST samples on it and RATIO n_1 on, with n_1 samples just below it and beyond. Where a
+# density falls towards its end, n_0 is binomial with a probability of at most one half of n_0 + n_1: by chance below
+# 2^-6 at each end, and in noise there are not 6 samples so near to the largest one.
+FEWEST, RATIO = 6, 5.0
+WIDTH, BEYOND = 0.05, 4.0  # noises: of the band; below the limit, up to which a predicted force counts as cut by it
+REMAINING = 0.2  # share of the samples that a saturated force must leave for other faults to be told
+LEVELS, WHOLE = 6, 0.01  # so many differences are multiples of the least, within 1 %, with a probability below 10^-8
+EFFECT = 0.02  # share of the squared errors that steps make, from which on they matter, as of a pattern
+FAR = 7.0  # deviations of an outlier: of a million normal errors of one size none is so far away
+NUMBER = 2  # of outliers, from which on they are told, or one that is twice as far
+BESIDE = 3  # samples on either side of an outlier among which no difference of the force is as large
+AROUND = 20  # samples about a reversal, where a direction is uncertain
 
 
 def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.ndarray]]:
     """Whether forces lie on their extreme, and which samples [n] of each record that touches.
 
     A limit is looked for among all values: samples within a band of a twentieth of the noise, n_0, against those in
-    the next one below and all beyond, n_1, so that single glitches do not hide it (`SaturationLimits`). None is named
+    the next one below and all beyond, n_1, so that single glitches do not hide it. None is named
     where the prediction lies there too, as that of a constant sliding friction would.
     """
     touched = [np.zeros(len(record.time), bool) for record in records]
@@ -24,14 +38,12 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
     for record, mine in zip(records, touched, strict=True):
         for side in (1.0, -1.0):
             force = side * record.force
-            noise = max(
-                noise_level(record.force), 1e-3 * float(np.sqrt(np.mean((record.force - record.predicted) ** 2)))
-            )
-            ordered = np.sort(force)
-            width = max(SATURATION.width * noise, 1e-9 * float(np.abs(ordered[[0, -1]]).max()))
+            rms = float(np.sqrt(np.mean((record.force - record.predicted) ** 2)))
+            noise, ordered = max(noise_level(record.force), 1e-3 * rms), np.sort(force)
+            width = max(WIDTH * noise, 1e-9 * float(np.abs(ordered[[0, -1]]).max()))
             below, begin, end = (np.searchsorted(ordered, ordered + far * width) for far in (-1.5, -0.5, 0.5))
             numbers = end - begin - 1
-            piled = (numbers >= SATURATION.fewest) & (numbers >= SATURATION.ratio * (len(force) - below - numbers - 1))
+            piled = (numbers >= FEWEST) & (numbers >= RATIO * (len(force) - below - numbers - 1))
             if not piled.any():
                 continue
             most = int(np.argmax(np.where(piled, numbers, 0)))
@@ -42,7 +54,7 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
                 continue
             cut += number + 1
             where.append(f"{side * limit:.4g}")
-            mine |= on | (side * record.predicted > limit - SATURATION.beyond * noise)
+            mine |= on | (side * record.predicted > limit - BEYOND * noise)
     if not cut:
         return None, touched
     share = cut / sum(len(record.time) for record in records)
@@ -57,6 +69,8 @@ def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
     steps make of the prediction itself (its differences from cubics over nine samples, away from reversals), and of a
     quarter of the force's squared jump where the sign of the velocity is uncertain.
     """
+    from scipy.ndimage import maximum_filter1d
+
     worst: Cause | None = None
     for record in records:
         errors = float(np.mean((record.force - record.predicted) ** 2))
@@ -67,8 +81,11 @@ def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
             continue
         slope = step**2 / 12 * _squared_slope(column, record.predicted, step)
         uncertain = 0.5 * step / (1.0 if name == "velocity" else float(np.median(np.diff(record.time))))
-        effect = (slope + _rough(record) + _turning(record, uncertain)) / errors
-        if effect > RESOLUTION.effect and (worst is None or effect > worst.share):
+        rough, away = 0.0, maximum_filter1d(record.turned.astype(np.uint8), 2 * AROUND + 1) == 0
+        if len(record.predicted) >= 2 * WINDOW and away.any():  # what is not smooth in the prediction
+            rough = float(np.mean(roughness(record.predicted)[away] ** 2))
+        effect = (slope + rough + _turning(record, uncertain)) / errors
+        if effect > EFFECT and (worst is None or effect > worst.share):
             what = "position" if name == "place" else "velocity"
             unit = ("rad" if record.rotary else "m") + ("" if name == "place" else "/s")
             worst = Cause("quantisation", step, min(effect, 1.0), (what, f"{step:.3g} {unit}"))
@@ -83,7 +100,7 @@ def _turning(record: RecordErrors, uncertain: float) -> float:
     begins = np.flatnonzero(np.diff(np.concatenate(([0], slow.astype(int)))) > 0)
     ends = np.flatnonzero(np.diff(np.concatenate((slow.astype(int), [0]))) < 0)
     longest = int(np.max(ends - begins)) + 1 if len(begins) else 0
-    wide = 2 * min(longest, OUTLIERS.around) + 3
+    wide = 2 * min(longest, AROUND) + 3
     ranges = maximum_filter1d(record.predicted, wide) - minimum_filter1d(record.predicted, wide)
     return float(np.sum(ranges[slow] ** 2)) / 4 / len(slow)
 
@@ -93,12 +110,12 @@ def resolution(column: np.ndarray) -> float:
     values = np.unique(column)
     gaps = np.diff(values)
     gaps = gaps[gaps > 1e-10 * max(np.ptp(column), 1e-300)]
-    if len(gaps) < RESOLUTION.levels:
+    if len(gaps) < LEVELS:
         return 0.0
     step = float(gaps.min())
     for _ in range(2):  # the least gap is off by rounding: the mean over small multiples is less so
         times = np.round(gaps / step)
-        if np.any(np.abs(gaps / step - times) > np.maximum(RESOLUTION.whole, 1e-9 * times)):
+        if np.any(np.abs(gaps / step - times) > np.maximum(WHOLE, 1e-9 * times)):
             return 0.0
         small = times <= 100
         step = float(np.sum(gaps[small]) / np.sum(times[small]))
@@ -117,24 +134,13 @@ def _squared_slope(column: np.ndarray, force: np.ndarray, step: float) -> float:
     return float(np.mean(slopes**2))
 
 
-def _rough(record: RecordErrors) -> float:
-    """Mean square of what is not smooth in the prediction, away from reversals."""
-    from scipy.ndimage import maximum_filter1d
-
-    if len(record.predicted) < 2 * WINDOW:
-        return 0.0
-    rough = roughness(record.predicted)
-    away = maximum_filter1d(record.turned.astype(np.uint8), 2 * OUTLIERS.around + 1) == 0
-    return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
-
-
 def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> tuple[Cause | None, list[np.ndarray]]:
     """Samples that stand alone, and the errors [n] of each record without them; errors: what patterns leave of them.
 
     How far an error is outside of what lies between the medians of the three before and the three after it is compared
-    with the robust deviation of second differences at like speeds. An outlier is far (`OutlierLimits`) past the largest
-    second difference of the predicted force among seven samples, of which none is at a reversal (so that no jump of the
-    law counts, a little early or late).
+    with the robust deviation of second differences at like speeds. An outlier is `FAR` past the largest second
+    difference of the predicted force among seven samples, of which none is at a reversal (so that no jump of the law
+    counts, a little early or late).
     """
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
@@ -144,24 +150,19 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
         padded = np.concatenate((medians[:1], medians[:1], medians, medians[-1:], medians[-1:]))
         before, after = padded[:-4], padded[4:]
         alone = error - np.clip(error, np.minimum(before, after), np.maximum(before, after))
-        bend = (
-            np.abs(np.diff(record.predicted, 2, prepend=record.predicted[0], append=record.predicted[-1])) / record.unit
-        )
-        jump = maximum_filter1d(bend, 2 * OUTLIERS.beside + 1)
+        beyond = {"prepend": record.predicted[0], "append": record.predicted[-1]}
+        jump = maximum_filter1d(np.abs(np.diff(record.predicted, 2, **beyond)) / record.unit, 2 * BESIDE + 1)
         looked_at = record.counts & ~record.turned
-        inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * OUTLIERS.beside + 1) > 0
+        inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * BESIDE + 1) > 0
         times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(record.velocity), inside), 1e-300)
-        far = inside & (times > OUTLIERS.far)
-        number_before += OUTLIERS.number if np.any(times[inside] > 2 * OUTLIERS.far) else int(np.sum(far))
+        far = inside & (times > FAR)
+        number_before += NUMBER if np.any(times[inside] > 2 * FAR) else int(np.sum(far))
         number, looked = number + int(np.sum(far)), looked + int(np.sum(inside))
         cleaned.append(np.where(far, error - alone, error))
-    if number_before < OUTLIERS.number:
+    if number_before < NUMBER:
         return None, list(errors)
-    before, after = (
-        sum(float(np.sum(error[record.counts] ** 2)) for error, record in zip(all_of, records, strict=True))
-        for all_of in (errors, cleaned)
-    )
-    share = number / looked
+    counts, share = [record.counts for record in records], number / looked
+    before, after = squares(errors, counts), squares(cleaned, counts)
     return Cause("outliers", share, max(1 - after / max(before, 1e-300), 0.0), (f"{share:.2g}",)), cleaned
 
 

@@ -7,19 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.inference.identifiability import WIDE, Identifiability, Verdict, identifiability
-from vibrocap.identification.inference.limits import opened, reached_limits
-from vibrocap.identification.inference.profile import Interval
-from vibrocap.identification.inference.residuals import residual_report
-from vibrocap.identification.inference.uncertainty import Problem, correlation_time, inverse
-from vibrocap.identification.problem.coordinates import Coordinate
-from vibrocap.identification.problem.differing import in_one_record
-from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import Prediction, nuisances
-from vibrocap.identification.problem.priors import SAYS_MORE
-from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
-from vibrocap.identification.problem.terms import TERMS
-from vibrocap.identification.result.fit_result import (
+from vibrocap.identification.fit_result import (
     SLIDING,
     TURNING,
     Fit,
@@ -28,9 +16,17 @@ from vibrocap.identification.result.fit_result import (
     RecordResult,
     relative_rmse,
 )
-from vibrocap.identification.search.descent import descent
-from vibrocap.identification.search.loss import Minimum, SearchStatus
-from vibrocap.identification.search.multistart import Start
+from vibrocap.identification.inference.identifiability import WIDE, Identifiability, Verdict, identifiability
+from vibrocap.identification.inference.intervals import Interval, opened, reached_limits
+from vibrocap.identification.inference.residuals import residual_report
+from vibrocap.identification.inference.uncertainty import Problem, correlation_time, inverse
+from vibrocap.identification.problem.coordinates import Coordinate, in_one_record
+from vibrocap.identification.problem.parametrisation import unit_of
+from vibrocap.identification.problem.prediction import Prediction, nuisances
+from vibrocap.identification.problem.priors import SAYS_MORE
+from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples
+from vibrocap.identification.problem.terms import TERMS
+from vibrocap.identification.search import Minimum, SearchStatus, Start, descent
 from vibrocap.physics.parameters import parameter_table
 
 BEGIN = (0.1, 0.2, 0.4)  # shares of an unseen record that find what is of this record alone, until they do
@@ -74,12 +70,10 @@ def finished_fit(
         for name, interval in intervals.items():
             low = -math.inf if interval.low < 0 else 0.0
             intervals[name] = dataclasses.replace(interval, low=low, high=math.inf, low_open=True, high_open=True)
-    results = [_result(prediction, best.u, k, False, 0) for k in range(len(prediction.records))]
+    fitted, unseen = [_result(prediction, best.u, k) for k in range(len(prediction.records))], []
     for record in held_out:
         hidden, u, begun = _begun(prediction.of([record], [record.deviation]), best.u, options.get("start", ""))
-        results.append(_result(hidden, u, 0, True, begun))
-    fitted = [result for result in results if not result.held_out]
-    unseen = [result for result in results if result.held_out]
+        unseen.append(_result(hidden, u, 0, True, begun))
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
     held_out_relative, _ = relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])
     residuals = residual_report(problem, limits, held_out_relative)
@@ -88,8 +82,8 @@ def finished_fit(
     report = _judged(report, Verdict.PRIOR, [name for name in determined if name in beforehand])
     if residuals.doubtful:
         doubted = [name for name in determined if name not in beforehand]
-        named = ", ".join(doubted)
-        sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
+        subject = f"no interval of {', '.join(doubted)} holds, however narrow it is."
+        sentence = f"The errors are no noise (see below): {subject}"
         report = _judged(report, Verdict.DOUBTED, doubted, sentence, "correct the fault that the errors show")
     law = prediction.law(best.u)
     loads = [np.asarray(record.load) for record in prediction.records]
@@ -111,21 +105,21 @@ def finished_fit(
             curve = (one.curve, thresholds[info.name])
             parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
         else:
-            parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
+            held = float(value)
+            parameters.append(FittedParameter(*texts, held, held, held, 0.0, Verdict.HELD))
     of_measurement = []
-    for coordinate in space.coordinates:
-        if coordinate.nuisance:
-            name = coordinate.name
-            verdict = Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if name in beforehand else None
-            numbers = values[name], intervals[name], standard[name]
-            of_measurement.append(_nuisance(coordinate, *numbers, units, verdict, of_law))
+    for coordinate in (coordinate for coordinate in space.coordinates if coordinate.nuisance):
+        name = coordinate.name
+        verdict = Verdict.DOUBTED if residuals.doubtful else Verdict.PRIOR if name in beforehand else None
+        numbers = values[name], intervals[name], standard[name]
+        of_measurement.append(_nuisance(coordinate, *numbers, units, verdict, of_law))
     return Fit(
         law=law,
         law_name=law.name,
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(of_measurement),
-        records=tuple(results),
+        records=(*fitted, *unseen),
         relative_rmse=relative,
         rmse=absolute,
         held_out_relative_rmse=held_out_relative,
@@ -168,7 +162,7 @@ def _judged(
     )
 
 
-def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool, begun: int) -> RecordResult:
+def _result(prediction: Prediction, u: np.ndarray, which: int, hidden: bool = False, begun: int = 0) -> RecordResult:
     """What a fit makes of a record, judged from sample number `begun` on where the motion tells the force."""
     record, forces = prediction.records[which], prediction.forces(u, which)[0]
     judged = prediction.tells(which) & (np.arange(len(record)) >= begun)
@@ -229,18 +223,9 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
         factor = math.exp(min(reach / value, 700.0))
         low, high = value / factor, value * factor
         far = factor > WIDE**2  # beyond what a straight line says of a logarithm: the profile knows
-    least = -math.inf if coordinate.form == "linear" else 0.0
     end = 0.0 if coordinate.form == "foot" else coordinate.low
     low_open, high_open = low <= end or far, high >= coordinate.high or far
-    return Interval(least if low_open else low, math.inf if high_open else high, low_open, high_open)
-
-
-def _texts(coordinate: Coordinate, law: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
-    """Meaning and unit of a parameter of the measurement; law: those of the law's parameters."""
-    text, unit = law.get(coordinate.base, (coordinate.meaning, coordinate.unit))
-    if coordinate.condition:
-        return f"{text}, change with {coordinate.condition}", f"{unit} per {coordinate.condition}"
-    return (f"{text}, in {coordinate.record}" if coordinate.record and not coordinate.state else text), unit
+    return Interval(coordinate.least if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
 def _nuisance(
@@ -252,9 +237,16 @@ def _nuisance(
     verdict_of_all: Verdict | None,
     law: Mapping[str, tuple[str, str]],
 ) -> FittedParameter:
-    """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
+    """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range.
+
+    law: meaning and unit of the law's parameters
+    """
     name = coordinate.name
-    text, unit = _texts(coordinate, law)
+    text, unit = law.get(coordinate.base, (coordinate.meaning, coordinate.unit))
+    if coordinate.condition:
+        text, unit = f"{text}, change with {coordinate.condition}", f"{unit} per {coordinate.condition}"
+    elif coordinate.record and not coordinate.state:
+        text = f"{text}, in {coordinate.record}"
     low, high = interval.low, interval.high
     if coordinate.state:
         low, high = max(low, coordinate.low), min(high, coordinate.high)

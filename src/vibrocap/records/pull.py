@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints, not_positive
 from vibrocap.records.published import paper_stick_slip
 from vibrocap.records.reading.columns import Table, choices, missing, setting_complaints
 from vibrocap.records.reading.readers import INTERVALS, RATES, SETTINGS, tables_in
 from vibrocap.records.reading.text import shortened
 from vibrocap.records.reading.units import si_unit, unit_named
-from vibrocap.records.record import Record
+from vibrocap.records.record import COEFFICIENTS, Record, RecordError, complaints, not_positive
 
 FEWEST_SAMPLES = 64
 UNEVEN, GAP = 0.01, 5.0  # samples may be off their places by this share of an interval; a gap is so many intervals
@@ -113,16 +112,15 @@ def _complaints(time: Any, force: Any) -> list[str]:
             wrong.append(f"{field}: should be numbers, got {type(value).__name__}")
     if wrong:
         return wrong
-    if columns["time"].shape != columns["force"].shape:
-        shapes = f"time {columns['time'].shape}, force {columns['force'].shape}"
-        return [f"time, force: should have one force for each time, got {shapes}"]
+    time, force = columns.values()
+    if time.shape != force.shape:
+        return [f"time, force: should have one force for each time, got time {time.shape}, force {force.shape}"]
     # That the pulled end of the spring moves is known here, and not what is asked.
-    wrong = complaints({**columns, "displacement": np.arange(columns["time"].size, dtype=float)})
-    if wrong:
+    if wrong := complaints({**columns, "displacement": np.arange(time.size, dtype=float)}):
         return wrong
-    if len(columns["time"]) < FEWEST_SAMPLES:
-        return [f"time: should have at least {FEWEST_SAMPLES} samples, got {len(columns['time'])}"]
-    steps = np.diff(columns["time"])
+    if len(time) < FEWEST_SAMPLES:
+        return [f"time: should have at least {FEWEST_SAMPLES} samples, got {len(time)}"]
+    steps = np.diff(time)
     at, usual = int(np.argmax(steps)), float(np.median(steps))
     if steps[at] > GAP * usual:
         gap = f"has a gap of {steps[at]:.4g} s after index {at}, {steps[at] / usual:.3g} sampling intervals"
@@ -190,11 +188,9 @@ def read_pulls(
         pulled_records = [PulledRecord(r.name, r.time, r.force, settings_of(r), r.notes) for r in records]
     else:
         pulled_records = [pull for table in tables_in(path) for pull in _pulls(table, columns, units, sampling_rate)]
-    if record is None:
-        return pulled_records
-    named = [pulled_record for pulled_record in pulled_records if pulled_record.name == record]
-    if not named:
-        names = ", ".join(repr(pulled_record.name) for pulled_record in pulled_records)
+    named = [one for one in pulled_records if record in (None, one.name)]
+    if record is not None and not named:
+        names = ", ".join(repr(one.name) for one in pulled_records)
         raise RecordError([f"record: there is no record {record!r}; there is {names}"], str(path))
     return named
 
@@ -212,45 +208,37 @@ def _pulls(
     """The record in a table of columns, or one for each column where none has a usual name."""
     wrong: list[str] = []
     by_quantity = choices(table, columns, units, wrong)
-    if wrong:
-        raise RecordError(wrong, table.source)
-    if "time" not in by_quantity:
+    clock, only = by_quantity.get("time"), by_quantity.get("force")
+    if clock is None:
         rate = rate or next((v for k, v in table.scalars.items() if k.lower() in RATES and v > 0), None)
         rate = rate or next((1.0 / v for k, v in table.scalars.items() if k.lower() in INTERVALS and v > 0), None)
-        if rate is None:
-            reason = f"columns: time: {missing('time', table)}; name it, or give sampling_rate"
-            raise RecordError([reason], table.source)
-    forces = (
-        {table.name: by_quantity["force"].column} if "force" in by_quantity else {name: name for name in table.columns}
-    )
-    if "force" not in by_quantity and ("time" in by_quantity or not table.named):
-        reason = f"columns: force: {missing('force', table)}; name it"
-        raise RecordError([reason], table.source)
-    if faults := table.faults_in([*forces.values(), *([by_quantity["time"].column] if "time" in by_quantity else [])]):
-        raise RecordError(shortened(faults), table.source)
+    forces = {name: name for name in table.columns} if only is None else {table.name: only.column}
     stated = unit_named(units["force"]) if "force" in units else None
-    unit = by_quantity["force"].unit if "force" in by_quantity else stated or si_unit("force")
-    if unit.dimension not in ("force", "number"):
-        reason = f"units: force: should be a force or 1 for a coefficient, got {unit.name}, a {unit.dimension}"
-        raise RecordError([reason], table.source)
+    unit = stated or si_unit("force") if only is None else only.unit
+    if not wrong and clock is None and rate is None:
+        wrong = [f"columns: time: {missing('time', table)}; name it, or give sampling_rate"]
+    elif not wrong and only is None and (clock is not None or not table.named):
+        wrong = [f"columns: force: {missing('force', table)}; name it"]
+    elif not wrong and (faults := table.faults_in([*forces.values(), *([clock.column] if clock else [])])):
+        wrong = shortened(faults)
+    elif not wrong and unit.dimension not in ("force", "number"):
+        wrong = [f"units: force: should be a force or 1 for a coefficient, got {unit.name}, a {unit.dimension}"]
+    if wrong:
+        raise RecordError(wrong, table.source)
     known = ((field, name) for field, name in CONDITIONS.items() if name in table.scalars)
-    settings: dict[str, Any] = {field: table.scalars[name] for field, name in known}
+    settings = {field: table.scalars[name] for field, name in known} | {"coefficient": unit.dimension == "number"}
     silent = [q for q, choice in by_quantity.items() if q in ("time", "force") and choice.unit_guessed]
-    silent += ["force"] if "force" not in by_quantity and stated is None else []
+    silent += ["force"] if only is None and stated is None else []
     assumed = [f"{', '.join(sorted(silent))}: no unit given, SI assumed"] if silent else []
+    words = "a friction coefficient" if unit.dimension == "number" else unit.name
     pulled_records = []
     for name, column in forces.items():
         force = np.asarray(table.columns[column], dtype=np.float64) * unit.factor
-        if "time" in by_quantity:
-            time = (
-                np.asarray(table.columns[by_quantity["time"].column], dtype=np.float64)
-                * by_quantity["time"].unit.factor
-            )
-            how = f"time: column {by_quantity['time'].column!r} in {by_quantity['time'].unit.name}"
+        if clock is not None:
+            time = np.asarray(table.columns[clock.column], dtype=np.float64) * clock.unit.factor
+            how = f"time: column {clock.column!r} in {clock.unit.name}"
         else:
             time, how = np.arange(len(force)) / (rate or 1.0), f"time: {rate:.6g} samples a second"
-        coefficient = unit.dimension == "number"
-        words = "a friction coefficient" if coefficient else unit.name
-        own, notes = settings | {"coefficient": coefficient}, (how, f"force: column {column!r} in {words}", *assumed)
-        pulled_records.append(PulledRecord(name, time, force, own, notes))
+        notes = (how, f"force: column {column!r} in {words}", *assumed)
+        pulled_records.append(PulledRecord(name, time, force, settings, notes))
     return pulled_records

@@ -1,4 +1,8 @@
-"""The causes that the errors of a fit point to, the largest first."""
+"""Diagnosis: the faults of the measurement or of the law that the errors of a fit point to, the largest first.
+
+First come faults that the columns show by themselves (`measurement_faults`), then causes compete that add a known
+pattern to the force (`patterns`).
+"""
 
 import dataclasses
 import functools
@@ -6,11 +10,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis import patterns
-from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled, together
-from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
-from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
-from vibrocap.identification.inference.diagnosis.thresholds import PATTERNS, SATURATION
+from vibrocap.identification.inference import patterns
+from vibrocap.identification.inference.errors import Cause, RecordErrors, noise_level, of, sampled, squares, together
+from vibrocap.identification.inference.measurement_faults import REMAINING, outliers, quantisation, saturation
+from vibrocap.identification.inference.patterns import Pattern, basis_of, explained, probability, without
+
+FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
+SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
+MAIN = 0.1  # of the squares that are no white noise, which the first cause explains at least
+SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
+GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
+SAME_WAVE = 0.5  # waves along the path by which ripples differ that are told apart
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,7 +51,7 @@ def diagnosis(
     if cut is not None:
         causes.append(cut)
         kept = [~samples for samples in touched]
-        if np.mean(np.concatenate(kept)) < SATURATION.remaining:
+        if np.mean(np.concatenate(kept)) < REMAINING:
             return Diagnosis((cut,), together(records, "error"), tuple(record.counts for record in records))
         if refit is not None:
             records, slopes = refit(kept)
@@ -54,7 +64,7 @@ def diagnosis(
     errors, counts = [record.error for record in records], tuple(record.counts for record in records)
     named, rest = _patterns(records, errors, slopes, largest, timed)
     single, cleaned = outliers(records, rest)
-    if single is not None and single.share * _squares(rest, counts) > PATTERNS.share * _squares(errors, counts):
+    if single is not None and single.share * squares(rest, counts) > SHARE * squares(errors, counts):
         smooth = [error + clean - left for error, clean, left in zip(errors, cleaned, rest, strict=True)]
         again, rest = _patterns(records, smooth, slopes, largest, timed)
         known = {cause.kind for cause in named}
@@ -63,16 +73,7 @@ def diagnosis(
         causes += named
     if not any(cause.kind in WITH_CONSTANT for cause in causes):
         causes += _offset(records, slopes)
-    return Diagnosis(tuple(causes), np.concatenate(_of(rest, counts)), counts)
-
-
-def _of(columns: Sequence[np.ndarray], counts: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The samples that count of a column [n] of each record."""
-    return [column[count] for column, count in zip(columns, counts, strict=True)]
-
-
-def _squares(errors: Sequence[np.ndarray], counts: Sequence[np.ndarray]) -> float:
-    return sum(float(np.sum(error**2)) for error in _of(errors, counts))
+    return Diagnosis(tuple(causes), np.concatenate(of(rest, counts)), counts)
 
 
 def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
@@ -88,9 +89,7 @@ def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
     left, pattern = without(error, odd), patterns.constant(some)
     _, rest = explained(left, odd, pattern)
     share = float(left @ left - rest @ rest) / max(total, 1e-300)
-    if share < PATTERNS.share or probability(left, odd, pattern, rest, cuts) >= PATTERNS.false_alarms / (
-        len(MAKERS) + 3
-    ):
+    if share < SHARE or probability(left, odd, pattern, rest, cuts) >= CHANCE:
         return []
     return _named("direction", 0.0, share, pattern, error, absorbed, some)
 
@@ -118,7 +117,7 @@ def _counted(
     """(errors without what the fit can absorb, a basis of that, where records begin), of the samples that count."""
     counts = [record.counts for record in records]
     absorbed = basis_of(np.nan_to_num(slopes[np.concatenate(counts)]))
-    error = without(np.concatenate(_of(errors, counts)), absorbed)
+    error = without(np.concatenate(of(errors, counts)), absorbed)
     return error, absorbed, np.cumsum([int(count.sum()) for count in counts])[:-1].tolist()
 
 
@@ -135,15 +134,14 @@ def _found(
 ) -> tuple[list[Cause], list[Columns]]:
     """The causes, the largest first, and how each makes its columns."""
     fixed = {name: make(records) for name, make in MAKERS.items()}
-    chance = PATTERNS.false_alarms / (len(fixed) + 3)
     turns = float(np.ptp(together(records, "place"))) / (2 * np.pi) if any(record.rotary for record in records) else 0.0
     loss = BROAD | {"restoring": 1.0} if turns else BROAD  # one wave in a turn is no general pattern
     total, causes, columns = float(error @ error), [], []
     noise = sum(noise_level(piece) ** 2 * len(piece) for piece in np.split(error, cuts))
-    least = PATTERNS.main * max(1.0 - noise / max(total, 1e-300), 0.0)
+    least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
     while total > 0:  # each that is named explains a share of its own
         tried: dict[str, tuple[Pattern, float, Columns]]
-        tried = {name: (pattern, 0.0, functools.partial(_columns, name)) for name, pattern in fixed.items()}
+        tried = {name: (x, 0.0, lambda some, name=name: MAKERS[name](some).columns) for name, x in fixed.items()}
         length, directed, sines = patterns.ripple(records, error)
         tried["ripple"] = (sines, length, functools.partial(patterns.waves, length=length, directed=directed))
         if timed and all(cause.kind != "delay" for cause in causes):
@@ -154,15 +152,15 @@ def _found(
         for name in POSITIVE:
             if name in tried and min(_coefficients(tried[name][0], error, absorbed)[: 1 + (name == SWINGING)]) < 0:
                 shares[name] = (0.0, error)
-        if turns and length > 0.0 and not directed and abs(turns * (2 * np.pi / length - 1)) < PATTERNS.same_wave:
+        if turns and length > 0.0 and not directed and abs(turns * (2 * np.pi / length - 1)) < SAME_WAVE:
             shares["ripple"] = (0.0, error)  # it is gravity
         weights = {name: share * loss.get(name, 1.0) for name, (share, _) in shares.items()}
         for name in sorted(weights, key=lambda name: -weights[name]):
             pattern, amount, make = tried[name]
             share = shares[name][0] * now / total
-            if share < max(PATTERNS.share, PATTERNS.second * largest, least if not causes else 0.0):
+            if share < max(SHARE, SECOND * largest, least if not causes else 0.0):
                 return causes, columns
-            if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
+            if probability(error, absorbed, pattern, shares[name][1], cuts) < CHANCE:
                 break
         else:
             return causes, columns
@@ -176,10 +174,6 @@ def _found(
     return causes, columns
 
 
-def _columns(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
-    return MAKERS[name](records).columns
-
-
 SWINGING = "swinging"  # told as inertia and restoring: where they nearly cancel, none of both shows alone
 MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
     "direction": patterns.direction,
@@ -191,11 +185,10 @@ MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
     "position": patterns.position,
     "presliding": patterns.presliding,
 }
+CHANCE = FALSE_ALARMS / (len(MAKERS) + 3)  # of one test
 POSITIVE = ("inertia", "restoring", SWINGING)  # no mass and no stiffness is negative
 WITH_CONSTANT = ("direction", "restoring", "drift")
-BROAD = dict.fromkeys(("speed", "position", "presliding", "drift", "restoring"), PATTERNS.general) | {
-    SWINGING: PATTERNS.general**2
-}
+BROAD = dict.fromkeys(("speed", "position", "presliding", "drift", "restoring"), GENERAL) | {SWINGING: GENERAL**2}
 
 
 def _coefficients(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
@@ -221,20 +214,17 @@ def _named(
     if name == "delay":
         return [delay_cause(amount, share, float(np.median(np.diff(records[0].time))))]
     if name == "ripple":
-        unit = "rad" if turning else "m"
-        return [Cause(name, amount, share, (f"{amount:.3g} {unit}", f"{share:.0%}"))]
-    if name in POSITIVE:
-        sizes = _coefficients(pattern, error, absorbed)
-        units = {"inertia": ("kg", "kg m^2"), "restoring": ("N/m", "N m")}
-        columns = {"inertia": 0, "restoring": int(name == SWINGING)}
-        kinds = [*units] if name == SWINGING else [name]
-        parts = [(sizes[columns[kind]] * np.linalg.norm(pattern.columns[:, columns[kind]])) ** 2 for kind in kinds]
-        causes = []
-        for kind, part in zip(kinds, parts, strict=True):
-            size, own = float(sizes[columns[kind]]), share * float(part / sum(parts))
-            causes.append(Cause(kind, size, own, (f"{size:.3g} {units[kind][turning]}", f"{own:.0%}")))
-        return causes
-    return [Cause(name, share, share, (f"{share:.0%}",))]
+        return [Cause(name, amount, share, (f"{amount:.3g} {'rad' if turning else 'm'}", f"{share:.0%}"))]
+    if name not in POSITIVE:
+        return [Cause(name, share, share, (f"{share:.0%}",))]
+    units = {"inertia": ("kg", "kg m^2"), "restoring": ("N/m", "N m")}
+    kinds = [*units] if name == SWINGING else [name]  # each by a column, the first ones
+    sizes = _coefficients(pattern, error, absorbed)[: len(kinds)]
+    parts = (sizes * np.linalg.norm(pattern.columns[:, : len(kinds)], axis=0)) ** 2
+    causes = []
+    for kind, size, own in zip(kinds, sizes.tolist(), (share * (parts / sum(parts))).tolist(), strict=True):
+        causes.append(Cause(kind, size, own, (f"{size:.3g} {units[kind][turning]}", f"{own:.0%}")))
+    return causes
 
 
 def delay_cause(delay: float, share: float, interval: float) -> Cause:

@@ -1,4 +1,7 @@
-"""Fits of a friction law to records: the law is driven by the measured motion and answers with the measured force."""
+"""Fits of a friction law to records: the law is driven by the measured motion and answers with the measured force.
+
+Or its steady curve is fitted, sample by sample, without the memory of the contact.
+"""
 
 import dataclasses
 import functools
@@ -9,20 +12,22 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_one_of, is_positive, shown, suggestion
-from vibrocap.identification.fitting.simpler_fits import SimplerFits
-from vibrocap.identification.fitting.solution import Settings, solution
-from vibrocap.identification.inference.diagnosis.patterns import ripple
+from vibrocap.identification.fit_result import Fit
+from vibrocap.identification.inference.patterns import ripple
 from vibrocap.identification.inference.residuals import record_errors
-from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.differing import differing_parameters
-from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, require_values
-from vibrocap.identification.problem.prediction import BESIDE, GAIN, Prediction, nuisances
+from vibrocap.identification.problem.coordinates import differing_parameters
+from vibrocap.identification.problem.parametrisation import (
+    Parametrisation,
+    leading_levels,
+    parametrisation,
+    require_values,
+)
+from vibrocap.identification.problem.prediction import BESIDE, GAIN, Prediction, SteadyPrediction, nuisances
 from vibrocap.identification.problem.priors import checked_priors
-from vibrocap.identification.problem.samples import Samples, drafts, samples
+from vibrocap.identification.problem.samples import FEWEST_SAMPLES, Samples, data_scales, drafts, samples
 from vibrocap.identification.problem.terms import RIPPLES, TERMS, checked_terms
-from vibrocap.identification.result.fit_result import Fit
-from vibrocap.identification.search import multistart
-from vibrocap.identification.search.loss import Loss, finite
+from vibrocap.identification.search import Loss, finite, local_searches
+from vibrocap.identification.solution import Settings, SimplerFits, solution
 from vibrocap.progress import Progress, reporting
 from vibrocap.records.record import Record
 
@@ -105,20 +110,21 @@ def fit(
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
     asked: dict[str, Any] = {"terms": checked_terms(terms, BESIDE, fitted), "start": start}
-    if GAIN in asked["terms"] and GAIN not in by_record and GAIN not in (priors or {}):
+    along, priors, bounds = along or {}, priors or {}, bounds or {}
+    if GAIN in asked["terms"] and GAIN not in by_record and GAIN not in priors:
         raise ArgumentError("terms", "gain is part of the law's levels: name it in by_record too, or give its prior")
     lengths: dict[str, float] = {}
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> Prediction:
         extra = nuisances(choice.template, fitted, level=scales.level, lengths=lengths, **asked)
         space = choice.space.with_more(extra)
-        own, conditions = list(by_record), dict(along or {})
+        own, conditions = list(by_record), dict(along)
         if choice is not full:  # a simpler law has fewer parameters
             own = [name for name in own if name in space.names]
             conditions = {name: what for name, what in conditions.items() if name in space.names}
         differing, more = differing_parameters(space, space.begun(choice.start), fitted, own, conditions)
         space = space.with_more(more)
-        if GAIN not in (priors or {}):  # the first record's is 1
+        if GAIN not in priors:  # the first record's is 1
             space = dataclasses.replace(space, coordinates=tuple(c for c in space.coordinates if c.name != GAIN))
         return Prediction(choice.template, space, of, own_units, threads, differing=differing)
 
@@ -129,11 +135,10 @@ def fit(
     known = checked_priors(priors, prediction.space.names)
     prediction, draft = (dataclasses.replace(part, priors=known) for part in (prediction, draft))
     options = {"method": "driven by the measured motion", "weights": weights, **asked, "load": load}
-    options |= {"by_record": list(by_record), "along": dict(along or {})}
+    options |= {"by_record": list(by_record), "along": dict(along)}
     options["priors"] = {prior.name: (prior.mean, prior.deviation) for prior in known}
-    own_bounds = {name: tuple(pair) for name, pair in (bounds or {}).items()}
-    options |= {"fixed": dict(fixed or {}), "bounds": own_bounds}
-    simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds or {}, starts, seed)
+    options |= {"fixed": dict(fixed or {}), "bounds": {name: tuple(pair) for name, pair in bounds.items()}}
+    simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds, starts, seed)
     with reporting(progress, f"Fitting {full.template.name}") as report:
         return solution(prediction, draft, full, settings, unseen, options, begin, report, simpler)
 
@@ -143,7 +148,7 @@ def ripple_lengths(
 ) -> dict[str, float]:
     """Wavelengths at which the errors of a fit without ripples have most, by the ripple's name."""
     first = [draft.space.begun(full.start)]
-    end, _ = multistart.drafts(draft, first, starts=settings.starts, loss=Loss(settings.loss), seed=settings.seed)[0]
+    end, _ = local_searches(draft, first, starts=settings.starts, loss=Loss(settings.loss), seed=settings.seed)[0]
     errors = finite(prediction.errors(end.u))
     waves = {name: strongest_wave(name, prediction, errors) for name in names}
     if none := [name for name, length in waves.items() if not length > 0.0]:
@@ -192,3 +197,79 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     if not fitted:
         raise ArgumentError("held_out", "leaves no record to fit")
     return fitted, unseen
+
+
+def steady_fit(
+    records: Any,
+    law: Any,
+    *,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    starts: int = 8,
+    loss: str = "linear",
+    loss_scale: float | None = None,
+    weights: str = "power",
+    terms: str | Sequence[str] = (),
+    intervals: str = "profile",
+    held_out: Any = (),
+    least_speed: float = 0.0,
+    load: float | None = None,
+    seed: int = 0,
+    progress: Progress = None,
+) -> Fit:
+    """Fit the steady curve R(v) of a law to samples of force and velocity.
+
+    For measurements at constant speeds, and for set-valued laws, which have nothing else. Samples at rest tell nothing
+    of the curve and are left out, as are those slower than `least_speed` (m/s): near a reversal the contact is elastic.
+    Parameters that the steady curve does not show (stiffness, bristle damping) are held at the law's own values, which
+    nobody measured, and `options["not_shown"]` names them; `free` may not.
+    The other arguments, the result and the errors are those of `fit.fit`.
+    """
+    begin = clock.perf_counter()
+    settings = Settings(starts, loss, loss_scale, intervals, seed)
+    if not (np.isfinite(least_speed) and least_speed >= 0):
+        raise ArgumentError("least_speed", f"should be a speed >= 0 in m/s, got {least_speed!r}")
+    parts = split_records(records, held_out, load)
+    fitted, unseen = ([_moving(record, least_speed) for record in part] for part in parts)
+    scales = data_scales(fitted)
+    full = parametrisation(law, scales, free, fixed, bounds)
+    prediction = SteadyPrediction(full.template, full.space, tuple(fitted), units(fitted, weights))
+    slopes = prediction.slopes(full.start)
+    shown = [name for name, column in zip(full.space.names, slopes.T, strict=True) if np.abs(column).max() > 1e-9]
+    if free is not None and len(shown) < len(full.space.names):
+        hidden = next(name for name in full.space.names if name not in shown)
+        raise ArgumentError("free", f"{hidden} does not change the steady curve; fit the driven law for it")
+    if not shown:
+        raise ArgumentError("law", f"no parameter of {full.template.name} changes the steady curve at these speeds")
+    # a static level that is not shown must not be held below the Coulomb level that is searched: it goes along
+    leaders = leading_levels(full.template)
+    searched = [name for name in full.space.names if name in shown or leaders.get(name) in shown]
+    hidden = [name for name in full.space.names if name not in searched]
+    if hidden:
+        kept = {name: pair for name, pair in (bounds or {}).items() if name in searched}
+        full = parametrisation(law, scales, searched, fixed, kept)
+    own_units, asked = units(fitted, weights), checked_terms(terms, (), fitted)
+
+    def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> SteadyPrediction:
+        extra = nuisances(choice.template, fitted, terms=asked, start="relaxed", level=scales.level)
+        return SteadyPrediction(choice.template, choice.space.with_more(extra), of, own_units)
+
+    prediction = predicted(full, tuple(fitted))
+    every = max(1, prediction.size // DRAFT)
+    thinned = tuple(record.kept(slice(None, None, every)) for record in fitted)
+
+    options = {"method": "steady curve", "weights": weights, "terms": asked, "least_speed": least_speed}
+    options |= {"load": load, "fixed": dict(fixed or {}), "not_shown": hidden}
+    draft = predicted(full, thinned)
+    simpler = SimplerFits(functools.partial(predicted, of=thinned), scales, bounds or {}, starts, seed)
+    with reporting(progress, f"Fitting {full.template.name}") as report:
+        return solution(prediction, draft, full, settings, unseen, options, begin, report, simpler)
+
+
+def _moving(record: Samples, least_speed: float) -> Samples:
+    """The samples that move."""
+    moving = np.abs(record.velocity) > least_speed
+    if (count := int(moving.sum())) < FEWEST_SAMPLES:
+        raise ArgumentError(f"record {record.name!r}", f"has {count} samples faster than {least_speed:g} m/s")
+    return record.kept(moving)

@@ -1,13 +1,16 @@
-"""Presliding: the loop of force over displacement below and through break-away, and creep under a force below it."""
+"""Loops of a contact: force over displacement below and through break-away (presliding), and friction over a velocity
+that varies (frictional lag); and creep under a force below break-away.
+"""
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.laboratory.contact_sizes import SLOW, contact_sizes
-from vibrocap.laboratory.driven import check_motion, check_numbers, driven_force
+from vibrocap.laboratory.driven import check_motion, check_numbers, checked_list, driven_force
 from vibrocap.motion.simulate import period_marks
 from vibrocap.motion.status import Status
 from vibrocap.physics.drives.loadings import Loading
@@ -15,8 +18,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.system import System
 
-SAMPLES = 1024  # per cycle of displacement
-LOOP_TOLERANCE = 1e-11
+SAMPLES, LOOP_TOLERANCE = 1024, 1e-11  # samples per cycle of displacement
 QUASI_STATIC = 100.0  # natural frequency of the block on its contact, over the frequency of the force
 BIAS, AMPLITUDE = 0.12, 0.08  # break-away forces: a force that stays well below, even of Coulomb level
 SLOW_CREEP = 0.1  # speed/displacement of the contact: its damping and its Stribeck drop play no part
@@ -105,17 +107,15 @@ def presliding_loop(
     driven = driven_force(law, time, velocity, load=load, tolerance=LOOP_TOLERANCE)
     check_motion(driven.status, law)
     force, last = driven.force, count - SAMPLES
-    area = _integral(force[last:] * amplitude * shape[last:], math.pi / loading)
+    # Simpson's rule. R dx/dphi has its kinks at reversals, which are even points of the grid, and vanishes there.
+    power = force[last:] * amplitude * shape[last:]
+    sums = 4.0 * power[1::2].sum() + 2.0 * power[2:-1:2].sum() + power[0] + power[-1]
+    area = float(math.pi / loading / 3.0 * sums)
     peak = float(np.max(np.abs(force[last:])))
     deflection = float(np.max(np.abs(driven.internal[last:, 0]))) if law.internal else None
     closure = abs(float(force[-1] - force[last])) / peak if peak else 0.0
     columns = time, displacement, velocity, force
     return PreslidingLoop(float(amplitude), *columns, last, area, peak, deflection, closure)
-
-
-def _integral(values: np.ndarray, step: float) -> float:
-    """Simpson's rule. R dx/dphi has its kinks at reversals, which are even points of the grid, and vanishes there."""
-    return float(step / 3.0 * (4.0 * values[1::2].sum() + 2.0 * values[2:-1:2].sum() + values[0] + values[-1]))
 
 
 def creep(
@@ -140,10 +140,9 @@ def creep(
     bias, amplitude: F and h, by default 0.12 and 0.08 of the break-away force      cycles: of the force
 
     The block is so light that its natural frequency on the contact is 100 omega, and a damper beside it lets it follow
-    the force without ringing (critically damped): the contact feels the force but for some thousandth of h. Ten
-    thousand cycles of LuGre's law take some seconds. A rate-and-state contact ages until its velocity is lost in
-    rounding: the record then ends early, and says so. Raises ValueError for numbers that are none, and RuntimeError
-    where not even four cycles can be completed.
+    the force without ringing (critically damped): the contact feels the force but for some thousandth of h. A
+    rate-and-state contact ages until its velocity is lost in rounding: the record then ends early, and says so. Raises
+    ValueError for numbers that are none, and RuntimeError where not even four cycles can be completed.
     """
     check_numbers(load=load)
     check_whole("cycles", cycles, 1)
@@ -167,3 +166,77 @@ def creep(
     per_cycle = drift / max(cycles - half, 1)
     creeps = abs(per_cycle) > NO_DRIFT * sizes.displacement
     return Creep(float(bias), float(amplitude), place, drift, per_cycle, creeps, status)
+
+
+LAG_MEAN, LAG_AMPLITUDE = 1.3, 1.2  # speeds of the contact: a motion that nearly stops but never turns
+FREQUENCIES = (0.02, 0.1, 0.5)  # over speed/displacement of the contact
+LAG_SAMPLES, LAG_TOLERANCE = 2048, 1e-10  # samples per cycle
+RELAXATIONS = 40.0  # displacements of the contact to slide before the cycle that is kept, and at least
+CYCLES = 2
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FrictionalLag:
+    """Loops of friction over velocity, one per frequency, in the units of the law.
+
+    velocity: [n] of one cycle, from its least to its largest value and back; force: [frequencies, n]
+    width: [frequencies] largest difference of friction at one velocity, accelerating less decelerating, with its sign:
+        positive where friction lags behind as measured (Hess and Soom 1990), 0 for a law that knows velocity alone
+    at: [frequencies] the velocity there
+    area: [frequencies] of the loop, the integral of R dv over the cycle, positive clockwise (with a positive width)
+    """
+
+    frequency: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    width: np.ndarray
+    at: np.ndarray
+    area: np.ndarray
+
+    in_record = "frequency width at area"
+
+
+def frictional_lag(
+    law: Law,
+    mean: float | None = None,
+    amplitude: float | None = None,
+    frequencies: Sequence[float] | None = None,
+    *,
+    load: float = 1.0,
+) -> FrictionalLag:
+    """Loops of friction over the velocity v = V - h cos(omega t) (Canudas de Wit et al. 1995, Fig. 3).
+
+    Friction at a velocity that falls is less than at the same velocity that rises: the drop of friction with speed
+    needs a way to develop. The loop widens with the frequency.
+
+    mean, amplitude: V and h, by default 1.3 and 1.2 of the speed over which friction changes (`contact_sizes`)
+    frequencies: omega, by default 0.02, 0.1 and 0.5 of that speed over the displacement of the contact
+
+    Raises ValueError for what is not a positive number.
+    """
+    check_numbers(load=load)
+    sizes = contact_sizes(law, load)
+    mean = LAG_MEAN * sizes.speed if mean is None else mean
+    amplitude = LAG_AMPLITUDE * sizes.speed if amplitude is None else amplitude
+    check_numbers(mean=mean, amplitude=amplitude)
+    own = sizes.speed / sizes.displacement * np.array(FREQUENCIES)
+    frequency = own if frequencies is None else checked_list("frequencies", frequencies)
+    phase = 2.0 * math.pi * np.arange(LAG_SAMPLES + 1) / LAG_SAMPLES
+    velocity = mean - amplitude * np.cos(phase)
+    force = np.array([_loop(law, mean, amplitude, float(omega), load, sizes.displacement) for omega in frequency])
+    half = LAG_SAMPLES // 2
+    gap = force[:, : half + 1] - force[:, : half - 1 : -1]  # the same velocities on the way up and on the way down
+    place = np.argmax(np.abs(gap), axis=1)
+    rows = np.arange(len(frequency))
+    area = np.sum(0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(velocity), axis=1)
+    return FrictionalLag(frequency, velocity, force, gap[rows, place], velocity[place], area)
+
+
+def _loop(law: Law, mean: float, amplitude: float, omega: float, load: float, displacement: float) -> np.ndarray:
+    """Friction [n] over the last of some cycles, the first of which brings the internal states to a steady motion."""
+    travel = 2.0 * math.pi / omega * mean
+    cycles = CYCLES + math.ceil(RELAXATIONS * displacement / travel)
+    phase = 2.0 * math.pi * np.arange(cycles * LAG_SAMPLES + 1) / LAG_SAMPLES
+    forces = driven_force(law, phase / omega, mean - amplitude * np.cos(phase), load=load, tolerance=LAG_TOLERANCE)
+    check_motion(forces.status, law)
+    return forces.force[-LAG_SAMPLES - 1 :]

@@ -10,15 +10,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_positive
-from vibrocap.identification.fitting.fit import split_records
-from vibrocap.identification.fitting.solution import Settings, solution
+from vibrocap.identification.fit import split_records
+from vibrocap.identification.fit_result import Fit
 from vibrocap.identification.problem.coordinates import Coordinate
-from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import law_class, parametrisation
-from vibrocap.identification.problem.prediction import Prediction, unchecked
-from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.problem.steady_prediction import Column
-from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.problem.prediction import Column, Prediction, unchecked
+from vibrocap.identification.problem.samples import Samples, data_scales
+from vibrocap.identification.solution import Settings, solution
 from vibrocap.progress import Progress, reporting
 
 WINDOWS, FEWEST = (1.0, 0.2, 0.05, 0.02), 20  # windows over the record's length; samples on each side of a step
@@ -38,15 +36,19 @@ def found_step(samples: Samples, displacement: np.ndarray) -> tuple[Step, Step]:
     The meeting point is sought in ever narrower windows, and the speeds are medians over stretches, so that jumps of
     the sensor elsewhere move neither.
     """
-    time, low, high = samples.time, 0, len(samples)
+    time = samples.time
     at = float(time[len(time) // 2])
     for share in WINDOWS:
-        low, high = np.searchsorted(time, [at - share * time[-1], at + share * time[-1]])
-        if min(np.searchsorted(time, at) - low, high - np.searchsorted(time, at)) < FEWEST:
+        low, middle, high = np.searchsorted(time, [at - share * time[-1], at, at + share * time[-1]])
+        if min(middle - low, high - middle) < FEWEST:
             break
         at = _meeting_point(time[low:high], displacement[low:high])
-    before, after = (_median_speed(time, displacement, part) for part in (time < at, time > at))
-    return Step(0.0, before), Step(at, after)
+    speeds = []
+    for side in (time < at, time > at):
+        stretches = [part for part in np.array_split(np.flatnonzero(side), 20) if len(part) > 2]
+        slopes = [np.polyfit(time[part] - time[part[0]], displacement[part], 1)[0] for part in stretches]
+        speeds.append(float(np.median(slopes)))
+    return Step(0.0, speeds[0]), Step(at, speeds[1])
 
 
 def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
@@ -61,15 +63,8 @@ def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
     places = np.linspace(time[0], time[-1], 102)[1:-1]
     least = places[int(np.argmin([square(at) for at in places]))]
     width = float(places[1] - places[0])
-    options, ends = {"xatol": 1e-4 * width}, (least - width, least + width)
-    best: Any = minimize_scalar(square, bounds=ends, method="bounded", options=options)
-    return float(best.x)
-
-
-def _median_speed(time: np.ndarray, displacement: np.ndarray, where: np.ndarray) -> float:
-    """Median of the slopes over 20 stretches."""
-    stretches = np.array_split(np.flatnonzero(where), 20)
-    return float(np.median([np.polyfit(time[s] - time[s[0]], displacement[s], 1)[0] for s in stretches if len(s) > 2]))
+    how: Any = {"bounds": (least - width, least + width), "method": "bounded", "options": {"xatol": 1e-4 * width}}
+    return float(minimize_scalar(square, **how).x)  # type: ignore[attr-defined]
 
 
 def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
@@ -165,7 +160,7 @@ class SpringPrediction(Prediction):
         return forces
 
     def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
-        """As `Prediction.slopes`; the reference is computed along, for all columns of a table share their steps."""
+        """As of any prediction; the reference is computed along, for all columns of a table share their steps."""
         return super().slopes(u, None, held)
 
 
@@ -281,9 +276,8 @@ def spring_fit(
     """
     begin = clock.perf_counter()
     settings = Settings(starts, loss, loss_scale, intervals, seed)
-    cls = law_class(law)
-    if cls.internal != ("log_age",):
-        raise ArgumentError("law", f"should be a rate-and-state law, got {cls.name}")
+    if law_class(law).internal != ("log_age",):
+        raise ArgumentError("law", f"should be a rate-and-state law, got {law_class(law).name}")
     (samples,), _ = split_records(record, (), load)
     steps = tuple(program) if program is not None else found_step(samples, samples.position)
     if machine_stiffness == "measured":
@@ -300,17 +294,15 @@ def spring_fit(
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
     start = choice.space.named(choice.start)
     choice = dataclasses.replace(choice, start=choice.space.of(start | {k: v for k, v in guess.items() if k in start}))
-    extra = []
+    extra, of = [], {"nuisance": True, "unit": "N/m"}
     if machine_stiffness is None:
         spring = 2.0 * rise / distance
-        begun: dict[str, Any] = {"start": math.log(spring), "spread": 0.5, "nuisance": True}
-        begun |= {"meaning": "stiffness of the spring that pulls the contact", "unit": "N/m"}
-        extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, **begun))
+        own = of | {"start": math.log(spring), "meaning": "stiffness of the spring that pulls the contact"}
+        extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, **own))
     if drift:
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
-        of: dict[str, Any] = {"scale": size, "spread": 0.0, "nuisance": True, "unit": "N/m"}
-        of["meaning"] = "change of the force with the load point's displacement"
-        extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, **of))
+        own = of | {"scale": size, "spread": 0.0, "meaning": "change of the force with the load point's displacement"}
+        extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, **own))
     space = choice.space.with_more(tuple(extra))
     choice = dataclasses.replace(choice, space=space, start=space.begun(choice.start), own_start=None)
     imposed: dict[str, Any] = {"program": steps, "machine_stiffness": machine_stiffness}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.identification.problem.data_scales import noise_of, turns
+from vibrocap.identification.problem.samples import noise_of, turns
 
 REST = 1e-3  # of the typical speed
 WINDOW = 9  # samples over which what is smooth is a cubic
@@ -81,6 +81,16 @@ def sampled(records: Sequence[RecordErrors]) -> list[RecordErrors]:
 def together(records: Sequence[RecordErrors], name: str) -> np.ndarray:
     """One column of all records, the samples that count."""
     return np.concatenate([getattr(record, name)[record.counts] for record in records])
+
+
+def of(columns: Sequence[np.ndarray], counts: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """The samples that count of a column [n] of each record."""
+    return [column[count] for column, count in zip(columns, counts, strict=True)]
+
+
+def squares(errors: Sequence[np.ndarray], counts: Sequence[np.ndarray]) -> float:
+    """Sum of the squared errors that count."""
+    return sum(float(np.sum(error**2)) for error in of(errors, counts))
 
 
 def noise_level(values: np.ndarray) -> float:

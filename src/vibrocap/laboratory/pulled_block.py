@@ -1,27 +1,138 @@
-"""The stick-slip test: a block is pulled over the ground through a spring whose end moves at a constant speed."""
+"""A block that is pulled over the ground: by a force that grows until friction lets it go (break-away), or through a
+spring whose end moves at a constant speed (stick-slip).
+"""
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.laboratory.driven import check_motion, check_numbers
+from vibrocap.laboratory.driven import check_motion, check_numbers, checked_list
 from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.drives.loadings import Loading
+from vibrocap.physics.events import SLIP_FORWARD
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.oscillators import Oscillator
 from vibrocap.physics.system import System
+
+RATES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # times the rate at which the contact yields with its own speed
+PAST = 1.2  # break-away forces that the ramp passes through at first, and how much longer it gets each time
+LONGER = (1.0, 1.5, 3.0)
+FALLEN = 1e-6  # share of a maximum by which friction falls after it, to be no ripple of rounding
+LOOKED = 8  # points per piece of the motion
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Pull:
+    """One pull: applied and friction force, displacement and velocity over time, all [n]."""
+
+    rate: float
+    time: np.ndarray
+    applied: np.ndarray
+    friction: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class BreakAway:
+    """Break-away forces by loading rate, all [rates] in the units of the law.
+
+    force: the largest friction force before the mass slides away; applied: the force of the ramp at that instant
+    velocity, displacement: of the mass there
+    peaked: whether friction falls after it; where it does not (no Stribeck drop) `force` is the largest of the whole
+        pull, and the instant means nothing (NaN)
+    pulls: the motions; mass: that was pulled
+    """
+
+    rate: np.ndarray
+    force: np.ndarray
+    applied: np.ndarray
+    velocity: np.ndarray
+    displacement: np.ndarray
+    peaked: np.ndarray
+    pulls: tuple[Pull, ...]
+    mass: float
+
+    in_record = "rate force applied peaked"
+
+
+def break_away(
+    law: Law,
+    rates: Sequence[float] | None = None,
+    *,
+    mass: float = 1.0,
+    load: float = 1.0,
+    tolerance: float = 1e-11,
+) -> BreakAway:
+    """Break-away force against loading rate (Canudas de Wit et al. 1995, section IV and Fig. 4).
+
+    A mass at rest is pulled by the force q t. It yields elastically at first; then velocity rises sharply, and friction
+    falls. The break-away force is the largest friction force until then: the first maximum after which friction falls.
+    (The applied force is larger at that instant, by what accelerates the mass.) A law that knows only velocity lets go
+    at one force; with bristles it falls with the rate, since bristles that are stretched quickly have no time to follow
+    the Stribeck drop.
+
+    rates: of the force, per unit of time; by default 0.003 to 1 of the rate at which the contact yields with the speed
+        over which its friction changes (`contact_sizes`)
+    mass: that is pulled; load: on the contact     All in any one system of units.
+
+    LuGre's own parameters (sigma0 1e5, sigma1 sqrt(1e5), sigma2 0.4, Fc 1, Fs 1.5, v_s 1e-3, m 1): 1.43242 N at 1 N/s,
+    1.21995 N at 10 N/s. Raises ValueError for rates, mass or load that are not positive numbers, and RuntimeError where
+    a motion cannot be completed.
+    """
+    check_numbers(mass=mass, load=load)
+    sizes = contact_sizes(law, load)
+    rate = sizes.stiffness * sizes.speed * np.array(RATES) if rates is None else checked_list("rates", rates)
+    machine, rows, pulls = Oscillator(mass=mass, stiffness=0.0, normal_load=load), [], []
+    for q in map(float, rate):
+        # What the ramp needs to reach the break-away force, and the mass to move by the displacement of the contact.
+        duration = PAST * sizes.force / q + 6.0 * math.sqrt(mass * sizes.displacement / sizes.force)
+        row, pull = _pulled(machine, law, q, LONGER[0] * duration, tolerance)
+        for longer in LONGER[1:]:
+            if not row[-1]:  # friction has not fallen yet
+                row, pull = _pulled(machine, law, q, longer * duration, tolerance)
+        rows.append(row)
+        pulls.append(pull)
+    force, applied, velocity, displacement, peaked = np.array(rows).T
+    return BreakAway(rate, force, applied, velocity, displacement, peaked > 0.0, tuple(pulls), mass)
+
+
+def _pulled(
+    machine: Oscillator, law: Law, rate: float, duration: float, tolerance: float
+) -> tuple[tuple[float, ...], Pull]:
+    """(force, applied, velocity, displacement, whether it peaked) of one pull, and its course."""
+    drive = Loading(level=0.0, rate=rate, amplitude=0.0, frequency=2.0 * math.pi / duration)
+    motion = simulate(System(machine, law, drive), periods=1, tolerance=tolerance)
+    check_motion(motion.status, law)
+    # Looked at within every piece, at both ends of it, and where friction turns.
+    points = motion.piece_start[:, None] + motion.piece_length[:, None] * np.linspace(0.0, 1.0, LOOKED)
+    turns = [part.roots(part.friction_rate) for part in stretches(motion, 0.0, motion.end) if part.side]
+    time = np.unique(np.concatenate((points.ravel(), *turns)))
+    # Where a contact lets go, friction is that of the contact at rest.
+    index = np.maximum(np.searchsorted(motion.piece_start, time, side="left") - 1, 0)
+    friction = motion.piece_observables(("friction",), index, time - motion.piece_start[index])[0]
+    place, velocity = motion.states(time)[:2]
+    slips = motion.event_times[motion.event_kinds == SLIP_FORWARD]
+    # The first maximum after which friction falls before it rises beyond it.
+    fallen = np.flatnonzero(friction < (1.0 - FALLEN) * np.maximum.accumulate(friction))
+    at = int(np.argmax(friction[: fallen[0]] if len(fallen) else friction))
+    if let_go := law.kind == "set-valued" and len(slips) > 0:
+        at = int(np.searchsorted(time, slips[0]))
+    peaked = let_go or len(fallen) > 0
+    there = (rate * time[at], velocity[at], place[at]) if peaked else (math.nan,) * 3
+    return (friction[at], *there, float(peaked)), Pull(rate, time, rate * time, friction, place, velocity)
+
 
 STILL = 0.1  # of the pulling speed: a block that is slower sticks, with a law that never holds it quite at rest
 REPEATS = 1e-4  # relative difference of the last two cycles below which the motion has settled
 QUIET = 1e-3  # of the largest pull: the swing of a pull that is steady
 RIPPLE = 0.5  # of the swing of the pull in the second half of the test: a lower peak is no cycle
-TOLERANCE = 1e-10
 NUMBERS = (
     "period", "stick_time", "slip_time", "amplitude", "largest_pull", "least_pull", "static_force", "kinetic_force",
 )  # fmt: skip
@@ -77,7 +188,7 @@ def stick_slip_test(
     mass: float = 1.0,
     load: float = 1.0,
     cycles: int = 12,
-    tolerance: float = TOLERANCE,
+    tolerance: float = 1e-10,
 ) -> StickSlipCycle:
     """Stick-slip of a block that is pulled through a spring (Canudas de Wit et al. 1995, section IV and Fig. 5).
 
@@ -134,11 +245,14 @@ def _cycle(motion: Trajectory, stiffness: float, speed: float, still: float, arr
         nothing = dict.fromkeys(NUMBERS, math.nan)
         return {"regime": "steady" if steady else "undecided", "settled": steady, **nothing}
     start, end = float(tops[-2]), float(tops[-1])
-    stuck = sum(b - a for a, b in _rests(motion, start, end, still))
+    rests = _rests(motion, start, end, still)
+    stuck = sum(b - a for a, b in rests)
     inside = (arrays["time"] >= start) & (arrays["time"] <= end)
     ends = -stiffness * motion.states(turns[(turns >= start) & (turns <= end)])[0]
     period, slipping, largest, least = end - start, end - start - stuck, float(ends.max()), float(ends.min())
-    kinetic = _slip_impulse(motion, start, end, still) / slipping if slipping > 0.0 else math.nan
+    times = np.array([start, *(time for rest in rests for time in rest), end])
+    impulse = np.diff(motion.integrals(times)[motion.integral_names.index("impulse")])[::2]  # over the slips
+    kinetic = float(np.sum(impulse)) / slipping if slipping > 0.0 else math.nan
     forces = largest, least, float(np.max(arrays["friction"][inside])), kinetic
     times = period, stuck, slipping, 0.5 * float(np.ptp(ends)) / stiffness
     numbers = dict(zip(NUMBERS, (*times, *forces), strict=True))
@@ -168,11 +282,3 @@ def _rests(motion: Trajectory, start: float, end: float, still: float) -> list[t
         rests = list(zip(marks[:-1][slow].tolist(), marks[1:][slow].tolist(), strict=True))
     cut = [(max(a, start), min(b, end)) for a, b in rests]
     return [(a, b) for a, b in cut if b > a]
-
-
-def _slip_impulse(motion: Trajectory, start: float, end: float, still: float) -> float:
-    """Impulse of friction over the slips of a cycle."""
-    rests = _rests(motion, start, end, still)
-    times = np.array([start, *(time for rest in rests for time in rest), end])
-    impulse = motion.integrals(times)[motion.integral_names.index("impulse")]
-    return float(np.sum(np.diff(impulse)[::2]))
