@@ -85,6 +85,7 @@ def test_every_function_says_what_its_first_argument_should_be(first):
         (lambda: SYSTEM.with_parameters(3), 'values should be a mapping such as {"drive.amplitude": 2.0}, got 3'),
         (lambda: vc.ensemble(SYSTEM, {"drive.amplitude": [1.0]}, measures=3), "measures: there is no measure 3"),
         (lambda: vc.fit(3, "coulomb"), "records should be vc.Record(...) or of read_records(...), got 3"),
+        (lambda: vc.fit_motion(SYSTEM, 3, {}), "records should be vc.Record(...) or of read_records(...), got 3"),
         (lambda: vc.System(3, vc.Coulomb(), vc.Harmonic()), "machine should be a machine, got 3"),
     ],
 )  # fmt: skip

@@ -373,6 +373,7 @@ def test_intervals_and_bands_hold_what_they_say(laboratories):
         ({"predict": "sliding_velocity"}, "is compared with velocity, which record 'first' has not"),
         ({"held_out": ("first", "second")}, "held_out: should leave at least one record"),
         ({"held_out": "third"}, "held_out: there is no record 'third'"),
+        ({"held_out": 3}, "held_out: there is no record 3"),
         ({"starts": 0}, "starts: should be a whole number"),
         ({"tolerance": 1.0}, "tolerance: should be a number"),
         ({"initial": {"place": 1.0}}, "no such state"),

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_one_of, is_positive, shown, suggestion
+from vibrocap.arguments import ArgumentError, check_one_of, is_positive, suggestion
 from vibrocap.identification.fit_result import Fit
 from vibrocap.identification.inference.patterns import ripple
 from vibrocap.identification.inference.residuals import record_errors
@@ -29,7 +29,7 @@ from vibrocap.identification.problem.terms import RIPPLES, TERMS, checked_terms
 from vibrocap.identification.search import Loss, finite, local_searches
 from vibrocap.identification.solution import Settings, SimplerFits, solution
 from vibrocap.progress import Progress, reporting
-from vibrocap.records.record import Record
+from vibrocap.records.record import Record, listed_records
 
 DRAFT = 4000  # samples, in all, of a draft
 STARTS = ("fitted", "relaxed")
@@ -172,14 +172,11 @@ def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:
 
 def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list[Samples], list[Samples]]:
     """Samples to fit and samples held out."""
-    records = list(records) if isinstance(records, (list, tuple)) else [records]
+    records = listed_records(records, Samples)
     if not records:
         raise ArgumentError("records", "there is none")
     if load is not None and not is_positive(load):
         raise ArgumentError("load", f"should be a normal force > 0 in N, got {load!r}")
-    for record in records:
-        if not isinstance(record, (Record, Samples)):
-            raise ArgumentError("records", f"should be vc.Record(...) or of read_records(...), got {shown(record)}")
     all_samples = [samples(record, load) for record in records]
     names = [sample.name for sample in all_samples]
     if len(set(names)) < len(names):
@@ -189,7 +186,7 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
         raise ArgumentError("records", f"{', '.join(turning)} turn and the others slide; should be of one contact")
     unseen: list[Samples] = []
     for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
-        if isinstance(item, str) and item not in names:
+        if item not in names and not isinstance(item, (Record, Samples)):
             raise ArgumentError("held_out", f"no record is called {item!r}; {suggestion(item, names)}")
         unseen.append(all_samples[names.index(item)] if isinstance(item, str) else samples(item, load))
     hidden = {record.name for record in unseen}

@@ -187,7 +187,7 @@ def _begun(prediction: Prediction, u: np.ndarray, start: str) -> tuple[Predictio
     point, count = whole.space.begun(u), 0
     for share in BEGIN:
         count = max(round(share * len(record)), FEWEST_SAMPLES)
-        first = whole.of([record.between(0, count)], whole.units)
+        first = whole.of([record.kept(slice(count))], whole.units)
         point = descent(first, point, stop=1e-8, held=range(len(u))).u
         slopes = np.nan_to_num(whole.slopes(point, held=range(len(u))))[:, len(u) :]
         base = inverse(slopes[:count].T @ slopes[:count])

@@ -300,3 +300,13 @@ class Record:
     def _with_samples(self, kept: Any) -> "Record":
         columns = {field: values[kept] for field, values in self._columns().items() if isinstance(values, np.ndarray)}
         return self.replaced(**columns)
+
+
+def listed_records(records: Any, *kinds: type) -> list[Any]:
+    """One record or several as a list, or ArgumentError for what is none; kinds: what serves as one, too."""
+    several = isinstance(records, Iterable) and not isinstance(records, str)
+    listed = list(records) if several else [records]
+    for record in listed:
+        if not isinstance(record, (Record, *kinds)):
+            raise ArgumentError("records", f"should be vc.Record(...) or of read_records(...), got {shown(record)}")
+    return listed

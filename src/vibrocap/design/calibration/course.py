@@ -96,17 +96,12 @@ class Course:
 
 def measured_column(system: System, predict: str) -> str | None:
     """The column of a record that holds a state of a motion; None where records have no such column."""
-    return COLUMN_OF.get(_unit(system, predict))
+    return COLUMN_OF.get(state_units(system.parts).get(predict, ""))
 
 
 def turns(system: System, predict: str) -> bool:
     """Whether a state is an angle or its rate, which only the record of a contact that turns holds."""
-    return _unit(system, predict).startswith("rad")
-
-
-def _unit(system: System, name: str) -> str:
-    """The SI unit of a state, of a system without units too; "" of a state without one."""
-    return state_units(system.parts).get(name, "")
+    return state_units(system.parts).get(predict, "").startswith("rad")
 
 
 def courses(system: System, records: Sequence[Record], predict: str, known: Mapping[str, float]) -> list[Course]:
@@ -143,7 +138,7 @@ def segments(course: Course, predict: str, count: int) -> list[Course]:
 
 def _begun(course: Course, whole: np.ndarray, predict: str, sought: Sequence[str]) -> Course:
     """The course with its start: what is predicted by its sample, its rate by differences; whole [n]: the record."""
-    system = course.system
+    system, units = course.system, state_units(course.system.parts)  # in SI, of a system without units too
     scaled = whole / system.result_units.factor(predict)
     rates, scales = np.gradient(scaled, course.time), dict(zip(system.state_names, system.scales(), strict=True))
     start, steps, guessed = dict(course.start), [], []
@@ -151,7 +146,7 @@ def _begun(course: Course, whole: np.ndarray, predict: str, sought: Sequence[str
         first, step = 0.0, 1.0 if name in system.machine.states else float(scales[name])
         if name == predict:
             first, step = float(scaled[course.first]), float(np.std(scaled))
-        elif _unit(system, name) == f"{_unit(system, predict)}/s":
+        elif units.get(name, "") == f"{units.get(predict, '')}/s":
             first, step = float(rates[course.first]), float(np.std(rates))
         else:
             guessed.append(name)
@@ -186,14 +181,14 @@ class Unknowns:
     @property
     def shared(self) -> list[Range]:
         """Those that all records have in common."""
-        return [*(unknown for unknown in self.ranges if unknown.path not in self.by_record), *self.slopes]
+        return [*(x for x in self.ranges if x.path not in self.by_record), *self.slopes]
 
     def own(self, record: str) -> list[Range]:
         """Those of one record: the first has the gain 1."""
-        ranges = [unknown for unknown in self.ranges if unknown.path in self.by_record]
+        ranges = [x for x in self.ranges if x.path in self.by_record]
         if record == self.first:
-            return [unknown for unknown in ranges if unknown.path != "gain"]
-        return [dataclasses.replace(unknown, path=own_name(unknown.path, record)) for unknown in ranges]
+            return [x for x in ranges if x.path != "gain"]
+        return [dataclasses.replace(x, path=own_name(x.path, record)) for x in ranges]
 
     def in_record(self, values: Mapping[str, float], course: Course) -> tuple[dict[str, Any], Sensor]:
         """(parameters of the case by path, the sensor) in a record, from the values of the unknowns by name."""
@@ -258,9 +253,8 @@ def unknowns(
                 reach = (own.high - own.low) / half
                 conditions[name] = along[name], float(np.mean(of_records))
                 slopes.append(Range(slope_name(name, along[name]), -reach, reach))
-    return Unknowns(
-        space, tuple(ranges), tuple(by_record), conditions, tuple(slopes), courses[0].name, force, time
-    )  # fmt: skip
+    of_records = tuple(by_record), conditions, tuple(slopes), courses[0].name
+    return Unknowns(space, tuple(ranges), *of_records, force, time)
 
 
 def _range(name: str, courses: Sequence[Course], force: float, time: float) -> Range:

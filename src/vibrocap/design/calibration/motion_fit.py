@@ -1,8 +1,4 @@
-"""fit_motion(case, records, over=...): parameters of any machine and law from its motion under a measured force.
-
-Output error: the case is simulated under the measured force, and its motion is compared with the measured one. So mass,
-springs, dampers, gravity and friction are found together, and a motion under another force is predicted.
-"""
+"""fit_motion(case, records, over=...): parameters of any machine and law from its motion under a measured force."""
 
 import dataclasses
 import math
@@ -33,7 +29,8 @@ from vibrocap.numerics.api import available_threads
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers, WithUnit
-from vibrocap.records.record import Record
+from vibrocap.quantities.dimensional import said
+from vibrocap.records.record import Record, listed_records
 
 BEGIN = 0.1  # share of a held-out record from which its start is found
 OPEN = 0.1  # gap between segments over the noise of the samples, or what runs are exact to, from which they do not join
@@ -103,23 +100,21 @@ class MotionFit(Calibrated):
     def facts(self) -> dict[str, str]:
         facts = {parameter.path: str(parameter) for parameter in self.parameters}
         for name, rms in self.rms.items():
-            unit = "" if self.unit == "1" else f" {self.unit}"
             worse = ", no better than a constant" if self.relative[name] >= CONSTANT else ""
-            kept = "held out, " if name in self.held_out else ""
-            facts[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
+            told = f"rms {said(rms, self.unit, 4)}, {self.relative[name]:.2%} of the motion{worse}"
             if name in self.not_trusted:
-                facts[name] = f"{kept}the motion is not to be trusted: {self.not_trusted[name]}"
+                told = f"the motion is not to be trusted: {self.not_trusted[name]}"
+            facts[name] = f"held out, {told}" if name in self.held_out else told
         for path, away in self.pulls.items():
             facts[f"prior {path}"] = f"differs from the data by {abs(away):.2g} standard deviations"
         if self.noise_ratio > FAR:
             times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
             facts["doubt"] = f"{times}: machine or law lack something"
+        grows = f"a change of the start grows {self.growth:.2g} times"
         if self.segments > 1:
-            facts["search"] = (
-                f"{self.segments} segments a record, as a change of the start grows {self.growth:.2g} times"
-            )
+            facts["search"] = f"{self.segments} segments a record, as {grows}"
         elif self.growth > SENSITIVE:
-            facts["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit in segments or shorter records"
+            facts["doubt"] = f"{grows}: fit in segments or shorter records"
         if not self.converged:
             facts["not settled"] = "give more starts or narrower bounds"
         return facts
@@ -151,12 +146,12 @@ def fit_motion(
 ) -> MotionFit:
     """Parameters of machine, friction and actuator from measured motions under a measured force or torque.
 
-    The case is simulated under the force of each record, cubic between its samples or, where jumps or noise make that
-    better, straight. The squared errors of what it predicts are minimised: from Sobol points over the first eighth of
-    the records, then over longer ones (SciPy's trust region). Each record has a start of its own, which is found too.
-    Where changes of it grow along the measured motion, records are divided into segments with starts of their own,
-    which have to join (multiple shooting; Bock 1981). Errors that follow from a wrong model are correlated, and
-    intervals widen with their correlation time.
+    The case is simulated under the force of each record (output error), cubic between its samples or, where jumps or
+    noise make that better, straight. So mass, springs, dampers, gravity and friction are found together, and a motion
+    under another force is predicted. The squared errors are minimised from Sobol points over the first eighth of the
+    records, then over longer ones (SciPy's trust region). Each record has a start of its own, which is found too. Where
+    changes of it grow along the measured motion, records are divided into segments with starts of their own, which have
+    to join (multiple shooting; Bock 1981). Intervals widen with the correlation time of the errors.
 
     system: in SI where the records are; its drive is replaced, and the start of a case is not taken; it may be any
         machine, a `[mechanism]` of one's own too
@@ -179,16 +174,12 @@ def fit_motion(
     """
     complaints = Complaints()
     case = system if isinstance(system, Case) else Case(system)
-    records = [records] if isinstance(records, Record) else list(records)
-    hidden = (held_out,) if isinstance(held_out, str) else tuple(held_out)
+    records = listed_records(records)
+    hidden = tuple(held_out) if isinstance(held_out, Iterable) and not isinstance(held_out, str) else (held_out,)
     _check_records(case.system, records, predict, hidden, complaints)
-    for name, count, least in (
-        ("starts", starts, 1),
-        ("seed", seed, 0),
-        ("segments", 1 if segments is None else segments, 1),
-    ):
+    for name, count in (("starts", starts), ("seed", seed), ("segments", 1 if segments is None else segments)):
         with complaints.collected():
-            check_whole(name, count, least, 2**16)
+            check_whole(name, count, 0 if name == "seed" else 1, 2**16)
     with complaints.collected():
         check_run(periods=1.0, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     known = dict(initial or {})
@@ -230,9 +221,8 @@ def _check_records(
         complaints.add("records", "should be at least one")
     twice = {name for name in names if names.count(name) > 1}
     complaints += [f"records: {shown(name)} is the name of several; give each its own" for name in sorted(twice)]
-    for name in hidden:
-        if name not in names:
-            complaints.add("held_out", f"there is no record {name!r}; {suggestion(name, names)}")
+    for name in (name for name in hidden if name not in names):
+        complaints.add("held_out", f"there is no record {name!r}; {suggestion(name, names)}")
     if records and not {*names} - {*hidden}:
         complaints.add("held_out", "should leave at least one record to fit")
     if predict not in system.state_names:
@@ -254,8 +244,7 @@ def _found(
     system: System, model: RecordModel, others: Sequence[RecordModel], point: np.ndarray, converged: bool
 ) -> MotionFit:
     """The result of a search."""
-    many = model.many
-    counts = model.counts(1.0)
+    many, counts = model.many, model.counts(1.0)
     total = sum(counts)
     residuals, slopes = model.residuals(point, counts), model.slopes(point, counts)
     errors, joined = residuals[:total], model.gap_rows(counts)[-1].stop
@@ -311,18 +300,17 @@ def _add(
     fit: MotionFit, model: RecordModel, name: str, point: np.ndarray, errors: np.ndarray, band: np.ndarray
 ) -> None:
     """A record in the result; errors, band: [its last samples] in sizes, by which it is judged."""
-    units, places = fit.system.result_units, model.pieces(name)
-    course = model.courses[places[0]]
-    measured = np.concatenate([model.courses[k].measured for k in places])
-    predicted = np.concatenate([model.predicted(k, point, len(model.courses[k].measured)) for k in places])
-    judged = slice(len(measured) - len(errors), None)
-    trusted = 1.0 if name not in fit.not_trusted else math.nan
-    fit.time[name] = course.time[judged] * units.factor("time")
-    fit.measured[name] = measured[judged]
-    fit.predicted[name] = predicted[judged]
-    fit.band[name] = band * course.size * trusted
-    fit.rms[name] = float(np.sqrt(np.mean(errors**2))) * course.size * trusted
-    fit.relative[name] = fit.rms[name] / float(np.std(measured[judged]))
+    places = model.pieces(name)
+    courses_of, course = [model.courses[k] for k in places], model.courses[places[0]]
+    motions = [model.predicted(k, point, len(course.measured)) for k, course in zip(places, courses_of, strict=True)]
+    trusted = course.size * (1.0 if name not in fit.not_trusted else math.nan)
+    judged = slice(len(course.time) - len(errors), None)
+    fit.time[name] = course.time[judged] * fit.system.result_units.factor("time")
+    fit.measured[name] = np.concatenate([course.measured for course in courses_of])[judged]
+    fit.predicted[name] = np.concatenate(motions)[judged]
+    fit.band[name] = band * trusted
+    fit.rms[name] = float(np.sqrt(np.mean(errors**2))) * trusted
+    fit.relative[name] = fit.rms[name] / float(np.std(fit.measured[name]))
     fit.starts[name] = model.start(places[0], point)
 
 

@@ -147,12 +147,11 @@ class RecordModel:
 
     def _along(self, k: int, motion: Trajectory | None, count: int) -> np.ndarray:
         predicted = np.full(count, np.nan)
-        if motion is None or not len(motion.piece_start):
-            return predicted
-        instants = self.courses[k].instants[:count]
-        reached = np.full(count, True) if motion.run_status.ok else instants <= motion.end
-        known = motion.at(np.minimum(instants[reached], motion.end), self.predict)
-        predicted[reached] = known * motion.system.result_units.factor(self.predict)
+        if motion is not None and len(motion.piece_start):
+            instants = self.courses[k].instants[:count]
+            reached = np.full(count, True) if motion.run_status.ok else instants <= motion.end
+            known = motion.at(np.minimum(instants[reached], motion.end), self.predict)
+            predicted[reached] = known * motion.system.result_units.factor(self.predict)
         return predicted
 
     def residuals(self, point: np.ndarray, counts: Sequence[int]) -> np.ndarray:
@@ -238,14 +237,12 @@ class RecordModel:
         carried = point.copy()
         for k, course in enumerate(self.courses):
             if course.follows and course.guessed:
-                gaps = dict(zip(course.free, self._gaps(k - 1, self._whole(k - 1, carried), carried), strict=True))
+                before = self.motion(k - 1, carried, len(self.courses[k - 1].measured))
+                gaps = dict(zip(course.free, self._gaps(k - 1, before, carried), strict=True))
                 for name in course.guessed:
                     place = self.starts[k][course.free.index(name)]
                     carried[place] = np.clip(carried[place] + gaps[name], -WIDEST, WIDEST)
         return carried
-
-    def _whole(self, k: int, point: np.ndarray) -> Trajectory | None:
-        return self.motion(k, point, len(self.courses[k].measured))
 
     def refined(self, point: np.ndarray, counts: Sequence[int], most: int, moving: Any = slice(None)) -> Any:
         """The minimum near a point, as SciPy tells it, from so many evaluations at most; moving: coordinates sought."""
@@ -341,19 +338,14 @@ class MotionSource(Source):
             raise ArgumentError("record", f"there is none called {name!r}; {suggestion(name, (*names, *self.unseen))}")
         if name in names:
             model, k, points, begun = self.model, names.index(name), table, 0
-        else:
-            model, k = self.unseen[name].model, 0
-            points, begun = self._unseen_points(self.unseen[name], table), self.unseen[name].begun
+        else:  # its start follows the unknowns, about where its first tenth put it
+            unseen, many, k = self.unseen[name], self.model.shared, 0
+            model, shares, begun = unseen.model, table[:, :many], unseen.begun
+            random = np.random.default_rng(len(table)).standard_normal((len(table), len(unseen.covariance)))
+            own = normal_draws(unseen.covariance, random)
+            starts = unseen.point[many:] + (shares - unseen.point[:many]) @ unseen.follows.T + own
+            points = np.hstack([shares, starts])
         course = model.courses[k]
         motions = np.array([model.predicted(k, point, len(course.instants))[begun:] for point in points])
         time = course.instants[begun:] * model.system.result_units.factor("time")
         return time, motions, self.deviation * course.size
-
-    def _unseen_points(self, unseen: Unseen, table: np.ndarray) -> np.ndarray:
-        """Points of an unseen record: its start follows the unknowns, about where its first tenth put it."""
-        many = self.model.shared
-        shares = table[:, :many]
-        random = np.random.default_rng(len(table)).standard_normal((len(table), len(unseen.covariance)))
-        own = normal_draws(unseen.covariance, random)
-        starts = unseen.point[many:] + (shares - unseen.point[:many]) @ unseen.follows.T + own
-        return np.hstack([shares, starts])

@@ -138,8 +138,8 @@ def _joint(system: System, key: str, asked: Any) -> "Sequence[Uncertain] | Compl
 
     Either is given as it is or as "fit:FILE.json", as `vibrocap fit --out` writes it.
     """
-    of_file, known = isinstance(asked, str) and asked.startswith(PREFIX), asked
-    if of_file:
+    known: Any = asked
+    if isinstance(asked, str) and asked.startswith(PREFIX):
         path = asked.removeprefix(PREFIX)
         try:
             known = _read(json.loads(read_input(path, LARGEST)))
@@ -147,11 +147,11 @@ def _joint(system: System, key: str, asked: Any) -> "Sequence[Uncertain] | Compl
             return Complaint(key, f"{shown(path)} cannot be read ({error.strerror or error})")
         except (ValueError, KeyError, TypeError, AttributeError):
             return Complaint(key, f"{shown(path)} is no fit.json as `vibrocap fit --out` writes it")
-    elif hasattr(asked, "identifiability"):
-        directions = asked.identifiability.directions if asked.identifiability is not None else ()
-        parameters = [(parameter.name, parameter.value, parameter.unit) for parameter in asked.parameters]
-        known = asked.law_name, parameters, [(one.exponents, one.deviation) for one in directions]
-    elif not (hasattr(asked, "law_name") and hasattr(asked, "coordinates")):
+    elif hasattr(known, "identifiability"):
+        directions = known.identifiability.directions if known.identifiability is not None else ()
+        parameters = [(parameter.name, parameter.value, parameter.unit) for parameter in known.parameters]
+        known = known.law_name, parameters, [(one.exponents, one.deviation) for one in directions]
+    elif not (hasattr(known, "law_name") and hasattr(known, "coordinates")):
         return None
     if isinstance(known, tuple):
         return _combinations_of_fit(system, key, *known)

@@ -143,8 +143,8 @@ def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[lis
     if len(fitted) == 1:
         (only,) = fitted
         cut = int(KEPT * len(only))
-        tail = dataclasses.replace(only.between(cut, len(only)), name=f"{only.name}, last third")
-        return [([only.between(0, cut)], [tail])], "the last third of the record"
+        tail = dataclasses.replace(only.kept(slice(cut, None)), name=f"{only.name}, last third")
+        return [([only.kept(slice(cut))], [tail])], "the last third of the record"
     split = [fitted[i::FEW] for i in range(min(FEW, len(fitted)))]
     folds = [([record for record in fitted if record not in hidden], hidden) for hidden in split]
     return folds, "each record in turn" if len(fitted) <= FEW else f"an {FEW}th of the records in turn"
@@ -153,16 +153,15 @@ def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[lis
 def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Comparison:
     good = [whole for _, whole, _, _ in rows if whole.ok]
     effective = min(good, key=lambda law: law.cost).effective_samples if good else math.nan
-    compared = []
-    for name, whole, held, seconds in rows:
-        count = len(whole.problem.best.u) if whole.problem else 0
-        square = 2.0 * whole.cost / whole.samples
-        fit_term = effective * math.log(square) if whole.ok and square > 0 else math.nan
-        aic, bic = fit_term + 2 * count, fit_term + count * math.log(max(effective, 2.0))
-        compared.append(ComparedLaw(name, count, whole.relative_rmse, held, aic, bic, seconds, whole))
-    least_aic = min((law.aic for law in compared if math.isfinite(law.aic)), default=0.0)
-    least_bic = min((law.bic for law in compared if math.isfinite(law.bic)), default=0.0)
-    compared = [dataclasses.replace(law, aic=law.aic - least_aic, bic=law.bic - least_bic) for law in compared]
+    counts = np.array([len(whole.problem.best.u) if whole.problem else 0 for _, whole, _, _ in rows])
+    squares = [2.0 * whole.cost / whole.samples if whole.ok else math.nan for _, whole, _, _ in rows]
+    terms = np.array([effective * math.log(square) if square > 0 else math.nan for square in squares])
+    aic, bic = terms + 2 * counts, terms + counts * math.log(max(effective, 2.0))
+    aic, bic = (column - min(column[np.isfinite(column)], default=0.0) for column in (aic, bic))
+    compared = [
+        ComparedLaw(name, int(counts[k]), whole.relative_rmse, held, float(aic[k]), float(bic[k]), seconds, whole)
+        for k, (name, whole, held, seconds) in enumerate(rows)
+    ]
     compared.sort(key=lambda law: law.held_out if math.isfinite(law.held_out) else math.inf)
     return Comparison(tuple(compared), method, effective)
 
@@ -213,9 +212,8 @@ def match(
     brought as close to the other as it can be.
 
     law: a law, its class or its name; to: the target, with its parameters
-    velocity: (lowest, highest) speed > 0: the steady curves are matched there, at points of even or "logarithmic"
-    spacing
-    motion: both laws are driven by it from rest (one of velocity and motion)
+    velocity: (lowest, highest) > 0, where the steady curves are matched, at points of "even" or "logarithmic" spacing
+    motion: in place of a velocity: both laws are driven by it from rest
     Parameters that the curves do not show keep the values of `law`. Raises ValueError for input that makes no sense,
     and where the law cannot be driven through the motion.
     """
@@ -223,11 +221,9 @@ def match(
         raise ArgumentError("velocity", "give either a velocity range or a motion")
     if not isinstance(to, Law):
         raise ArgumentError("to", f"should be a friction law with its parameters, got {to!r}")
+    how: dict[str, Any] = {"free": free, "fixed": fixed, "starts": starts, "seed": seed, "intervals": "covariance"}
     if motion is not None:
-        record = synthetic_record(to, motion, load=load)
-        fitted = fit(
-            record, law, free=free, fixed=fixed, starts=starts, start="relaxed", intervals="covariance", seed=seed
-        )
+        fitted = fit(synthetic_record(to, motion, load=load), law, start="relaxed", **how)
         over = f"the motion {motion.name}"
     else:
         assert velocity is not None
@@ -238,7 +234,7 @@ def match(
         target = steady_force(to, speeds, load)
         deviation, none = float(np.std(target)) or 1.0, np.zeros(CURVE)
         points = Samples("curve", np.arange(float(CURVE)), speeds, target, none, load, deviation, none)
-        fitted = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
+        fitted = steady_fit([points], law, **how)
         over = f"velocities from {low:g} to {high:g}"
     if fitted.law is None:
         raise ArgumentError("law", f"{fitted.law_name} cannot be matched: {fitted.status}")
@@ -249,4 +245,5 @@ def match(
     at = int(np.argmax(difference))
     relative = float(np.sqrt(np.mean(difference**2) / np.mean(target**2)))
     where = float(speeds[at]) if abs(speeds[at]) > AT_REST * np.abs(speeds).max() else 0.0
-    return Match(fitted.law, to, over, relative, float(difference[at]), where, time, speeds, target, matched, fitted)
+    curves = time, speeds, target, matched
+    return Match(fitted.law, to, over, relative, float(difference[at]), where, *curves, fitted)

@@ -13,7 +13,7 @@ from vibrocap.identification.fit_result import Chapter, Fit
 from vibrocap.identification.inference.identifiability import LOOSE, beside
 from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.problem.parametrisation import role
-from vibrocap.laboratory.driven import driven_force, driven_forces
+from vibrocap.laboratory.driven import check_numbers, driven_force, driven_forces
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.records.record import Record, integral
@@ -36,7 +36,7 @@ class Motion:
 
 def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int = 600, unit: str = "m") -> Motion:
     """Harmonic displacement about its middle, x = -amplitude cos(2 pi frequency t), from rest."""
-    _check(amplitude=amplitude, frequency=frequency, cycles=cycles)
+    check_numbers(amplitude=amplitude, frequency=frequency, cycles=cycles)
     time = np.linspace(0.0, cycles / frequency, samples)
     omega = 2 * np.pi * frequency
     name = f"sinusoid of {amplitude:.3g} {unit} at {frequency:.3g} Hz"
@@ -45,7 +45,7 @@ def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int
 
 def ramp(speed: float, duration: float, samples: int = 600, unit: str = "m") -> Motion:
     """Velocity that rises to `speed` and falls to rest, then the same backward: a slow one sweeps the steady curve."""
-    _check(speed=speed, duration=duration)
+    check_numbers(speed=speed, duration=duration)
     time = np.linspace(0.0, duration, samples)
     velocity = np.interp(time / duration, [0, 0.25, 0.5, 0.75, 1], [0, speed, 0, -speed, 0])
     return Motion(f"ramps to {speed:.3g} {unit}/s in {duration / 4:.3g} s", time, velocity)
@@ -53,7 +53,7 @@ def ramp(speed: float, duration: float, samples: int = 600, unit: str = "m") -> 
 
 def steps(speeds: Sequence[float], distance: float, samples: int = 600) -> Motion:
     """Constant speeds one after the other, each over the same distance; a hundredth of the time is for each change."""
-    _check(distance=distance, **{f"speeds[{i}]": abs(v) for i, v in enumerate(speeds)})
+    check_numbers(distance=distance, **{f"speeds[{i}]": abs(v) for i, v in enumerate(speeds)})
     knots, values = [0.0], [0.0]
     for speed in speeds:
         span = distance / abs(speed)
@@ -72,7 +72,7 @@ def multisine(
 
     It begins and ends with a tenth of its time in which it swells and fades.
     """
-    _check(amplitude=amplitude, **{f"frequencies[{i}]": f for i, f in enumerate(frequencies)})
+    check_numbers(amplitude=amplitude, **{f"frequencies[{i}]": f for i, f in enumerate(frequencies)})
     lowest = min(frequencies)
     time = np.linspace(0.0, 4 / lowest, samples)
     phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, len(frequencies))
@@ -122,12 +122,6 @@ def checked_range(name: str, ends: Any) -> tuple[float, float]:
     if not 0 < low < high < math.inf:
         raise ArgumentError(name, f"should be (lowest, highest) with 0 < lowest < highest, got {ends!r}")
     return low, high
-
-
-def _check(**numbers: float) -> None:
-    for name, value in numbers.items():
-        if not is_positive(value):
-            raise ArgumentError(name, f"should be > 0, got {value!r}")
 
 
 STEP = 1e-4  # of a logarithm, for differences

@@ -24,7 +24,7 @@ from vibrocap.arguments import ArgumentError, check_whole, require, suggestion
 from vibrocap.identification.fit_result import Chapter, Fit, number
 from vibrocap.identification.inference.uncertainty import Problem
 from vibrocap.identification.problem.prediction import Prediction, steady_force
-from vibrocap.identification.search import Minimum, finite, warm_descent
+from vibrocap.identification.search import finite, warm_descent
 from vibrocap.progress import Progress, reporting
 from vibrocap.results import Result
 
@@ -300,12 +300,11 @@ def bootstrap(
     progress: True for a bar, or a function that is called with the share done
     What it tells beyond the profiles: whether records want different parameters, with no model of their errors.
     """
-    if fit.problem is None or not fit.ok:
-        raise ArgumentError(
-            "fit", "should be a fit of this session that found a law; fit again after reading one from a file"
-        )
+    problem: Problem | None = getattr(fit, "problem", None)
+    if problem is None or not fit.ok:
+        advice = "fit again after reading one from a file"
+        raise ArgumentError("fit", f"should be a fit of this session that found a law; {advice}")
     check_whole("replicates", replicates, 10)
-    problem = fit.problem
     count = len(problem.prediction.records)
     over = over or ("records" if count >= FEWEST_RECORDS else "blocks")
     if over not in ("records", "blocks"):
@@ -313,13 +312,14 @@ def bootstrap(
     if over == "records" and count < 2:
         raise ArgumentError("over", "'records' needs several records; there is one, use 'blocks'")
     base = problem.draft if problem.prediction.size > LARGE else problem.prediction
-    rng = np.random.default_rng(seed)
-    begin = _refit(base, problem.best.u, problem)
+    rng, how = np.random.default_rng(seed), {"held": -1, "evaluations": 40, "stop": 1e-6}
+    begin = warm_descent(base, problem.best.u, base.slopes(problem.best.u), problem.loss, **how).u
     columns = [base.space.names.index(name) for name in base.law_names]
     refits = []
     with reporting(progress, "Refitting") as report:
         for done in range(replicates):
-            minimum = _refit(_drawn(base, over, rng), begin.u, problem)
+            drawn = _drawn(base, over, rng)
+            minimum = warm_descent(drawn, begin, drawn.slopes(begin), problem.loss, **how)
             if np.isfinite(minimum.cost):
                 refits.append(base.space.values(minimum.u)[columns])
             if report is not None:
@@ -341,12 +341,5 @@ def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Predi
     else:
         drawn = [counts(BLOCKS)[np.arange(len(record)) * BLOCKS // len(record)] for record in records]
     with np.errstate(divide="ignore"):
-        return prediction.of(
-            records, [unit / np.sqrt(count) for unit, count in zip(prediction.units, drawn, strict=True)]
-        )
-
-
-def _refit(prediction: Prediction, start: np.ndarray, problem: Problem) -> Minimum:
-    """The minimum of all coordinates near a start."""
-    slopes = prediction.slopes(start)
-    return warm_descent(prediction, start, slopes, problem.loss, held=-1, evaluations=40, stop=1e-6)
+        units = [unit / np.sqrt(count) for unit, count in zip(prediction.units, drawn, strict=True)]
+    return prediction.of(records, units)

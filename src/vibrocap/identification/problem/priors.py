@@ -60,12 +60,10 @@ def pulled(
     priors: Sequence[Prior], names: Sequence[str], values: np.ndarray, covariance: np.ndarray
 ) -> tuple[Prior, ...]:
     """The same, knowing what the data say alone: parameters [p] and their covariance."""
-    pulled_priors = []
-    for prior in priors:
-        j = names.index(prior.name)
-        pull = (values[j] - prior.mean) / math.sqrt(prior.deviation**2 + covariance[j, j])
-        pulled_priors.append(dataclasses.replace(prior, pull=float(pull)))
-    return tuple(pulled_priors)
+    places = [names.index(prior.name) for prior in priors]
+    pairs = zip(priors, values[places], np.diag(covariance)[places], strict=True)
+    pulls = [(prior, (value - prior.mean) / math.sqrt(prior.deviation**2 + own)) for prior, value, own in pairs]
+    return tuple(dataclasses.replace(prior, pull=float(pull)) for prior, pull in pulls)
 
 
 def settled(old: Sequence[Prior], new: Sequence[Prior]) -> bool:

@@ -4,7 +4,7 @@ scales: levels, speed, length, stiffness and noise, from which fits start and ge
 
 import dataclasses
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -55,24 +55,17 @@ class Samples:
 
     def thinned(self, every: int) -> "Samples":
         """Means of blocks of `every` samples."""
-        if every <= 1:
-            return self
         blocks = len(self) // every
-
-        def means(column: Any) -> Any:
-            if np.ndim(column) == 0:
-                return column
-            return np.ascontiguousarray(np.asarray(column)[: blocks * every].reshape(blocks, every).mean(axis=1))
-
-        return dataclasses.replace(self, **{name: means(getattr(self, name)) for name in COLUMNS})
-
-    def between(self, start: int, stop: int) -> "Samples":
-        return self.kept(slice(start, stop))
+        return self._each(lambda column: column[: blocks * every].reshape(blocks, every).mean(axis=1))
 
     def kept(self, which: Any) -> "Samples":
         """The samples of a slice or a mask."""
-        columns = {name: getattr(self, name) for name in COLUMNS}
-        return dataclasses.replace(self, **{name: x[which] for name, x in columns.items() if np.ndim(x)})
+        return self._each(lambda column: column[which])
+
+    def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> "Samples":
+        """The same with each column changed; a load that is one number stays."""
+        columns = {name: np.asarray(getattr(self, name)) for name in COLUMNS}
+        return dataclasses.replace(self, **{name: change(column) for name, column in columns.items() if column.ndim})
 
 
 def samples(record: Any, load: float | None = None) -> Samples:
@@ -83,7 +76,7 @@ def samples(record: Any, load: float | None = None) -> Samples:
     if isinstance(record, Samples):
         return record
     velocity_made = record.velocity is None
-    if record.velocity is None or record.acceleration is None:
+    if velocity_made or record.acceleration is None:
         record = prepared(record)
     time, force, velocity = record.time, record.force, record.velocity
     known = record.normal_force if record.normal_force is not None else (1.0 if load is None else load)
@@ -109,21 +102,17 @@ def drafts(all_samples: Sequence[Samples], target: int) -> list[Samples]:
     """Thinned samples, about `target` in all, fewer only as long as the motion stays what it is."""
     total = sum(len(sample) for sample in all_samples)
     thinned = []
-    for sample in all_samples:
-        every = max(1, total // target)
-        while every > 1 and _motion_lost(sample, every) > MOTION_LOST:
-            every = max(1, every * 2 // 3)
-        thinned.append(sample.thinned(every))
+    for full in all_samples:
+        every, thin = max(1, total // target), full
+        while every > 1:
+            thin = full.thinned(every)
+            if len(thin) >= FEWEST_SAMPLES:  # how much the velocity changes when they are joined by straight lines
+                change = np.interp(full.time, thin.time, thin.velocity) - full.velocity
+                if float(np.sqrt(np.mean(change**2) / np.mean(full.velocity**2))) <= MOTION_LOST:
+                    break
+            every, thin = max(1, every * 2 // 3), full
+        thinned.append(thin)
     return thinned
-
-
-def _motion_lost(full: Samples, every: int) -> float:
-    """Relative root mean square of the velocity's change when thinned samples are joined by straight lines."""
-    thin = full.thinned(every)
-    if len(thin) < FEWEST_SAMPLES:
-        return np.inf
-    change = np.interp(full.time, thin.time, thin.velocity) - full.velocity
-    return float(np.sqrt(np.mean(change**2) / np.mean(full.velocity**2)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -223,11 +212,9 @@ def _drop_speed(velocity: np.ndarray, force: np.ndarray, speed: float, level: fl
         return None
     edges = np.quantile(np.abs(velocity[sliding]), np.linspace(0, 1, 21))
     places = np.clip(np.searchsorted(edges, np.abs(velocity[sliding])) - 1, 0, 19)
-    bins = [np.abs(force[sliding][places == i]) for i in range(20)]
-    medians = np.array([np.median(forces) if len(forces) else np.nan for forces in bins])
-    centres = 0.5 * (edges[1:] + edges[:-1])
-    good = np.isfinite(medians)
-    medians, centres = medians[good], centres[good]
+    filled = np.unique(places)
+    medians = np.array([np.median(np.abs(force[sliding][places == i])) for i in filled])
+    centres = 0.5 * (edges[1:] + edges[:-1])[filled]
     top = int(np.argmax(medians))
     excess = medians - medians[top:].min()
     if excess[top] < 0.05 * level:

@@ -85,11 +85,10 @@ def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordi
     largest = 1.0 if term.wave else max(float(np.max(np.abs(term.column(record)))) for record in records)
     scale = 1.0 if term.of_friction else level / max(largest, 1e-300)
     reach = term.farthest * scale
-    common: dict[str, Any] = {"scale": 0.1 * scale, "spread": 0.0, "nuisance": True}
-    common |= {"meaning": term.meaning, "unit": term.unit}
+    of: dict[str, Any] = {"scale": 0.1 * scale, "spread": 0.0, "meaning": term.meaning, "unit": term.unit}
     if term.signed:
-        return Coordinate(name, "linear", -reach, reach, **common)
-    return Coordinate(name, "foot", 0.0, reach, whose=("law", "search"), **common)
+        return Coordinate(name, "linear", -reach, reach, nuisance=True, **of)
+    return Coordinate(name, "foot", 0.0, reach, whose=("law", "search"), nuisance=True, **of)
 
 
 def forces_of_terms(
