@@ -32,12 +32,27 @@ def kernels_are_found_by_their_text():
 
     A kernel with a fault would be noted for equations that lead to the right one elsewhere.
     """
+    from plain_kernels import leave_plain
     from vibrocap.numerics import compiler
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compiler, "noted", lambda key: None)
         patch.setattr(compiler, "note", lambda key, text, entry, literal: None)
+        leave_plain(patch)
         yield
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item):
+    """A test marked `plain`, with its fixtures of any scope, runs kernels as plain Python; a slow one compiles them.
+
+    They are one source (`test_parity.py`). A test of a file so marked is compiled where it is marked `plain(False)`.
+    """
+    from plain_kernels import UncompiledKernel
+
+    slow, plain = (item.get_closest_marker(name) for name in ("slow", "plain"))
+    UncompiledKernel.plain = slow is None and plain is not None and plain.args != (False,)
+    return (yield)
 
 
 @pytest.fixture

@@ -1,7 +1,8 @@
-"""A kernel as plain Python, for tests that call its functions one by one, replace one, or run it with fixed steps."""
+"""Kernels as plain Python, for tests that call or replace their functions, and for motions too short to compile."""
 
 import contextlib
 import dataclasses
+import functools
 from collections.abc import Callable, Iterator
 from typing import Any
 from unittest import mock
@@ -15,8 +16,8 @@ from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.expressions.structure import traits
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.linker import linked_source, motion_recipe, plain_kernel
-from vibrocap.numerics.run import motion
+from vibrocap.numerics.linker import Linked, compiled_kernel, entry_of, linked_source, motion_recipe, plain_kernel
+from vibrocap.numerics.run import driven_run, ensemble, motion, stepper, stored_motion
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,3 +89,46 @@ def running_on(kernel: PlainKernel, **replaced: Callable) -> Iterator[None]:
             yield
     finally:
         kernel.names.update(originals)
+
+
+class UncompiledKernel:
+    """A kernel that a test marked `plain` asked for: plain Python in such tests, compiled when another one calls it."""
+
+    plain = False  # whether a test so marked runs now
+
+    def __init__(self, text: Linked, literal: bool = False, entry: str = ""):
+        self.text, self.literal, self.entry = text, literal, entry or entry_of(text)
+
+    @functools.cached_property
+    def _plain(self) -> Callable:
+        return plain_kernel(self.text)[self.entry]
+
+    @functools.cached_property
+    def _compiled(self) -> Callable:
+        return compiled_kernel(self.text, self.literal, self.entry)
+
+    def __call__(self, *arguments: Any) -> int:
+        if not UncompiledKernel.plain:
+            return self._compiled(*arguments)
+        with np.errstate(all="ignore"):  # as machine code does
+            return self._plain(*arguments)
+
+    def bound_to(self, *arrays: np.ndarray) -> Callable[[int], int]:
+        return functools.partial(self, *arrays)
+
+
+def leave_plain(patch: Any) -> None:
+    """From now on kernels that tests marked `plain` ask for are not compiled, see `UncompiledKernel`."""
+    kept = motion.kept_kernel
+
+    def kernel(text: Linked, literal: bool = False, entry: str = "") -> Callable:
+        make = UncompiledKernel if UncompiledKernel.plain else compiled_kernel
+        return make(text, literal, entry)
+
+    def kernel_of_records(text: Callable[[], Linked], *records: Any, literal: bool = False) -> Callable:
+        return kernel(text(), literal) if UncompiledKernel.plain else kept(text, *records, literal=literal)
+
+    for module in (motion, ensemble):
+        patch.setattr(module, "kept_kernel", kernel_of_records)
+    for module in (driven_run, stepper, stored_motion):
+        patch.setattr(module, "compiled_kernel", kernel)

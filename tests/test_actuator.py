@@ -15,6 +15,8 @@ from vibrocap.physics.closed_loop.actuator import ActuatedMachine
 from vibrocap.physics.mechanics.parts import Stop
 from vibrocap.physics.mechanics.stops import switch_events
 
+pytestmark = pytest.mark.plain
+
 LAG = 0.7
 LIMITS = {"time_constant": LAG, "limit": 0.8, "command_limit": 1.5}
 TWO_TONES = vc.Biharmonic(1.8, 1.3, 0.5, 0.7)

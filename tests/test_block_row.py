@@ -8,6 +8,8 @@ import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import machines
 
+pytestmark = pytest.mark.plain
+
 STILL = vc.Constant(force=0.0, duration=10.0)
 
 

@@ -33,6 +33,7 @@ def pulls():
     return break_away(OWN, [1.0, 10.0])
 
 
+@pytest.mark.plain
 def test_break_away_by_another_integrator(pulls):
     def rates(t, y):
         return own_rates(y, 10.0 * t)

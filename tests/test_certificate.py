@@ -13,6 +13,8 @@ from vibrocap.motion import evidence, trajectory
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.quantities.dimensional import view
 
+pytestmark = pytest.mark.plain
+
 
 @pytest.mark.parametrize("row", CASES)
 def test_random_systems_are_consistent(row):
@@ -241,6 +243,7 @@ def test_what_moves_by_little_more_than_its_error_is_named(amplitude, names):
     assert all(f"the error of {name} is 0." in words for name, words in zip(names, warnings, strict=True))
 
 
+@pytest.mark.plain(False)
 def test_states_that_jump_at_events_are_not_compared():
     """The engagement of a bristle jumps by 1 where one of two runs is through an event and the other is not yet."""
     system = vc.System(vc.Oscillator(belt_speed=0.1), vc.ElastoPlastic(), vc.Harmonic(amplitude=0.7, frequency=0.9))
@@ -369,6 +372,7 @@ def test_the_impulse_of_a_long_motion_is_known_to_its_rounding():
     assert verdict.value < verdict.bound < 1e-9 * impulse
 
 
+@pytest.mark.plain(False)
 @pytest.mark.parametrize(
     ("machine", "law", "drive"),
     [

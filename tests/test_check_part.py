@@ -201,6 +201,7 @@ def test_an_instance_is_checked_with_its_own_numbers():
     assert verdict.notes[0].startswith("extra, scale: declares neither a role nor a unit")
 
 
+@pytest.mark.plain
 def test_a_good_part_moves():
     report = vc.check_part(vc.Exponential)
     assert report.ok
@@ -209,6 +210,7 @@ def test_a_good_part_moves():
     assert str(report).startswith("The law exponential keeps its contract.\n  ok     ")
 
 
+@pytest.mark.plain
 def test_a_machine_that_ends_at_once_does_not_move():
     """One that lifts off within a period, however little it is driven, so that nothing can be said of its motion."""
     light = vc.ModeCouplingBlock(normal_load=0.01)

@@ -273,6 +273,7 @@ def test_json_of_less_than_a_period(case, capsys):
     assert record["time"] == pytest.approx(math.pi, rel=1e-15)
 
 
+@pytest.mark.plain
 def test_options_replace_the_cases_settings(case, capsys):
     record = printed_json(capsys, "simulate", case, "--periods", "3", "--tolerance", "1e-6")
     motion = read_case(case, periods=3, tolerance=1e-6).simulate()

@@ -119,6 +119,7 @@ def test_a_measure_that_the_machine_does_not_have_is_refused_before_any_work(cap
     assert sorted(path.name for path in tmp_path.iterdir()) == ["block.toml"]
 
 
+@pytest.mark.plain
 def test_what_one_kind_of_machine_has_is_nothing_of_another(tmp_path, monkeypatch):
     import xarray
 

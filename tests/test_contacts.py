@@ -9,6 +9,8 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations
 
+pytestmark = pytest.mark.plain
+
 
 def crawler(*further, **given):
     """Two unequal blocks under a drive that is not odd: they stick and slip, and travel."""

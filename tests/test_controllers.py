@@ -17,6 +17,8 @@ from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.controllers.controller import SATURATED
 from vibrocap.physics.part_files import load_parts
 
+pytestmark = pytest.mark.plain
+
 GAINS = {"proportional_gain": 3.0, "integral_gain": 4.0, "derivative_gain": 6.0}
 LOCATED = 2e-12  # of event times and states along a motion at the tolerance 1e-13, with gains of some units
 STICKS = vc.Coulomb(1.0, 1.5)
@@ -264,6 +266,7 @@ def test_other_programs_that_know_no_controller_refuse_it():
         mujoco_model(case)
 
 
+@pytest.mark.plain(False)
 def test_exported_steps_are_those_of_the_motion():
     case = vc.Case(servo(), START, periods=6, tolerance=1e-12)
     stepped = vc.stepper(case)

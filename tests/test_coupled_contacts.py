@@ -14,6 +14,8 @@ from vibrocap.physics.catalogue import machines
 from vibrocap.physics.contacts import determinant, solution
 from vibrocap.physics.events import AMBIGUOUS, BOUNDS
 
+pytestmark = pytest.mark.plain
+
 COULOMB, UNEVEN = vc.Coulomb(0.1, 0.1), vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)
 LINKAGE_DRIVE = vc.Biharmonic(amplitude=0.5, frequency=1.3, second_amplitude=0.15, second_phase=0.5)
 LINKAGE = vc.System(vc.LinkageCrawler(mass_ratio_2=1.7, stiffness=4.0), COULOMB, LINKAGE_DRIVE)

@@ -261,6 +261,7 @@ def test_a_plain_step_ends_the_decisions():
     assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(ints[kernel["ZERO_PROGRESS"] :][:LANES])
 
 
+@pytest.mark.plain
 def test_a_motion_below_the_tolerance_keeps_its_signs():
     """Bristles under a drive too weak for the tolerance: as many steps as the run alone, and the same motion.
 

@@ -21,6 +21,8 @@ from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.names import name_and_number, numbered
 from vibrocap.physics.parameters import ParameterError
 
+pytestmark = pytest.mark.plain
+
 ROUNDING = 1e-13
 G = 9.81
 EVERYTHING = {"inclination": -0.11, "linear_drag": 0.15, "quadratic_drag": 0.3, "force": 0.07}

@@ -121,6 +121,7 @@ def test_steady_travel_down_a_slope_is_steady_up_to_the_drift():
 SLOW_LAWS = (vc.ElastoPlastic(), vc.MaxwellSlip(), vc.RateAndStateAgeing(), vc.Dahl())
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("law", [vc.LuGre(), *(pytest.param(law, marks=pytest.mark.slow) for law in SLOW_LAWS)])
 def test_linearisation_is_that_of_the_motion(law):
     """A run from beside the equilibrium, all states of the law among them, moves as exp(J t) says."""

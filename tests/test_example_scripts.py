@@ -109,6 +109,7 @@ def test_the_environment_passes_the_check_of_gymnasium(travel):
     assert [text for text in texts if not any(part in text for part in allowed)] == []
 
 
+@pytest.mark.plain
 def test_an_episode_is_the_stepper_under_its_actions_in_si_with_its_measures(travel):
     measures = ["displacement", "mean_velocity", "stick_fraction"]
     environment = travel.TravelEnvironment(BENCH, length=0.05, limit=0.7, effort_cost=0.1, steps=40, measures=measures)

@@ -77,6 +77,7 @@ def test_grazing_behind_a_fold_and_after_an_impact():
     assert_exact(struck.orbit(len(struck) - 1), "drive.amplitude", AMPLITUDE)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     "system", slow_but([0], [elastic(0.7, gap=0.1), rigid(1.2), elastic(0.7, gap=0.1, back_gap=0.3)])
 )

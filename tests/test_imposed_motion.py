@@ -25,6 +25,8 @@ from vibrocap.mechanics import (
 )
 from vibrocap.physics.catalogue import law as law_of
 
+pytestmark = pytest.mark.plain
+
 
 def rubbing(forward, back, total):
     """Coulomb friction that slows a body of this mass by `forward` and `back`, at rest too."""

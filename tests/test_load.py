@@ -18,6 +18,8 @@ from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.variation import varied
 
+pytestmark = pytest.mark.plain
+
 SECOND_HARMONIC = 0.4
 START = {"angle": 0.2}
 WEIGHT = 3.5  # lambda + 1 in one number: the form of the machine that most tests share

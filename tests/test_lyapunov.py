@@ -21,6 +21,7 @@ FRICTIONLESS = vc.Exponential(coulomb_coefficient=0.0, static_coefficient=0.0)
 CHAOTIC = vc.System(vc.PendulumCapsule(stiffness=0.6, damping=0.3), vc.Exponential(), vc.Harmonic(amplitude=1.2))
 
 
+@pytest.mark.plain
 def test_a_run_that_fails_has_no_certified_exponent(monkeypatch):
     monkeypatch.setattr(lyapunov, "MOST_STEPS", 0)
     exponent = lyapunov_exponent(oscillator(0.1), transient=20, periods=20)

@@ -28,6 +28,8 @@ from vibrocap.mechanics import (
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.mechanics.dead_points import DEAD
 
+pytestmark = pytest.mark.plain
+
 
 def capsule(q, **more):
     return Mass("capsule", 2.5, x=q.position, **more)

@@ -26,6 +26,8 @@ from vibrocap.case.mechanism import TABLES as KEYS
 from vibrocap.physics.dimensions.scales import FreeScales
 from vibrocap.physics.parameters import LENGTH, NUMBER
 
+pytestmark = pytest.mark.plain
+
 DOCS = EXAMPLES.parent / "docs" / "mechanisms.md"
 
 

@@ -35,6 +35,8 @@ from vibrocap.mechanics import (
 from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.motion.shapes import moving_shapes
 
+pytestmark = pytest.mark.plain
+
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
 
@@ -400,6 +402,7 @@ def test_orbits_close_modulo_the_period_of_friction_along_the_ground():
     assert orbit.stable
 
 
+@pytest.mark.plain(False)
 def test_drag_is_quadratic_above_its_speed():
     """Against SciPy, with friction where it slides one way only; its power is the damper's."""
     machine = Washboard(depth=0.0, drag=0.7)

@@ -174,6 +174,7 @@ def switched(size=1.0, rate=1.0, drive=None, law=None, machine=None):
     return vc.System(machine, law or vc.Coulomb(0.9, 0.9), drive or vc.Constant(0.0), controller=controller)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(("place", "reached"), [(1.0, math.sqrt(3.0) - 1.0), (-1.0, math.sqrt(3.0) - 1.0)])
 def test_the_line_is_reached_and_kept(place, reached):
     """s = 1 - t - t^2/2 until sqrt(3) - 1; from there on the error decays as exp(-t), with no event at all."""
@@ -185,6 +186,7 @@ def test_the_line_is_reached_and_kept(place, reached):
     assert motion.state["displacement_rate"] == pytest.approx(-motion.state["displacement"], abs=1e-12)
 
 
+@pytest.mark.plain
 def test_a_line_is_left_at_one_event_where_the_reference_turns_too_sharply():
     """For r'' up to 1.25 of a command of 1, slowly: at the end of the line z'' is that of the line still."""
     system = switched(drive=vc.Harmonic(1.25 / 4.0, 2.0))
@@ -252,6 +254,7 @@ def servo(controller, static=1.5, goal=0.0):
     return vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, static), vc.Constant(goal), controller=controller)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     "controller",
     [
@@ -268,6 +271,7 @@ def test_an_unstable_loop_ends_as_a_runaway(controller):
     assert abs(motion.state["position"]) == pytest.approx(1e6 / (4.0 * math.pi**2), rel=1e-9)
 
 
+@pytest.mark.plain
 def test_a_goal_far_away_is_no_runaway():
     motion = vc.simulate(servo(vc.PositionPID(**GAINS), goal=1e5), periods=30)
     assert motion.status.ok

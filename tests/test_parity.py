@@ -9,6 +9,7 @@ import pytest
 import vibrocap as vc
 import vibrocap.motion.recording.equations as recordings
 from plain_kernels import kernel_of
+from systems import two_blocks
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.run.budget import Budget, Form, MotionStart
@@ -19,6 +20,13 @@ LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff lugre": vc.
 
 def system_with(law, mass_ratio=2.5, amplitude=1.8):
     return vc.System(vc.PendulumCapsule(mass_ratio=mass_ratio), law, vc.Harmonic(amplitude=amplitude))
+
+
+SYSTEMS = {name: system_with(law) for name, law in LAWS.items()} | {
+    "impacts": vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic()),
+    "two contacts": two_blocks(duration=4.0),
+    "limited controller": vc.System(vc.Oscillator(), vc.Coulomb(), vc.Harmonic(), controller=vc.PositionPID(limit=0.5)),
+}
 
 
 def start_of(system, angle=math.pi / 3):
@@ -33,22 +41,21 @@ def run(system, periods, plain, tolerance=1e-9):
     )
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_plain_python_is_the_compiled_kernel(law):
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_plain_python_is_the_compiled_kernel(name):
     """The same steps and events; numbers differ by fused multiply-adds and the compiler's sin, cos and exp.
 
     That is an ulp per operation, some 1e-13 in a state after half a period, and more where a step's length follows from
     the logarithm of a coefficient that nearly cancels: the tolerance of the run bounds it.
     """
-    system = system_with(LAWS[law])
-    periods = 0.6
+    system, periods = SYSTEMS[name], 0.6
     plain, compiled = run(system, periods, plain=True), run(system, periods, plain=False)
     assert plain.status == compiled.status == DONE
     assert np.array_equal(plain.events[:, 2], compiled.events[:, 2])
     assert plain.events[:, 1] == pytest.approx(compiled.events[:, 1], rel=1e-9)
     assert (plain.taylor_steps, plain.implicit_steps) == (compiled.taylor_steps, compiled.implicit_steps)
     assert plain.taylor_steps > 5
-    if law == "stiff lugre":
+    if name == "stiff lugre":
         assert plain.implicit_steps > 0
     first_plain, first_compiled = plain.pieces[:3], compiled.pieces[:3]
     size = np.abs(first_plain).max(axis=0) + 1.0

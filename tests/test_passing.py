@@ -22,6 +22,7 @@ def test_are_the_sign_changes_that_a_bracketing_solver_finds(motion, name, value
     assert motion.crossings(name, value) == pytest.approx(bracketed(motion, name, value), rel=0, abs=1e-12)
 
 
+@pytest.mark.plain
 def test_pieces_on_which_a_law_changes_faster_than_the_states_are_halved():
     motion = vc.simulate(vc.System(vc.PendulumCapsule(), vc.SmoothedTanh(), vc.Harmonic()), periods=5, tolerance=1e-4)
     expected = bracketed(motion, "friction", 0.1)
@@ -64,6 +65,7 @@ def test_a_velocity_passes_zero_where_the_capsule_turns_or_leaves_rest_for_the_o
     assert motion.crossings("velocity", 0.0) == pytest.approx(expected, rel=0, abs=1e-13)
 
 
+@pytest.mark.plain
 def test_a_jump_over_a_value_passes_it():
     motion = vc.simulate(vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic()), periods=12)
     blow = next(event.time for event in motion.events if event.kind == "impact")

@@ -89,6 +89,7 @@ def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path
     assert (tmp_path / "again.png").read_bytes() == (tmp_path / "sheet.png").read_bytes()
 
 
+@pytest.mark.plain
 def test_a_machine_without_a_position_is_drawn_by_the_place_of_what_rubs():
     """Gears, strings and clutches turn; `vc.plot(motion)` asked for a position that they have not."""
     clutch = vc.simulate(vc.System(vc.Clutch(), vc.Coulomb(), vc.Harmonic(0.3, 1.0)), periods=1)
@@ -238,6 +239,7 @@ def test_one_inner_coordinate_beside_several_contacts_keeps_its_own_symbol():
     assert labels[1:4] == ["gap $z_1$", "velocity $v_i$", "friction force $R_i$"]
 
 
+@pytest.mark.plain
 def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     """Not the rest: from the start until a quarter after all states are within 1e-3 of their ranges of the end."""
     servo = vc.PositionPID(proportional_gain=20.0, derivative_gain=6.0, limit=5.0)
@@ -339,6 +341,7 @@ def uphill():
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
 
 
+@pytest.mark.plain
 def test_film_shows_a_slope_as_one(uphill):
     scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
     ground = scene.axes.lines[0]
@@ -603,6 +606,7 @@ def test_a_velocity_over_what_moves_is_no_velocity_of_the_body():
     assert quantity_label("contact_velocity", crawler) == "capsule velocity $X'$"
 
 
+@pytest.mark.plain
 def test_what_belongs_to_a_contact_has_the_name_of_its_body():
     """In the head, in legends and beside the strips of modes."""
     motion = vc.read_case("examples/plates-creep.toml", periods=6).simulate()

@@ -21,6 +21,8 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 from vibrocap.physics.catalogue import law as law_of
 
+pytestmark = pytest.mark.plain
+
 TURNING = vc.System(
     vc.TwoMassCrawler(mass_ratio=1.5), vc.anisotropic(vc.Coulomb)(0.05, 0.05, back_ratio=2.0), vc.Harmonic(1.0, 1.0)
 )

@@ -101,6 +101,7 @@ def test_samples_and_actions_are_at_whole_multiples_exactly():
     assert times == pytest.approx(expected, abs=4e-15)  # four roundings at 8
 
 
+@pytest.mark.plain
 def test_a_reference_in_motion_is_taken_at_the_samples():
     motion = vc.simulate(servo(sample_time=0.05, drive=TRACKED), periods=3, initial=START, tolerance=1e-13)
 
@@ -126,6 +127,7 @@ def test_a_stepper_takes_a_reference_in_motion_at_the_samples():
     assert motion.states[:2] == pytest.approx([*known.state.values()][:2], abs=1e-12)
 
 
+@pytest.mark.plain
 def test_a_fast_loop_tends_to_the_continuous_one():
     """Their distance is of the first order in h."""
     exact = vc.System(

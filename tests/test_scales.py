@@ -285,6 +285,7 @@ frequency_Hz = 5.0
 """
 
 
+@pytest.mark.plain
 def test_a_vibro_impact_case_in_si_needs_no_invented_units():
     """Not a unit of length or time, nor gravity; the load is what weighs on the contact, whatever the masses become."""
     system = case_from_text(INNER).system
@@ -298,6 +299,7 @@ def test_a_vibro_impact_case_in_si_needs_no_invented_units():
     assert case_from_text(case_text(vc.Case(system))).system == system
 
 
+@pytest.mark.plain
 def test_the_units_of_an_inner_mass_change_no_result():
     """They say over what errors are measured, and nothing else: a load in N is the same in any."""
     load = "normal_load_N = 4.903325"

@@ -20,6 +20,8 @@ from vibrocap.measures.recorded.energy import EnergyBalance
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
 from vibrocap.physics.names import numbered
 
+pytestmark = pytest.mark.plain
+
 TOLERANCE, PERIODS = 1e-11, 3
 EXACT = (1e-13, 1e-14)  # of the solver, whose slow turns are less sharp
 UNEVEN = vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)

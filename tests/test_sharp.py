@@ -16,6 +16,8 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
 from vibrocap.physics.friction.wrappers import smoothed
 
+pytestmark = pytest.mark.plain
+
 
 def oscillator(**given):
     return vc.Oscillator(mass=1, stiffness=1, normal_load=1, **given)

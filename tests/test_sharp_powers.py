@@ -85,6 +85,7 @@ def is_honest(row: dict, error: float, estimate: float) -> bool:
     return estimate >= SHARE * (error - KNOWN * row["growth"])
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(("number", "tolerance"), slow_but([0, 1], [(0, 1e-10), (1, 1e-8), (2, 1e-10), (1, 1e-6)]))
 def test_examples(number, tolerance):
     """Powers of 1.5, 3 and 6: before, off by 35, 6,700 and 10^8 tolerances, the first certified with five grazes."""
@@ -290,6 +291,7 @@ def random_system(seed):
     return system, dict(zip(system.state_names, start, strict=True))
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     "seeds", slow_but([0], exhaustive_but([0, 1], [[13], SOME, *(list(range(i, 104, 8)) for i in range(8))]))
 )
@@ -324,6 +326,7 @@ PAIRS = [(name, law) for name in list(MACHINES)[:5] for law in LAWS if (name, la
 
 
 # Kept: every law at least once, every machine.
+@pytest.mark.plain
 @pytest.mark.parametrize(("name", "laws"), slow_but([0], exhaustive_but({19, *range(0, len(PAIRS), 5)}, PAIRS)))
 def test_bodies_may_be_numbered_either_way(name, laws):
     """The same ends, events and steps, whichever contact is the first. The linkage on age is certified neither way."""

@@ -92,6 +92,7 @@ def test_every_page_stands_in_one_section():
     assert list(sections()) == ["Tutorials", "How-to guides", "Explanations", "Reference", "Project"]
 
 
+@pytest.mark.plain
 def test_pages_that_the_package_prints_are_staged_whole(staged):
     for place, printed in PRINTED.items():
         assert places()[ROOT / "docs" / place] == place

@@ -32,6 +32,8 @@ from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
 from vibrocap.physics.names import numbered
 
+pytestmark = pytest.mark.plain
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 GCC = shutil.which("gcc") or ""
 needs_gcc = pytest.mark.skipif(not GCC, reason="no gcc is installed")
@@ -247,6 +249,7 @@ def test_events_end_a_step_where_they_are():
     np.testing.assert_allclose(times, wanted, atol=1e-8)
 
 
+@pytest.mark.plain(False)
 def test_the_roundings_of_many_lengths_do_not_add_up():
     for motion in (vc.stepper(README, input="drive"), vc.stepper(README)):
         for _ in range(5000):
@@ -294,6 +297,7 @@ def driven(motion, inputs):
     return np.array(values)
 
 
+@pytest.mark.plain(False)
 def test_copies_restored_pickled_and_threaded_motions_have_equal_bits():
     motion, first, second = vc.stepper(README, input="drive", initial=START), wild(100), wild()
     driven(motion, first)
@@ -332,6 +336,7 @@ def test_looking_changes_nothing():
         assert one.events == other.events
 
 
+@pytest.mark.plain(False)
 def test_plain_python_is_the_compiled_stepper():
     stepped = SteppedCase(Case(README, START), "drive")
     kernel, places = stepped.kernel, stepped.kernel.places
@@ -551,6 +556,7 @@ class Library:
         return np.array(values)
 
 
+@pytest.mark.plain(False)
 @needs_gcc
 def test_the_library_has_the_bits_of_the_stepper_and_keeps_motions(tmp_path):
     library = Library(tmp_path, Case(README, START), "drive")

@@ -11,6 +11,8 @@ from exact_stops import ExactCapsule
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.simulate import within_room
 
+pytestmark = pytest.mark.plain
+
 # Capsule of Liu, Wiercigroch, Pavlovskaia and Yu 2013; orbit and drifts of an explicit method with events, at two
 # tolerances near 3e-13 that agree to the digits shown. State (x1 - x2, x1', x2').
 ORBIT = {"displacement": 0.528979080608, "displacement_rate": 1.358200939510 - 0.198433035833}

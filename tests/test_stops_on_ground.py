@@ -9,6 +9,8 @@ import vibrocap as vc
 from planted import planted
 from thinned import exhaustive_but
 
+pytestmark = pytest.mark.plain
+
 COULOMB = vc.Coulomb(0.3, 0.4)
 BETWEEN = vc.OscillatorWithStops(damping=0.05, gap=0.8, back_gap=0.8, restitution=0.7)
 PUSHED = vc.OscillatorWithStops(damping=0.05, gap=0.3, back_gap=0.3, restitution=0.0)

@@ -321,6 +321,7 @@ def test_a_system_is_changed_in_si():
         dataclasses.replace(system, units=None).with_parameters({path: 1.0})
 
 
+@pytest.mark.plain
 def test_friction_between_bodies_that_turn_is_a_torque():
     """In the units of a case, of results and of laws, and in their sizes where length is counted in 3 m."""
     scales = vc.FreeScales(mass_unit_kg=2.0, length_unit_m=3.0, time_unit_s=0.5)

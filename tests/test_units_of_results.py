@@ -217,6 +217,7 @@ def test_orbits_are_in_si_and_say_their_units(orbits):
     assert again.drift == pytest.approx(found.drift, rel=1e-12)
 
 
+@pytest.mark.plain
 def test_rates_of_the_bristles_of_further_contacts_are_speeds():
     law = vc.LuGre(bristle_stiffness=20.0, bristle_damping=2.0)
     plain = vc.System(vc.ThreeBodyCrawler(), law, vc.Harmonic(amplitude=0.5))
@@ -235,6 +236,7 @@ def test_a_width_is_found_for_an_error_in_si():
     assert found.width == pytest.approx(plain.width * SPEED, rel=1e-9)
 
 
+@pytest.mark.plain
 def test_words_of_branches_and_certificates_are_in_si():
     """A block on a belt beside its Hopf point, and a light capsule that its constant load keeps down."""
     block = vc.read_case("examples/slides-or-sticks-by-its-start.toml").system

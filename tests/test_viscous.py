@@ -6,6 +6,8 @@ import pytest
 
 import vibrocap as vc
 
+pytestmark = pytest.mark.plain
+
 BLOCK = vc.Oscillator(mass=1.0, stiffness=0.0, damping=0.0, normal_load=1.0)
 DRIVE = vc.Harmonic(amplitude=25.0, frequency=math.pi / 2)  # from the time 3 on: 25 sin(pi t/2)
 DROP = {"coulomb_coefficient": 5.0, "static_coefficient": 15.0, "decay_rate": 2.0}
