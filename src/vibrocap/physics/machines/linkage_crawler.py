@@ -38,14 +38,11 @@ class LinkageCrawler(Machine):
     source: ClassVar[str] = "vibrocap"
     displacement = coordinate("z", "opening of the bodies", "m")
     position = coordinate("X", "place of body 1", "m")
-    normal_load: ClassVar = "dynamic"
 
     def parts(self, q):
         width = self.stance + q.displacement
-        rear, front = (
-            Mass("body 1", self.mass_ratio, x=q.position),
-            Mass("body 2", self.mass_ratio_2, x=q.position + width),
-        )
+        rear = Mass("body 1", self.mass_ratio, x=q.position)
+        front = Mass("body 2", self.mass_ratio_2, x=q.position + width)
         lean = (front.height - rear.height) / width
         unit, half = 1.0 / sqrt(1.0 + lean * lean), 0.5 * width
         height = sqrt(1.0 - half * half * (1.0 + lean * lean))

@@ -40,21 +40,18 @@ class Row(ConsistentUnits):
     called: ClassVar[tuple[str, str]]  # what a body and the row are: ("body", "crawler") of "two-body-crawler"
     bodies: ClassVar[int]
     summary: ClassVar[str]  # of the class of a number of bodies
-    row_parameters: ClassVar[tuple[Numbered, ...]]  # its parameters
+    row_parameters: ClassVar[tuple[Numbered, ...]]
+    row_counts: ClassVar[Mapping[str, int]]  # of each parameter
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
-    normal_load: Any
 
     @classmethod
     def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
         """What else of the class depends on the number of bodies."""
         return {}
 
-    def _whole(self, name: str):
-        return sum(self._all(name, self.bodies))
-
-    def _all(self, name: str, count: int) -> tuple:
-        """A parameter of the first so many bodies or gaps."""
-        return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
+    def _all(self, *names: str) -> list[list]:
+        """Parameters by name, each of every body or gap."""
+        return [[getattr(self, numbered(name, i + 1)) for i in range(self.row_counts[name])] for name in names]
 
 
 @functools.cache
@@ -81,6 +78,7 @@ def row_of(kind: type[Row], bodies: int) -> Any:
         "__reduce__": lambda self: (_made, (kind, bodies, {name: getattr(self, name) for name in fields})),
         "name": "-".join(words),
         "bodies": bodies,
+        "row_counts": {own.name: counts[own.of] for own in kind.row_parameters},
         **kind.of_bodies(bodies),
     }
     return parameters(type(class_name, (kind,), space))
@@ -128,13 +126,12 @@ class Crawler(Row):
 
     def parts(self, q):
         places, parts = [q.position], []
-        own = (self._all(name, self.bodies - 1) for name in ("stiffness", "damping", "actuation"))
-        for i, (stiffness, damping, share) in enumerate(zip(*own, strict=True), start=1):
+        gaps = zip(*self._all("stiffness", "damping", "actuation"), strict=True)
+        for i, (stiffness, damping, share) in enumerate(gaps, start=1):
             gap = getattr(q, numbered("displacement", i))
             places.append(places[-1] + gap)
             parts += [Spring(stiffness, gap), Damper(damping, gap), Drive(gap, share)]
-        bodies = zip(places, self._all("mass", self.bodies), self._all("normal_load", self.bodies), strict=True)
-        for i, (x, mass, load) in enumerate(bodies, start=1):
+        for i, (x, mass, load) in enumerate(zip(places, *self._all("mass", "normal_load"), strict=True), start=1):
             body = Mass(f"body {i}", mass, x=x)
             parts += [body, Contact(body, load=load, speed=numbered("velocity", i))]
         return parts
@@ -177,9 +174,8 @@ class Worm(Row):
 
     def parts(self, q):
         x, parts = q.position, []
-        shares = (0.0, *self._all("actuation", self.bodies - 1))
-        own = zip(shares, self._all("mass", self.bodies), self._all("normal_load", self.bodies), strict=True)
-        for i, (share, mass, load) in enumerate(own, start=1):
+        shares, masses, loads = self._all("actuation", "mass", "normal_load")
+        for i, (share, mass, load) in enumerate(zip((0.0, *shares), masses, loads, strict=True), start=1):
             x = x if i == 1 else x + q.imposed(share * q.drive)
             body = Mass(f"body {i}", mass, x=x)
             parts += [body, Contact(body, load=load)]
@@ -187,7 +183,7 @@ class Worm(Row):
 
     def scales(self, time=1.0):
         """Distance and speed that all loads give to all bodies in the time of a radian of the drive."""
-        mass, load = self._whole("mass"), self._whole("normal_load")
+        mass, load = map(sum, self._all("mass", "normal_load"))
         short = time / (2.0 * math.pi)
         return load / mass * short * short, load / mass * short
 
@@ -204,8 +200,7 @@ ThreeBodyWorm = worm(3)
 @model_validator(mode="after")
 def some_block_rubs(row):
     """Refuse a row without any load, which has no natural force; every class of `BlockRow` names this validator."""
-    loads = [getattr(row, numbered("normal_load", i)) for i in range(1, row.bodies + 1)]
-    if not any(loads):
+    if not any(*row._all("normal_load")):
         raise ValueError(f"normal_load should be > 0 of one block at least, got 0 for all {row.bodies}")
     return row
 
@@ -252,19 +247,19 @@ class BlockRow(Row):
     def parts(self, q):
         belt = Support("belt", x=self.belt_speed * q.time)
         parts, blocks, gaps = [belt], [], [b - a for a, b in itertools.pairwise(q.position)]
-        own = (self._all(name, self.bodies) for name in ("mass", "stiffness", "damping", "actuation", "normal_load"))
+        own = self._all("mass", "stiffness", "damping", "actuation", "normal_load")
         for i, (x, mass, stiffness, damping, share, load) in enumerate(zip(q.position, *own, strict=True), start=1):
             blocks.append(Mass(f"body {i}", mass, x=x))
             parts += [blocks[-1], Spring(stiffness, x), Damper(damping, x), Drive(x, share)]
             parts += [Contact(blocks[-1], on=belt, load=load)]
-        between = (self._all(name, len(gaps)) for name in ("coupling_stiffness", "coupling_damping"))
-        for gap, stiffness, damping in zip(gaps, *between, strict=True):
+        between = zip(gaps, *self._all("coupling_stiffness", "coupling_damping"), strict=True)
+        for gap, stiffness, damping in between:
             parts += [Spring(stiffness, gap), Damper(damping, gap)]
         return parts
 
     def sized_by(self):
         """The stiffness of all springs to the wall together."""
-        return self._whole("stiffness")
+        return sum(*self._all("stiffness"))
 
 
 def block_row(blocks: int) -> Any:
