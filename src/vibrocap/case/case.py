@@ -309,7 +309,6 @@ def _part(section: str, cls: Any, section_data: Mapping[str, Any], complaints: C
 
 
 def _scales(section: str, cls: Any, values: Mapping[str, Any], complaints: Complaints) -> Scales | None:
-    """What the units of a machine are, or None with complaints."""
     try:
         return cls(**values)
     except ParameterError as error:
@@ -343,7 +342,6 @@ def _check_run(values: Mapping[str, Any], complaints: Complaints) -> None:
 
 
 def _fields(complaints: Iterable[str]) -> set[str]:
-    """What they are about."""
     return {complaint.field for complaint in complaints if isinstance(complaint, Complaint)}
 
 

@@ -156,7 +156,6 @@ class Expression:
     # --- values ------------------------------------------------------------------------------------------------------
 
     def __call__(self, at: Mapping[str, Any], bodies: Mapping[str, Any]) -> Any:
-        """Its value where names stand for these."""
         return self._value(self.tree, at, bodies)
 
     def _value(self, node: ast.expr, at: Mapping[str, Any], bodies: Mapping[str, Any]) -> Any:

@@ -248,7 +248,6 @@ class Reading:
             self.space[name] = Coordinate(*texts, row["unit"], rate, repeats, several)
 
     def _repeats(self, where: str, several: Any) -> bool:
-        """Whether something may be repeated so often."""
         if not (right := is_whole(several, 1, MOST)):
             self.complaints.add(f"{where}.repeat", f"should be a whole number from 1 to {MOST}, got {shown(several)}")
         return right
@@ -262,7 +261,6 @@ class Reading:
     # --- parts -------------------------------------------------------------------------------------------------------
 
     def _plan(self) -> list[Planned]:
-        """All parts, those of `repeat` one by one."""
         rows = [(part, i, row) for part in PARTS for i, row in enumerate(self.tables.get(part, []), 1)]
         planned: list[tuple[str, str, dict[str, Any]]] = []
         for part, number, row in rows:

@@ -60,7 +60,6 @@ def _rows(head: str, rows: Section) -> str:
 
 
 def _chosen(section: str, part: Any) -> dict[str, Any]:
-    """The key that chooses the kind of a part, where there are kinds."""
     return {key: part.name} if (key := kind_key(section)) else {}
 
 

@@ -123,7 +123,6 @@ def _numbers(part: Any) -> str:
 
 
 def _notes(cls: Any, kind: str) -> Iterator[str]:
-    """What is no fault, but should be known."""
     unknown = [info.name for info in parameter_table(cls) if isinstance(info.default, float) and info.dimension is None]
     if unknown:
         more = " fits start it from its default, and" if kind == "law" else ""

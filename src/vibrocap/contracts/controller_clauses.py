@@ -21,7 +21,6 @@ def machine_for(controller: Any) -> Any:
 
 
 def _unknown(controller: Any, machine: Any) -> list[str]:
-    """What it measures or accelerates that a machine has not."""
     names = [name for name in controller.measures(machine) if name.removesuffix("_rate") not in (SIDE, CURVATURE)]
     unknown_states = [name for name in names if name.removesuffix("_rate") not in machine.states]
     if controller.orders == "acceleration":  # not of a body that rubs, where rest would be cancelled

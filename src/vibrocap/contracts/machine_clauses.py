@@ -176,7 +176,6 @@ def _shown(values: Iterable[float]) -> str:
 
 
 def _place(machine: Any, y: tuple) -> str:
-    """The coordinates of a state, by name."""
     return ", ".join(
         f"{name} {value:.3g}" for name, value in zip(machine.states, y, strict=True) if name in machine.coordinates
     )

@@ -116,5 +116,4 @@ def motion_of(system: System, part: Any, share: float) -> Trajectory:
 
 
 def _others(system: System, part: Any) -> str:
-    """The system in which a part was tried."""
     return " with ".join(other.name for other in (system.machine, system.friction, system.drive) if other is not part)

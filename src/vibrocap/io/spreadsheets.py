@@ -116,12 +116,10 @@ class Export:
 
 
 def _key(name: str) -> str:
-    """A name as a key of TOML."""
     return f'"{name}"' if "." in name else name
 
 
 def _cells(column: list) -> list:
-    """A column as it stands in a CSV file."""
     if {int, float}.issuperset(map(type, column)):
         return column
     return [str(value).lower() if isinstance(value, bool) else no_formula(value) for value in column]

@@ -106,7 +106,6 @@ def _atom(x: Quantity) -> int:
 
 
 def _number(states: tuple[str, ...], derived: Derivation, name: str) -> int:
-    """The number of the input that a state is."""
     return derived.inputs.states[states.index(name)].operands[0]
 
 
@@ -240,7 +239,6 @@ FORMS = {"text": _Text, "latex": _Latex, "mathml": _MathML}
 
 
 def _terms(x: Any, sign: int = 1) -> list[tuple[int, Any]]:
-    """The terms of a formula, each with its sign."""
     if not isinstance(x, Formula):
         return [(sign if x > 0 else -sign, abs(x))] if x else []
     if x.op == "neg":

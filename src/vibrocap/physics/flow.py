@@ -60,7 +60,6 @@ def _internal(system: Any, y) -> list[tuple]:
 
 
 def _rubbing(system: Any, y, machine_contacts: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:
-    """The contacts of the machine, each with its law, in their modes."""
     rubbing, pushes = [], ((0.0, 0.0),) * len(machine_contacts) if outside is None else outside.pushes
     contacts_in_order = zip(
         machine_contacts, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True

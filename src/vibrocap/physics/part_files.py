@@ -134,7 +134,6 @@ def _run(name: str, path: Path, text: bytes, digest: str) -> ModuleType:
 
 
 def _loaded() -> list[ModuleType]:
-    """Modules of the files that were loaded."""
     return [module for name, module in list(sys.modules.items()) if name.startswith(PREFIX)]
 
 

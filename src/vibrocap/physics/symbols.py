@@ -213,7 +213,6 @@ def page() -> str:
 
 
 def _wrapped(title: str, around: Mapping[str, Callable[[Any], Any]], parts: Mapping[str, Any]) -> list[str]:
-    """What each wrapper adds to the parameters of a part."""
     lines = []
     for name, wrapper in around.items():
         rows = _rows(added_parameters(wrapper, parts))

@@ -178,12 +178,10 @@ class System:
             self.machine.check_scales(self.units)
 
     def _set(self, **values: Any) -> None:
-        """Give fields their values, while the system is made."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def _check_imposed(self) -> None:
-        """ArgumentError for a drive that cannot impose a motion."""
         name, what = self.machine.name, ""
         if type(self.drive).slope is Drive.slope:
             what = f"imposes a motion on the {name}, but has no slope and curvature"

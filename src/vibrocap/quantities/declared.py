@@ -184,7 +184,6 @@ class AlongNames(Declared):
         return OfNames().seen(columns, context)
 
     def _along(self, context: Context) -> list[str]:
-        """The quantity at each index of the axis."""
         named = [name for element in self.names for name in context.known(element)[0]]
         return named or list(context.state_names)
 

@@ -132,7 +132,6 @@ class ActuatedMachine(WrappedMachine):
         return *own, rate, *((0.0,) * len(self.actuator_part.switched))
 
     def _guards(self, y, drive) -> tuple:
-        """Guards of the limits: one is reached in front, left, reached behind."""
         guards, own = [], self._of_actuator(y)
         command = self.commanded(y, drive)
         limits = self.actuator_part.limit, self.actuator_part.command_limit

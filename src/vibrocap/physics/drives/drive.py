@@ -114,7 +114,6 @@ class Piecewise(Drive):
         return held
 
     def _polynomial(self, t, order: int):
-        """The derivative of this order at time t."""
         present = vars(self).get("_present")
         if present is None:
             t = t - self.period * math.floor(t / self.period)
@@ -189,7 +188,6 @@ def segment_in_time(table: Table, share: float, period: float) -> tuple[float, t
 
 
 def _shape(row: tuple[float, ...], x: float) -> float:
-    """The polynomial of a row at x after its start."""
     result = 0.0
     for coefficient in row[:0:-1]:
         result = result * x + coefficient

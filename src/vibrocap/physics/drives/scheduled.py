@@ -79,6 +79,20 @@ class _OfCorners(_Schedule):
         return all(one == -other for one, other in zip(factors[:half], factors[half:], strict=True))
 
 
+def _in_phase(name: str) -> Any:
+    """A function of the drive at time t, by the factor of the phase."""
+
+    def function(self, t):
+        present = vars(self).get("_present")
+        if present is None:
+            t = t - self.period * math.floor(t / self.period)
+            present = self._phase_at(t)
+        start, (factor, *_) = present
+        return factor * getattr(self.wave, name)(t - start)
+
+    return function
+
+
 class _OfWaves(_Schedule):
     """A schedule of a drive that is smooth: the numbers of a segment are no polynomial but the factor alone."""
 
@@ -90,15 +104,6 @@ class _OfWaves(_Schedule):
     def degree(self) -> int:
         return 0
 
-    def _in_phase(self, t, name: str):
-        """The drive's value, slope or curvature at time t, by the factor of the phase."""
-        present = vars(self).get("_present")
-        if present is None:
-            t = t - self.period * math.floor(t / self.period)
-            present = self._phase_at(t)
-        start, factor = present[0], present[1][0]
-        return factor * getattr(self.wave, name)(t - start)
-
     def _phase_at(self, t) -> tuple[float, tuple]:
         """(start, (factor,)) of the phase that holds at a time within the first period of the schedule."""
         length, start = self.wave.period, 0.0
@@ -109,14 +114,7 @@ class _OfWaves(_Schedule):
             start += count
         return start * length, (phases[-1][1],)
 
-    def value(self, t):
-        return self._in_phase(t, "value")
-
-    def slope(self, t):
-        return self._in_phase(t, "slope")
-
-    def curvature(self, t):
-        return self._in_phase(t, "curvature")
+    value, slope, curvature = map(_in_phase, ("value", "slope", "curvature"))
 
     @property
     def odd(self) -> bool:

@@ -193,7 +193,6 @@ class Program:
 
 
 def _reached(results: Any) -> set[Formula]:
-    """All formulas that the results need."""
     formulas: set[Formula] = set()
     waiting = [results]
     while waiting:

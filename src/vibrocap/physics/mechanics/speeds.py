@@ -143,7 +143,6 @@ class Motion:
         return self.imposed[-1]
 
     def _take(self, q: Any) -> None:
-        """The parts at these coordinates, by kind."""
         self.parts = tuple(_flat(self.describe(q)))
         if strange := [part for part in self.parts if not isinstance(part, PARTS)]:
             raise MechanicsError(f"should be parts, masses, springs and so on, got {strange[0]!r}")
@@ -329,7 +328,6 @@ def _flat(parts: Iterable) -> Iterator:
 
 
 def _path(contact: Contact) -> Quantity:
-    """Along which a contact slides."""
     if contact.path is not None:
         return Quantity.of(contact.path)
     body, on = contact.body, contact.on
