@@ -76,6 +76,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
         piece_length=length,
         piece_sides=np.asarray(side, dtype=float)[:, None],
         piece_implicit=np.zeros(len(start), bool),
+        piece_drive_time=start - period * np.floor(middle / period),
         series=PieceSeries(numbers, (-1,) * len(signals), ORDER),
         sections=np.array([signal(marks) for signal in signals.values()]).T,
         event_times=np.empty(0),

@@ -20,7 +20,7 @@ from vibrocap.measures.standard import undefined_measures
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.run import devices
+from vibrocap.numerics.run import ensemble as devices
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run.budget import Budget, Form, MotionStart
 from vibrocap.numerics.run.motion import recorded_run

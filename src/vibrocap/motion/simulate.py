@@ -60,15 +60,7 @@ class Start(Dimensional):
 
 def begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tuple[dict[str, float], float, float]:
     """(initial states by name, time, phase of the drive) at the start of a motion, see `simulate`."""
-    state, time, phase = _begun(system, start, initial)
-    if system.machine.follows_load:
-        check_load(system, state, phase * system.drive.period)
-    return state, time, phase
-
-
-def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tuple[dict[str, float], float, float]:
-    if start is None:
-        return initial_state(system, initial), 0.0, 0.0
+    given = initial
     if isinstance(start, Trajectory):
         if start.state_names != system.state_names:
             raise ArgumentError(
@@ -76,13 +68,16 @@ def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> t
                 f"should be a motion of the states {', '.join(system.state_names)} to continue from, got one of "
                 f"{', '.join(start.state_names)}; give a Start and initial= instead",
             )
-        states = start.state | dict(initial or {})
-        return initial_state(system, states), start.end, Start(phase=start.end_phase).phase_of(system.drive.period)
-    if is_number(start):
-        start = Start(float(start))
+        given = start.state | dict(initial or {})
+        start = Start(start.end, start.end_phase)
+    elif start is None or is_number(start):
+        start = Start(float(start or 0.0))
     if not isinstance(start, Start):
         raise ArgumentError("start", f"should be a motion, a time or a Start, got {shown(start)}")
-    return initial_state(system, initial), float(start.time), start.phase_of(system.drive.period)
+    state, phase = initial_state(system, given), start.phase_of(system.drive.period)
+    if system.machine.follows_load:
+        check_load(system, state, phase * system.drive.period)
+    return state, float(start.time), phase
 
 
 def check_load(system: System, state: Mapping[str, float], time: float) -> None:

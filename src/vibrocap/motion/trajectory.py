@@ -11,7 +11,7 @@ import numpy as np
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.motion.observer import Observer
-from vibrocap.motion.recording.equations import parameter_values, parameters_at
+from vibrocap.motion.recording.equations import parameters_at
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import PieceSeries
 from vibrocap.physics.names import numbered
@@ -96,6 +96,7 @@ class Trajectory(Result):
     piece_length: Times  # [pieces]
     piece_sides: Numbers  # [pieces, contacts] 0 where a contact rests, +1 or -1 where it slides
     piece_implicit: Numbers  # [pieces] whether an implicit step made it
+    piece_drive_time: Times  # [pieces] at their starts, since the drive began its period
     series: Annotated[PieceSeries, np.ndarray]  # read like an array [pieces, states, order + 1] of no one quantity
     sections: StateColumns  # [whole periods completed + 1, states] at the period marks, which count from the start
     event_times: Times  # [events]
@@ -108,7 +109,6 @@ class Trajectory(Result):
     samples: int = 256  # per period, of the grid `time`
     start_time: Time = 0.0
     start_phase: Number = 0.0  # of the drive at the start, a share of its period
-    piece_drive_time: Times | None = None  # [pieces] at their starts, since its period began; None: of no run
 
     @property
     def coefficients(self) -> np.ndarray:
@@ -164,16 +164,10 @@ class Trajectory(Result):
         At the end of a piece the drive is still that of the piece, also where it jumps. Where it has corners, the
         numbers of its segment in the parameter vector are arrays.
         """
-        if self.piece_drive_time is not None:
-            start, length = self.piece_drive_time[index], self.piece_length[index]
-            inside = np.where(length > 0.0, 0.5 * length, AT_ONCE * self.period)
-            parameters = parameters_at(self.system, start + inside)
-            return along(start, s) + s, tuple(
-                along(parameter, s) if np.ndim(parameter) else parameter for parameter in parameters
-            )
-        start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
-        begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
-        return along(start - begun, s) + s, parameter_values(self.system)
+        start, length = self.piece_drive_time[index], self.piece_length[index]
+        inside = np.where(length > 0.0, 0.5 * length, AT_ONCE * self.period)
+        parameters = parameters_at(self.system, start + inside)
+        return along(start, s) + s, tuple(along(own, s) if np.ndim(own) else own for own in parameters)
 
     def sides(self, index: np.ndarray) -> tuple[np.ndarray, ...]:
         """Side of each contact on some pieces: an array [n] each."""

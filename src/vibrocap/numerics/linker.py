@@ -61,9 +61,7 @@ DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 def motion_recipe(layout: Layout) -> Recipe:
     """One motion, of which everything is recorded."""
-    return Recipe(
-        "advance", (*ALONE, *_before(layout, RECORDING, layout.corners, bool(layout.slow)), *MOVING, "loop.one_by_one")
-    )
+    return Recipe("advance", (*ALONE, *_before(layout, RECORDING), *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(layout: Layout) -> Recipe:
@@ -80,9 +78,16 @@ def stored_motion_recipe(stiff: bool) -> Recipe:
 
 def stepper_recipe(layout: Layout, held_input: bool = False) -> Recipe:
     """One motion that its caller moves on; held_input: whether the drive is an input. See `loop/stepper.py`."""
-    before = _before(layout, (), layout.corners and not held_input, bool(layout.slow))
     passage = "loop.held_input" if held_input else "loop.own_drive"
-    own = (*ALONE, *before, *MOVING, "loop.one_by_one", passage, SHOWING[0], "loop.stepper")
+    own = (
+        *ALONE,
+        *_before(layout, (), not held_input),
+        *MOVING,
+        "loop.one_by_one",
+        passage,
+        SHOWING[0],
+        "loop.stepper",
+    )
     return Recipe("take_step", own)
 
 
@@ -93,7 +98,7 @@ def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
         the package, for targets without these; "browser", the same without what takes evidence
     """
     before = (
-        *_before(layout, MEASURING, layout.corners, bool(layout.slow) and loop != "simd"),
+        *_before(layout, MEASURING, side_by_side=loop == "simd"),
         *(("observe.returns",) if layout.returns else ()),
         *(("observe.evidence",) if loop != "browser" else ()),
         *(("observe.load_watch",) if layout.watched else ()),
@@ -106,14 +111,12 @@ def ensemble_recipe(layout: Layout, loop: str) -> Recipe:
     return Recipe("advance_ensemble", (*own, *before, *MOVING, "loop.one_by_one", "loop.run_queue"))
 
 
-def _before(layout: Layout, observer: tuple[str, ...], corners: bool, slow: bool) -> tuple[str, ...]:
-    """The modules before those of the loop.
-
-    corners: of the drive that the kernel follows; slow: whether all bristles may be on slow manifolds, so that no step
-    need be implicit; of lanes side by side some are, beside implicit steps
-    """
+def _before(
+    layout: Layout, observer: tuple[str, ...], follows_drive: bool = True, side_by_side: bool = False
+) -> tuple[str, ...]:
+    """The modules before those of the loop."""
     steps = ("step.explicit",)
-    if slow:
+    if layout.slow and not side_by_side:  # all bristles may be on manifolds, so that no step need be implicit
         steps = ("step.linear_system", "step.slow_manifold", "step.manifold_choice")
     elif layout.stiff and not layout.tangent:
         steps = ("step.linear_system", "step.implicit", "step.method_choice")
@@ -123,7 +126,7 @@ def _before(layout: Layout, observer: tuple[str, ...], corners: bool, slow: bool
         *observer,
         *(("events.law_branches",) if layout.switches else ()),
         *(("events.decision",) if layout.several else ()),
-        *(("events.corners",) if corners else ()),
+        *(("events.corners",) if layout.corners and follows_drive else ()),
         *(("events.tangents",) if layout.tangent else ()),
     )
 
@@ -149,9 +152,9 @@ class Outline:
 def outline(text: str) -> Outline:
     """The outline of a text."""
     top = symtable.symtable(text, "<kernel>", "exec")
-    heads = [table for table in top.get_children() if isinstance(table, symtable.Function)]
-    functions = {table.get_name(): table.get_parameters() for table in heads if not table.get_name().startswith("<")}
-    names = [table.get_name() for table in heads if table.get_name() in functions]
+    heads = [table for table in top.get_children() if f"def {table.get_name()}(" in text]  # no comprehensions
+    functions = {table.get_name(): table.get_parameters() for table in heads if isinstance(table, symtable.Function)}
+    names = [table.get_name() for table in heads]
     assigned = (symbol for symbol in top.get_symbols() if symbol.is_assigned() and not symbol.is_namespace())
     names += [symbol.get_name() for symbol in assigned]
     needs: dict[str, str] = {}
@@ -345,40 +348,31 @@ def digest(*records: Any) -> str:
 
     A drive's corners are left out: they say how a table follows from the parameters, which is no part of a kernel.
     """
-    digest = _Digest()
-    words = [digest.words_of(record) for record in records]
-    nodes = [graph.nodes[: last + 1] for graph, last in digest.graphs.values()]
-    modules = [_text_hash(module) for module in sorted(digest.modules)]
-    return hashlib.sha256(repr((words, nodes, modules)).encode()).hexdigest()
+    graphs: dict[int, tuple[Graph, int]] = {}  # in the order met, each with its last node that is needed
+    modules: set[str] = set()  # of the classes
 
-
-class _Digest:
-    """What records say, in words that are the same in every process.
-
-    graphs: each graph that they stand on, in the order met, and its last node that is needed; modules: of their classes
-    """
-
-    def __init__(self):
-        self.graphs: dict[int, tuple[Graph, int]] = {}
-        self.modules: set[str] = set()
-
-    def words_of(self, value: Any) -> Any:
-        """What a value says."""
+    def words_of(value: Any) -> Any:
+        """What a value says, in words that are the same in every process."""
         if isinstance(value, Expression):
-            graph, last = self.graphs.get(id(value.graph), (value.graph, -1))
-            self.graphs[id(value.graph)] = graph, max(last, value.index)
-            return "node", list(self.graphs).index(id(graph)), value.index
+            graph, last = graphs.get(id(value.graph), (value.graph, -1))
+            graphs[id(value.graph)] = graph, max(last, value.index)
+            return "node", list(graphs).index(id(graph)), value.index
         if isinstance(value, (tuple, list)):
-            return [self.words_of(item) for item in value]
+            return [words_of(item) for item in value]
         if isinstance(value, Mapping):
-            return [(name, self.words_of(item)) for name, item in value.items()]
+            return [(name, words_of(item)) for name, item in value.items()]
         if dataclasses.is_dataclass(value):
-            self.modules.add(type(value).__module__)
+            modules.add(type(value).__module__)
             fields = (field.name for field in dataclasses.fields(value) if field.name not in ("graph", "corners"))
-            return type(value).__name__, [(name, self.words_of(getattr(value, name))) for name in fields]
+            return type(value).__name__, [(name, words_of(getattr(value, name))) for name in fields]
         if value is None or isinstance(value, (str, bool, int, float)):
             return value
         raise TypeError(f"{type(value).__name__} has no digest")
+
+    words = [words_of(record) for record in records]
+    nodes = [graph.nodes[: last + 1] for graph, last in graphs.values()]
+    texts = [_text_hash(module) for module in sorted(modules)]
+    return hashlib.sha256(repr((words, nodes, texts)).encode()).hexdigest()
 
 
 @functools.cache

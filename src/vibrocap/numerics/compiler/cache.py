@@ -184,7 +184,7 @@ def _evict(newest: pathlib.Path) -> None:
                 status = entry.stat(follow_symlinks=False)
                 if not stat.S_ISREG(status.st_mode):
                     continue
-                if _ON_ITS_WAY.fullmatch(entry.name) and _is_old(status):
+                if _ON_ITS_WAY.fullmatch(entry.name) and time.time() - status.st_mtime > ABANDONED:
                     os.unlink(entry.path)
                 elif _KERNEL.fullmatch(entry.name):
                     files.append((status.st_mtime, status.st_size, entry.path))
@@ -196,10 +196,6 @@ def _evict(newest: pathlib.Path) -> None:
             with contextlib.suppress(OSError):
                 os.unlink(path)
                 total -= size
-
-
-def _is_old(status: os.stat_result) -> bool:
-    return time.time() - status.st_mtime > ABANDONED
 
 
 @contextlib.contextmanager

@@ -20,7 +20,7 @@ from vibrocap.numerics.kernel.codes import BEYOND_BOUND, BOUND_REACHED, FIRST_SW
 from vibrocap.numerics.kernel.events.contact import DOUBT, jumped
 from vibrocap.numerics.kernel.events.transitions import too_many_events
 from vibrocap.numerics.kernel.generated import *
-from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points, write_state
+from vibrocap.numerics.kernel.step.taylor import series_state, series_value, taylor_step, through_points, write_state
 
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -157,8 +157,7 @@ def way_out(floats, lane, c):
 
 
 def guards_at(floats, lane, s, out):
-    for i in range(STATES):
-        floats[WORK + i] = series_value(floats, lane.row[i], s)
+    series_state(floats, lane, s, WORK)
     switches(floats, lane.time + s, WORK, lane, out)
 
 

@@ -23,7 +23,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import (
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, FUNCTIONS_PER_CONTACT
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import shared
-from vibrocap.numerics.kernel.step.taylor import series_value
+from vibrocap.numerics.kernel.step.taylor import series_state, series_value
 
 # Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).
 POINTS = 6
@@ -68,8 +68,7 @@ def look(floats, ints, lane, s, out):
     The acceleration of a contact is the slope of its state as computed, so that R dv has no area where R depends on v
     alone; and of what its velocity is ahead of that state, where that is imposed.
     """
-    for i in range(STATES):
-        floats[INSTANT + i] = series_value(floats, lane.row[i], s)
+    series_state(floats, lane, s, INSTANT)
     hook.consistent_state(floats, ints, lane, s, INSTANT)
     integrands(floats, lane.time + s, INSTANT, lane, out)
     for c in range(CONTACTS):

@@ -6,7 +6,7 @@ from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import alone
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.observe.one_instant import INSTANT, OBSERVED, take_sizes, write_observed
-from vibrocap.numerics.kernel.step.taylor import series_value
+from vibrocap.numerics.kernel.step.taylor import series_state
 
 
 def begin(floats, ints, trace, out):
@@ -49,8 +49,7 @@ def look_at(floats, ints, trace, share, out):
     What depends on the law's forces is asked at a state consistent with the slopes, see `linear_system.py`.
     """
     s = share * alone.step
-    for i in range(STATES):
-        floats[INSTANT + i] = series_value(floats, alone.row[i], s)
+    series_state(floats, 0, s, INSTANT)
     write_observed(floats, ints, trace, s, out)
 
 
@@ -79,8 +78,7 @@ def look_along(floats, ints, trace, pieces):
         first, last = last, times + int(trace[ends + p])
         for at in range(first, last):
             s = trace[at]
-            for i in range(STATES):
-                floats[INSTANT + i] = series_value(floats, alone.row[i], s)
+            series_state(floats, 0, s, INSTANT)
             if bound > 0.0:
                 trace[at + instants] = left_of_equations(floats, ints, s, bound)
             else:

@@ -8,7 +8,7 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.arithmetic.roots import CELLS, later_terms, may_turn, turn_in_cell
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.observe.accumulators import FIT, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
-from vibrocap.numerics.kernel.step.taylor import series_value
+from vibrocap.numerics.kernel.step.taylor import series_state
 
 
 def watch_load(floats, ints, lane, h):
@@ -48,7 +48,6 @@ def look_at_load(floats, ints, lane, w, h):
 
 def reaction_at(floats, ints, lane, w, s):
     """A true load at time s of the piece."""
-    for i in range(STATES):
-        floats[INSTANT + i] = series_value(floats, lane.row[i], s)
+    series_state(floats, lane, s, INSTANT)
     hook.consistent_state(floats, ints, lane, s, INSTANT)
     return reaction(floats, lane.time + s, INSTANT, w, lane)

@@ -113,7 +113,9 @@ def begin_window(floats, ints, lane):
     for i in range(INTEGRANDS - SUMMED):
         lane.peak[CONTACTS + i] = -HUGE
     lane.asymmetry = HUGE
-    begin_phases(floats, lane)
+    for c in range(CONTACTS):
+        lane.phase_side[c] = NO_SIDE
+        lane.letter_count[c] = NOT_SPELLING
 
 
 def asymmetry(floats, lane, s):
@@ -132,13 +134,6 @@ def asymmetry(floats, lane, s):
 
 NO_SIDE = 2.0  # before the first phase
 NOT_SPELLING = -1.0  # count of letters before the last period
-
-
-def begin_phases(floats, lane):
-    """The window begins."""
-    for c in range(CONTACTS):
-        lane.phase_side[c] = NO_SIDE
-        lane.letter_count[c] = NOT_SPELLING
 
 
 def begin_sequence(floats, lane):

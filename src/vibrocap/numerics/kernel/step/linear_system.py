@@ -27,12 +27,16 @@ RATE = POINT + STATES
 REFERENCE = RATE + STATES  # of velocities at imposed distances: number of the one that is followed, then all of them
 
 
-def factorise(floats):
-    """LU decomposition of the matrix in the work space, in place, without pivoting.
+def factorise(floats, inverse):
+    """Write inverse - J to the matrix in the work space, and its LU decomposition in its place, without pivoting.
 
     1/(gamma h) dominates the diagonal for the steps that the error control takes; a vanishing pivot shows as a stage
     that is not finite, and the step is refused.
     """
+    for i in range(STATES):
+        for j in range(STATES):
+            floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
+        floats[MATRIX + i * STATES + i] += inverse
     for j in range(STATES):
         pivot = 1.0 / floats[MATRIX + j * STATES + j]
         for i in range(j + 1, STATES):
@@ -80,7 +84,9 @@ def fit_to_slopes(floats, lane, s, point):
                 before = side * contact_velocity(floats, time, point, c, lane)
                 after = side * contact_velocity(floats, time, POINT, c, lane)
                 if after < 0.0:
-                    keep_share(floats, point, share_to_rest(before, after))
+                    share = INSIDE * before / (before - after) if before > 0.0 else 0.0  # of the way, up to rest
+                    for j in range(STATES):
+                        floats[POINT + j] = floats[point + j] + share * (floats[POINT + j] - floats[point + j])
     for i in range(STATES):
         distance = max(distance, abs(floats[POINT + i] - floats[point + i]) / lane.scale[i])
     if not (distance <= reach):
@@ -88,17 +94,6 @@ def fit_to_slopes(floats, lane, s, point):
     for i in range(STATES):
         floats[point + i] = floats[POINT + i]
     return distance
-
-
-def share_to_rest(before, after):
-    """Share of the way from a speed to one beyond rest that is left."""
-    return INSIDE * before / (before - after) if before > 0.0 else 0.0
-
-
-def keep_share(floats, point, share):
-    """Go only so much of the way from floats[point:point + STATES] to POINT."""
-    for i in range(STATES):
-        floats[POINT + i] = floats[point + i] + share * (floats[POINT + i] - floats[point + i])
 
 
 def newton_step(floats, lane, s, time, inverse, point):
@@ -111,10 +106,7 @@ def newton_step(floats, lane, s, time, inverse, point):
         change = floats[POINT + i] - floats[point + i]
         floats[STAGE + i] = floats[RATE + i] - polynomial_slope(floats, row, LANES, ORDER, s) - change * inverse
         largest = max(largest, abs(floats[STAGE + i]) / (inverse * lane.scale[i]))
-        for j in range(STATES):
-            floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
-        floats[MATRIX + i * STATES + i] += inverse
-    factorise(floats)
+    factorise(floats, inverse)
     solve(floats, STAGE)
     for i in range(STATES):
         if not (abs(floats[STAGE + i]) <= HUGE):

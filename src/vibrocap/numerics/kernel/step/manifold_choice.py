@@ -63,7 +63,10 @@ def manifold_step(floats, ints):
 
 def lasts(floats, h):
     """Whether a step of length h sees all of the law, and no contact on a manifold can turn."""
-    return slides_last(floats, h) and resolved_for_long(floats, h)
+    last = True
+    for m in range(MANIFOLDS):
+        last = last and (alone.slow[m] == 0.0 or slide_lasts_on(floats, m, h))
+    return last and resolved_for_long(floats, h)
 
 
 def resolved_for_long(floats, h):
@@ -192,14 +195,6 @@ def fastest_decay(floats):
         if alone.slow[m] > 0.0:
             fastest = max(fastest, alone.own_decay[m])
     return fastest
-
-
-def slides_last(floats, h):
-    """Whether no contact that is on a manifold may turn within a step of length h."""
-    last = True
-    for m in range(MANIFOLDS):
-        last = last and (alone.slow[m] == 0.0 or slide_lasts_on(floats, m, h))
-    return last
 
 
 def slide_lasts_on(floats, m, h):

@@ -268,6 +268,12 @@ def series_value(floats, row, s):
     return floats[row] + s * (other + s * one)
 
 
+def series_state(floats, lane, s, out):
+    """Write the state at time s of the present series to floats[out:out + STATES]."""
+    for i in range(STATES):
+        floats[out + i] = series_value(floats, lane.row[i], s)
+
+
 def through_points(floats, row, first, stride, h):
     """Write the series of degree 4 through five values at even distances along a step, from floats[first] on."""
     v0, v1, v2 = floats[first], floats[first + stride], floats[first + 2 * stride]
