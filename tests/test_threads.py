@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from vibrocap.numerics.run.threads import share
+from vibrocap.numerics.run.ensemble import share
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])

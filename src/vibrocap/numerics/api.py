@@ -27,14 +27,13 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
-    from vibrocap.numerics.run.ensemble import device, ensemble_run
+    from vibrocap.numerics.run.ensemble import available_threads, device, ensemble_run
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import PieceSeries, RunResults
     from vibrocap.numerics.run.stepper import StepperKernel, StepperMemory, stepper_kernel
     from vibrocap.numerics.run.stored_motion import StoredMotion
     from vibrocap.numerics.run.stroboscope import Stroboscope
-    from vibrocap.numerics.run.threads import available_threads
 
 __all__ = [
     "DEFECT_BOUND",

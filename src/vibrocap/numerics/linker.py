@@ -49,7 +49,7 @@ class Recipe:
 COMMON = ("arithmetic.roots", "events.transitions", "step.taylor", "step.stabilised", "step.resolved")
 RECORDING, MEASURING = ("observe.record",), ("observe.accumulators", "observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
-MOVING = ("events.contact", "loop.start", "loop.one_step")
+MOVING = ("events.contact", "loop.one_step")
 SIMD = ("step.slow_manifold", "loop.side_by_side", "loop.simd_step")
 LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),

@@ -131,13 +131,6 @@ def frozen_lines(names: Sequence[str]) -> list[str]:
     return [f"{name} = floats[FROZEN + {name[1:]}]" for name in names]
 
 
-def frozen_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
-    """`freeze`: what depends on parameters and side only, once from turn to turn."""
-    writer = ScalarWriter(equations.graph, OF_LAW | {"parameter": "floats[PARAMETER + {}]"})
-    values = [Expression(equations.graph, index) for index in frozen]
-    return function_source("freeze(floats, side)", writer.stores(values, "FROZEN"))
-
-
 def force_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`force`: of the states at a place of the memory."""
     writer = DrivenWriter(equations, frozen)
@@ -157,17 +150,6 @@ def guard_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     return function_source("least_guard(floats, at, v, w, side)", [*lines, "return least, which"])
 
 
-def switch_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
-    """`switch`: the states at a place of the memory become those after a guard has fallen."""
-    bodies = [_moved(equations, frozen, states) for states in equations.after_switch]
-    return branch_source("switch(floats, at, which, v, w, side)", "which", bodies)
-
-
-def reversal_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
-    """`reverse`: the states at a place of the memory become those after the contact has turned to `side`."""
-    return function_source("reverse(floats, at, w, side)", _moved(equations, frozen, equations.after_reversal))
-
-
 def _moved(equations: DrivenEquations, frozen: dict[int, str], states: Sequence[Expression]) -> list[str]:
     """Lines that put other states to `at`."""
     writer = DrivenWriter(equations, frozen)
@@ -181,14 +163,14 @@ Entries = set[tuple[int, int]]
 def driven_source(equations: DrivenEquations) -> tuple[DrivenLayout, str]:
     """(layout, source) of everything that `driven_generated.py` promises."""
     frozen: dict[int, str] = {}
-    functions = [
-        *step_source(equations, frozen),
-        force_source(equations, frozen),
-        guard_source(equations, frozen),
-        switch_source(equations, frozen),
-        reversal_source(equations, frozen),
-        frozen_source(equations, frozen),
-    ]
+    functions = [*step_source(equations, frozen), force_source(equations, frozen), guard_source(equations, frozen)]
+    switched = [_moved(equations, frozen, states) for states in equations.after_switch]
+    functions.append(branch_source("switch(floats, at, which, v, w, side)", "which", switched))
+    turned = _moved(equations, frozen, equations.after_reversal)
+    functions.append(function_source("reverse(floats, at, w, side)", turned))
+    writer = ScalarWriter(equations.graph, OF_LAW | {"parameter": "floats[PARAMETER + {}]"})
+    values = [Expression(equations.graph, index) for index in frozen]  # of all functions above
+    functions.append(function_source("freeze(floats, side)", writer.stores(values, "FROZEN")))
     layout = DrivenLayout(equations.states, len(equations.parameter_names), len(frozen))
     constants = {
         "STATES": equations.states,

@@ -41,7 +41,9 @@ class Forms:
             op, *operands = self.graph.nodes[index]
             if op == "time":
                 degree = 1
-            elif self.graph.is_constant_in_time(index) or self._is_switched(op, operands):
+            elif (op == "state" and self.rates[operands[0]].value == 0.0) or self.graph.is_constant_in_time(
+                index
+            ):  # it changes at events only
                 degree = 0
             elif op in ("add", "sub", "neg"):
                 degree = max(self.degree(i) for i in operands)
@@ -53,10 +55,6 @@ class Forms:
                 degree = FREE
             self._degrees[index] = degree
         return self._degrees[index]
-
-    def _is_switched(self, op: str, operands: list) -> bool:
-        """Whether a node is a state that changes at events only."""
-        return op == "state" and self.rates[operands[0]].value == 0.0
 
     def multiple(self, index: int) -> tuple[Expression, int]:
         """(factor, base): the node is factor * base with a constant factor, drawn out of products too."""

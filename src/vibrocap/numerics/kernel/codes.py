@@ -1,7 +1,7 @@
 """The numbers by which a kernel says things: why a run ended, kinds of event, groups of measures, modes."""
 
 # What a lane is doing, or why it stopped.
-BEGINNING = -1  # what it begins with stands in memory, see `loop/start.py`
+BEGINNING = -1  # what it begins with stands in memory, see `loop/one_step.py`
 RUNNING = 0
 DONE = 1
 TRACE_FULL = 2

@@ -122,7 +122,7 @@ def prepared_memory(layout: Layout, budget: Budget, **entries: Any) -> tuple[np.
     """(floats, ints) of lanes that are about to run: what the budget says, and these entries by name.
 
     A number goes to every lane, several numbers to the one lane that there is. All that follows from states,
-    parameters, natural sizes, time and period the kernel itself begins (`loop/start.py`).
+    parameters, natural sizes, time and period the kernel itself begins (`loop/one_step.py`).
     """
     floats, ints = layout.allocated()
     entries["TOLERANCE"] = budget.tolerance

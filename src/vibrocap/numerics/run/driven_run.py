@@ -12,7 +12,7 @@ from vibrocap.numerics.codegen.driven_source import DrivenEquations, DrivenLayou
 from vibrocap.numerics.codegen.resolution import visible_speed
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.linker import DRIVEN, compiled_kernel, linked_source, plain_kernel
-from vibrocap.numerics.run.threads import available_threads, share
+from vibrocap.numerics.run.ensemble import available_threads, share
 
 LEAP = 0.25  # of its natural size: the most by which a state changes in a step where a sharp function of it could hide
 STEPS_PER_SAMPLE = 1000  # on average: the limit of the steps of a run

@@ -5,9 +5,10 @@ On this processor, or on a device that another package brings. Such a package ha
 (`ensemble_source`, loop "portable").
 """
 
+import concurrent.futures
 import dataclasses
 import functools
-import importlib.metadata
+import os
 import threading
 from collections.abc import Callable, Mapping
 
@@ -23,7 +24,31 @@ from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
 from vibrocap.numerics.linker import Linked, ensemble_recipe, kept_kernel, linked_source, plain_kernel
 from vibrocap.numerics.run.budget import COMPILED, NO_TABLES, Budget, EnsembleStart, Form, prepared_memory
 from vibrocap.numerics.run.results import RunResults
-from vibrocap.numerics.run.threads import available_threads, share
+
+
+def available_threads() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def share(work: Callable[[threading.Event], None], workers: int) -> None:
+    """Call `work(stop)` on so many threads at once, this one among them, and return when all have ended.
+
+    stop: set as soon as this thread is interrupted or its work has failed; work that sees it set returns early
+    What a thread raises is raised here.
+    """
+    stop = threading.Event()
+    if workers == 1:
+        return work(stop)
+    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+        others = [pool.submit(work, stop) for _ in range(workers - 1)]
+        try:
+            work(stop)
+            for other in others:
+                other.result()
+        finally:
+            stop.set()
+
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
 RETURN_MARKS = 256  # of a cycle of 62 returns
@@ -186,6 +211,8 @@ def device(name: str) -> Device:
     """
     if name == "cpu":
         return PROCESSOR
+    import importlib.metadata  # only here: most runs need none
+
     brought = {entry_point.name: entry_point for entry_point in importlib.metadata.entry_points(group=GROUP)}
     if name not in brought:
         known = ", ".join(["cpu", *sorted(brought)])

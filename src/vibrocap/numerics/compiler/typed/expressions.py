@@ -137,7 +137,8 @@ class Expressions(Values):
             op, right = node.ops[i], node.comparators[i]
             if isinstance(op, (ast.In, ast.NotIn)):
                 outcome = self._within(node, left, right)
-                return outcome if isinstance(op, ast.In) else self._negated(outcome)
+                opposite = self._folded(ast.Not(), outcome) or nodes.Unary(BOOL, "Not", outcome)
+                return outcome if isinstance(op, ast.In) else opposite
             before, behind = left, self.value(right)
             if i + 1 < len(node.ops):
                 left = behind = self.shared(behind)
@@ -172,9 +173,6 @@ class Expressions(Values):
         if not asked:
             return nodes.Number(BOOL, constant=False)
         return asked[0] if len(asked) == 1 else nodes.Within(BOOL, asked)
-
-    def _negated(self, value: Typed) -> Typed:
-        return self._folded(ast.Not(), value) or nodes.Unary(BOOL, "Not", value)
 
     def _of_BoolOp(self, node: ast.BoolOp) -> Typed:
         parts = [functools.partial(self._choice, part) for part in node.values]

@@ -1,4 +1,4 @@
-"""The loops: how a motion begins on a lane (`start`), one step with its first event (`one_step`), from step to step,
+"""The loops: how a motion begins on a lane, and one step with its first event (`one_step`), from step to step,
 from run to run.
 
 Lanes are taken one after another (`one_by_one`) or all at once (`simd_step`, `side_by_side`); a lane that has ended its

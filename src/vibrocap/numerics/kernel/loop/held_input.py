@@ -10,7 +10,7 @@ from vibrocap.numerics.kernel.codes import DONE, RUNNING
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import stepper
-from vibrocap.numerics.kernel.loop.start import start_sides
+from vibrocap.numerics.kernel.loop.one_step import start_sides
 from vibrocap.numerics.kernel.loop.stepper import count_event, go_on
 from vibrocap.numerics.kernel.step.resolved import forget
 

@@ -3,8 +3,7 @@
 from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import BEGINNING, RUNNING, TOO_MANY_STEPS, TRACE_FULL
 from vibrocap.numerics.kernel.lane import every_lane
-from vibrocap.numerics.kernel.loop.one_step import step
-from vibrocap.numerics.kernel.loop.start import start_lane
+from vibrocap.numerics.kernel.loop.one_step import start_lane, step
 
 
 def advance(floats, ints, trace, rounds):

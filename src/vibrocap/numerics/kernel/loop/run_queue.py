@@ -7,7 +7,7 @@ from vibrocap.numerics.kernel import hook
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import every_lane, shared
-from vibrocap.numerics.kernel.loop.start import start_lane
+from vibrocap.numerics.kernel.loop.one_step import start_lane
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 
 ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before

@@ -12,7 +12,7 @@ from vibrocap.numerics.kernel.codes import GRAZE, MACHINE_SWITCHED, RUNNING, SWI
 from vibrocap.numerics.kernel.events.transitions import change_of_side
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import stepper
-from vibrocap.numerics.kernel.loop.start import start_lane
+from vibrocap.numerics.kernel.loop.one_step import start_lane
 from vibrocap.numerics.kernel.observe.one_instant import INSTANT, take_sizes, write_observed, write_table
 
 
