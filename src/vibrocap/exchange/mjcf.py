@@ -17,9 +17,9 @@ from vibrocap.case.case import Case
 from vibrocap.files import write_text
 from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.motion.simulate import initial_state
-from vibrocap.physics.bodies import Body, Mechanism
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.mechanics.pictures import Body, Mechanism
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 

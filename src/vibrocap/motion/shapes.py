@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.motion.recording.recorded_machine import recorded_scene
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import evaluated
-from vibrocap.physics.bodies import Shape
+from vibrocap.physics.mechanics.pictures import Shape
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from typing import Any
 
 from vibrocap.motion.recording.equations import equations, put_on_segment, with_symbols
 from vibrocap.numerics.expressions.graph import Expression, Graph
-from vibrocap.physics.bodies import Shape
 from vibrocap.physics.dimensions.scales import SIScales
+from vibrocap.physics.mechanics.pictures import Shape
 from vibrocap.physics.system import System
 
 FAR = 1e300  # a bound that is none

@@ -2,10 +2,10 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.bodies import Shape
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Stop, coordinate
+from vibrocap.physics.mechanics.pictures import Shape
 
 NARROWEST, LOWEST = 0.3, 0.2  # distance at which the bodies meet, and height at which the mass lies on them
 WIDEST = 2.0 * (1.0 - LOWEST * LOWEST) ** 0.5

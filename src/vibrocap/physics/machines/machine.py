@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
 
-from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import (
     STANDARD_GRAVITY_M_PER_S2,
     FreeScales,
@@ -18,6 +17,7 @@ from vibrocap.physics.dimensions.scales import (
 )
 from vibrocap.physics.mechanics.forms import Derived, Described, SwitchEvents, cyclic_place, result, units_of_states
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
+from vibrocap.physics.mechanics.pictures import Body, Link, Mechanism, Shape
 from vibrocap.physics.mechanics.stops import stopped
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters  # noqa: F401

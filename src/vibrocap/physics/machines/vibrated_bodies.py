@@ -2,11 +2,11 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.bodies import Shape
 from vibrocap.physics.dimensions.scales import WeightScales
 from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Point, Spring, Support, coordinate
+from vibrocap.physics.mechanics.pictures import Shape
 
 
 @parameters
