@@ -68,10 +68,9 @@ class PerformanceBound(Result):
 def performance_bounds(system: System) -> tuple[PerformanceBound, ...]:
     """The known bounds of a system under any drive.
 
-    Cost of transport: while contact i slides, friction takes at least R_i |v_i| of power, R_i being its least force at
-    any speed; over a period all bodies travel by D, so that the drive gives at least the sum of R_i |D|, with
-    equality only where no body slides back and each slides with its least friction. It holds for set-valued laws under
-    constant loads on level ground that does not move, where no force pulls from outside; drag and dampers only add.
+    Cost of transport: a sliding contact i takes at least R_i |v_i| of power, R_i being its least friction at any speed;
+    over a period all bodies travel by D, so that the drive gives at least the sum of R_i |D|. It holds for set-valued
+    laws under constant loads on level ground that does not move, where no force pulls from outside.
 
     Mean velocity: of a body with an inner mass whose stroke L is imposed, mu = m/(M + m) and isotropic Coulomb friction
     that slows both masses together by k, sqrt(mu k L/2), for motions whose common centre of mass stops once in each

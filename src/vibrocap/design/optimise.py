@@ -54,24 +54,20 @@ class OptimumStatus(Advised):
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Optimum(Result):
-    """The best design of a search.
+    """The best design of a search, in the units that the paths and the measure have in the results of the system.
 
-    Values, limits and slopes are in the units that the paths and the measure have in the results of the system.
-    status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
+    status: `OptimumStatus`; with anything but FOUND `design`, `value` and `orbit` are None
     design: values by path, or by name, as they were given; value: of the measure `measure`, in `unit`; its size where a
-        twin travels the other way, else with its sign; maximised: whether it was to be large; scale: what one
-        dimensionless unit is in `unit`
+        twin travels the other way; maximised: whether it was to be large; scale: one dimensionless unit in `unit`
     orbit: its steady motion, closed to rounding, with its multipliers
     constraints: values of the constrained measures, by constraint
     limits: active limits by name; slopes: d(value)/d(variable) below and above it
     reached_from: the numbers of the starts from which its runs settle to this motion
-    attractors: attractors of starts spread over the states at this design; attractor: index of its own motion, None
-        where no start led to it
+    attractors: of starts spread over the states at this design; attractor: index of its own, None where none led to it
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: better candidates that do not win, each with the reason
-    nearest: without an allowed design, the nearest one and its violations; else None
-    under: statistic of the uncertain samples, "worst", "mean" or "cvar", and the share of them whose orbit is stable;
-        None where nothing is uncertain
+    nearest: without an allowed design, the nearest one and its violations
+    under: statistic of the uncertain samples, and the share of them whose orbit is stable
     population: every design that was evaluated
     """
 

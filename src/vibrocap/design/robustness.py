@@ -38,16 +38,14 @@ class SobolIndex(NamedTuple):
 class Robustness(Result):
     """What becomes of a measure where some quantities are uncertain.
 
-    measure, unit; nominal: of the system itself, NaN where its run is not to be trusted; of a measure of travel all
-    values are along the nominal direction, where there is one
+    nominal: of the system itself, NaN where its run is not to be trusted; of a measure of travel all values are along
+        the nominal direction, where there is one
     nominal_doubt: why the nominal run has no value or no direction: a status, "not settled" or "no travel"; else empty
-    values: [samples] of the measure; `failed_as` for failed runs, NaN for unsettled ones
-    parameters: [samples] by path
-    mean, deviation, quantiles; worst: the worst sample; tail_mean: the mean of the worst tenth, the conditional value
-        at risk (Rockafellar and Uryasev 2000); all over the samples that have a value
-    failed: share of the samples whose run failed (it lifts off, for instance), by status; not_settled: share of those
-        that had not settled; wrong_way: share that travels against the nominal direction by more than its residue
-        (`motion.trust`), None of other measures and without a nominal direction
+    values: [samples] of the measure; `failed_as` for failed runs, NaN for unsettled ones; parameters: [samples] by path
+    tail_mean: the mean of the worst tenth, the conditional value at risk (Rockafellar and Uryasev 2000); as mean,
+        deviation, quantiles and worst over the samples that have a value
+    failed: share of the samples whose run failed, by status; not_settled: share of those that had not settled;
+    wrong_way: share that travels against the nominal direction by more than its residue (`motion.trust`), or None
     failed_as: value of a failed run in the numbers above: 0 of travel, else NaN, which they exclude
     first_order, total: Sobol indices by quantity, the share of the variance that it alone explains, and that would
         vanish if all others were known (Saltelli 2010), each with a 95 % interval (value, low, high); None where any

@@ -68,12 +68,12 @@ def fit(
     records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not fitted;
         their first tenth gives the contact's initial state and parameters `by_record`, the rest judges.
     law: an instance (its values are the first start and the values of what is held), a class or a name (then the data
-        suggest the start). free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least
-        1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
-    A law that contains others (`Law.special_cases`) starts from the best of each, too, and one with `bounds` from
-    the best without them, so that neither ends in a worse minimum than those.
-    starts: local searches, from random points (seed) around a start made from the data; they are
-        drafted on thinned records and the best draft is polished on all samples.
+        suggest the start). A law that contains others (`Law.special_cases`) starts from the best of each, too, and one
+        with `bounds` from the best without them, so that neither ends in a worse minimum than those.
+    free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least 1, over the Coulomb
+        level; whole exponents and conventions are held unless named in `free`.
+    starts: local searches, from random points (seed) around a start made from the data, drafted on thinned records; the
+        best is polished on all samples.
     loss: linear, or soft_l1, huber, cauchy, arctan, which outliers pull less; loss_scale: error from which it bends,
         over the record's unit (by default one and a half robust deviations of a linear draft's errors).
     weights: "power": the unit of a record is the standard deviation of its force, so that each record counts the same
@@ -87,17 +87,14 @@ def fit(
         "gain", the factor of the force sensor, by record (that of the first is 1) or with a prior.
     by_record: parameters and terms with a value in each record. along: {parameter or term: condition} of those that
         change in proportion to a number of the record, one of its `conditions` (a temperature, a time) or "load".
-    priors: {name: (mean, standard deviation)} of parameters and terms; a summary reports where they outweigh or
-        contradict the data.
+    priors: {name: (mean, standard deviation)} of parameters and terms.
     start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
     intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
     progress: True for a bar, or a function that is called with the share that is done.
 
-    Returns a `Fit`; where all starts fail its status says so and its law is None. The same input gives the same
-    numbers.
-    Raises ValueError for input that makes no sense: unknown names (with the nearest), bounds reversed, nothing free,
-    fewer samples than parameters, unusable records.
+    Returns a `Fit`; where all starts fail its status says so and its law is None. Raises ValueError for unknown names
+    (with the nearest), bounds reversed, nothing free, fewer samples than parameters, unusable records.
     """
     begin = clock.perf_counter()
     settings = Settings(starts, loss, loss_scale, intervals, seed)

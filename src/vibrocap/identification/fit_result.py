@@ -207,13 +207,13 @@ class Fit(Result):
     law: with the fitted parameters, ready for a case; None where every start failed (`status` says why)
     parameters: of the law, searched ones and held ones; nuisances: of the measurement (offset, mass, states at start)
     records: results by record, the held-out ones last
-    relative_rmse: over all fitted records together, root mean square error over the standard deviation of the force;
-    held_out_relative_rmse: the same over the held-out ones, NaN where there are none
-    samples, effective_samples: number of samples, and of independent ones (see `uncertainty`)
-    cost, unit: least cost and its unit s^2 (see `uncertainty`)
+    relative_rmse, held_out_relative_rmse: over all fitted records together, and over the held-out ones (NaN where there
+        are none), root mean square error over the standard deviation of the force
+    samples, effective_samples: number of samples, and of independent ones; cost, unit: least cost and its unit s^2 (see
+        `uncertainty`)
     starts: where the search began and ended; seconds: time it took; options: how the fit was asked for
     limits: at which parameters stand, those of the search included; they open intervals that they would hold closed
-    residuals: what the errors tell: whether they are noise, and if not, what is wrong with the data or the law
+    residuals: whether the errors are noise, and if not, what is wrong with the data or the law
     problem: what was minimised, for profiles, bootstraps and designs that start from here
 
     Two fits are equal if all of this is but the time they took and `problem`, which the other fields follow from.

@@ -110,8 +110,7 @@ def relaxation_distance(samples: Samples, steps: Sequence[Step]) -> float:
     after = samples.time > step.time
     time, force = samples.time[after], samples.force[after]
     width = min(max(len(force) // 400, 1), len(force) // 2)
-    smooth = np.convolve(force, np.ones(width) / width, mode="valid")
-    change = np.abs(smooth - np.median(force))
+    change = np.abs(np.convolve(force, np.ones(width) / width, mode="valid") - np.median(force))
     top = int(np.argmax(change[: max(len(change) // 2, 1)]))
     below = np.flatnonzero(change[top:] < change[top] / 3)
     span = time[top + below[0]] - step.time if len(below) else 0.1 * (time[-1] - step.time)
@@ -262,9 +261,8 @@ def spring_fit(
 ) -> Fit:
     """Fit rate-and-state friction to a step of the sliding velocity: a, b, D_c, level and the machine's spring.
 
-    What such a machine imposes and measures is the motion of the load point. The contact lags behind it by the elastic
-    shortening of machine and rock, F/k; a law driven by the load point's velocity would see a jump in a that the
-    contact never made. So the contact is pulled through a spring, whose stiffness is searched along with the law.
+    Such a machine imposes and measures the motion of the load point. The contact lags behind it by the elastic
+    shortening of machine and rock, F/k. So it is pulled through a spring, whose stiffness is searched with the law.
 
     record: friction force (or coefficient, for a load of 1) and displacement of the load point, sliding one way
     law: a law with one internal state, rate-and-state-ageing or rate-and-state-slip; its reference velocity is the

@@ -53,8 +53,8 @@ def closed_cycle(
 ) -> Cycle | None:
     """The cycle of a law under levels of velocity held for the given durations, from a guess of its internal states.
 
-    The internal states follow by SciPy's LSODA at 1e-10; those in which the cycle closes by repetition, then by
-    Newton's method on the map over one period. None where it does not close, or is not finite.
+    They follow by SciPy's LSODA at 1e-10; those in which the cycle closes by repetition, then by Newton's method on the
+    map over one period. None where it does not close, or is not finite.
 
     levels, durations [levels]   start, scales [states]: the guess, and the natural size of each internal state
     """

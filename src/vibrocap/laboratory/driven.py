@@ -204,12 +204,10 @@ def driven_force(
 
     time: [n], strictly increasing, even or not [1, or s]      velocity: [n] [1, or m/s]
     load: normal load N, a number or [n], linear between the samples; 1 for a law whose coefficients are forces in N
-    internal: [k] states at the first sample, 0 by default
-    tolerance: error per step over the natural size of a state
+    internal: [k] states at the first sample, 0 by default; tolerance: error per step over the natural size of a state
 
-    At rest the force of a set-valued law is whatever balances the contact, which an imposed motion does not tell:
-    given is the force of the side of the last motion at vanishing speed, and 0 before the first motion. The friction
-    of the other laws at v = 0 is on the side of the last motion, or of the first where there was none yet.
+    At rest the force of a set-valued law is whatever balances the contact: given is that of the side of the last motion
+    at vanishing speed, and 0 before the first motion. Other laws are on the side of the last motion, or of the first.
     Raises ValueError for what is not such an input. A run that cannot be completed says so in `status`.
     """
     motion = imposed_motion(law, time, velocity, load, tolerance)

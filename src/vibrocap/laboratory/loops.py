@@ -130,19 +130,18 @@ def creep(
     """The drift of a block under the force F + h cos(omega t), which stays below break-away.
 
     A real contact stays where it is; some laws creep, a little in every cycle, since their bristles slip a little at
-    any force (LuGre does; Dupont et al. 2002 made the elasto-plastic law so that it does not).
-
-    LuGre at a constant level Fc, g = Fc/sigma0, without damping, between the least and the largest force a Fc and b Fc:
-    loading takes dx = dxi/(1 - xi/g), unloading dx = dxi/(1 + xi/g), so that a cycle drifts by
+    any force (LuGre does; the elasto-plastic law of Dupont et al. 2002 does not). LuGre at a constant level Fc,
+    g = Fc/sigma0, without damping, between the least and the largest force a Fc and b Fc: loading takes
+    dx = dxi/(1 - xi/g), unloading dx = dxi/(1 + xi/g), so that a cycle drifts by
 
         g ln[(1 - a^2)/(1 - b^2)]
 
     bias, amplitude: F and h, by default 0.12 and 0.08 of the break-away force      cycles: of the force
 
-    The block is so light that its natural frequency on the contact is 100 omega, and a damper beside it lets it follow
-    the force without ringing (critically damped): the contact feels the force but for some thousandth of h. A
-    rate-and-state contact ages until its velocity is lost in rounding: the record then ends early, and says so. Raises
-    ValueError for numbers that are none, and RuntimeError where not even four cycles can be completed.
+    The block is so light that its natural frequency on the contact is 100 omega, and critically damped: the contact
+    feels the force but for some thousandth of h. A rate-and-state contact ages until its velocity is lost in rounding:
+    the record then ends early, and says so. Raises ValueError for numbers that are none, and RuntimeError where not
+    even four cycles can be completed.
     """
     check_numbers(load=load)
     check_whole("cycles", cycles, 1)

@@ -2,8 +2,7 @@
 
 Chatter is a velocity that switches so quickly that the internal states stand still. At a frozen internal state z,
 shares tau_i of the time at velocities v_i keep it there if sum tau_i z'(v_i, z) = 0, and the contact takes the mean
-power sum tau_i R(v_i, z) v_i. If that can be negative, the law creates energy: the limit of real cycles of ever shorter
-period. The shares solve a linear programme.
+power sum tau_i R(v_i, z) v_i. If that can be negative (a linear programme), the law creates energy.
 
 With one internal state this is all there is to know: any cycle passes every z as often up as down, so the energy of a
 cycle is a sum of such pairs (necessary and sufficient; for LuGre the theorem of Barabanov and Ortega 2000, that
@@ -217,16 +216,13 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
     """Whether a law can create energy with these parameters.
 
     A contact is passive if no cycle that ends as it began (internal states included) gives energy: the integral of R v
-    over it is never negative. Where the law is not proven passive, a cycle that does give energy is sought, first among
-    velocities that switch infinitely fast (`chatter`; with one internal state that decides), then, for laws with
-    several internal states or with pieces, among cycles of a few levels. What is found is made a real cycle of finite
-    period and measured.
+    over it is never negative. Where the law is not proven passive, a cycle that gives energy is sought, first among
+    velocities that switch infinitely fast (chatter; with one internal state that decides), then, for laws with several
+    internal states or with pieces, among cycles of a few levels. It is made one of finite period and measured.
 
     fastest: the largest speed that the contact meets; by default four decades above the law's own speed. The worst
         cycle within it is returned; by default the one within twice the least speed needed.
-
-    The natural storage function may lose less than nothing locally although no cycle gives energy: `least_loss` says
-    where. Raises ValueError for a load or a speed that is no positive number.
+    Raises ValueError for a load or a speed that is no positive number.
     """
     recorded = recorded_law(law, load)
     if fastest is not None:

@@ -73,10 +73,9 @@ def break_away(
     """Break-away force against loading rate (Canudas de Wit et al. 1995, section IV and Fig. 4).
 
     A mass at rest is pulled by the force q t. It yields elastically at first; then velocity rises sharply, and friction
-    falls. The break-away force is the largest friction force until then: the first maximum after which friction falls.
-    (The applied force is larger at that instant, by what accelerates the mass.) A law that knows only velocity lets go
-    at one force; with bristles it falls with the rate, since bristles that are stretched quickly have no time to follow
-    the Stribeck drop.
+    falls. The break-away force is the first maximum of friction after which it falls; the applied force is larger by
+    what accelerates the mass. A law that knows only velocity lets go at one force; with bristles it falls with the
+    rate, since bristles that are stretched quickly have no time to follow the Stribeck drop.
 
     rates: of the force, per unit of time; by default 0.003 to 1 of the rate at which the contact yields with the speed
         over which its friction changes (`contact_sizes`)
@@ -201,9 +200,8 @@ def stick_slip_test(
     stiffness, speed: of the spring and of its pulled end; mass: of the block; load: on the contact
     cycles: for about how many the test lasts (each as long as loading the spring and swinging back)
 
-    While the spring is loaded a block on bristles creeps at about k/K of the speed, where K is the stiffness of the
-    contact. So the block sticks where a set-valued law holds it; with other laws where it is slower than a tenth of the
-    speed.
+    The block sticks where a set-valued law holds it; on bristles it creeps at about k/K of the speed, where K is the
+    stiffness of the contact, so with other laws it sticks where it is slower than a tenth of the speed.
     Raises ValueError for what is not a positive number, and RuntimeError where the motion cannot be completed.
     """
     check_numbers(stiffness=stiffness, speed=speed, mass=mass, load=load)

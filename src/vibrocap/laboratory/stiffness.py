@@ -26,7 +26,6 @@ NEAR_REST = 1e-9  # of the law's own speed: where slopes at rest are taken
 class StiffnessReport:
     """Time scales of a law, at speeds [n] of steady sliding and at rest. Rates are per unit of time.
 
-    kind: of the law ("set-valued", "kinked", "smooth")
     internal: steady internal states [n, states]; NaN where the law comes to none
     eigenvalues: of dz'/dz there [n, continuous states], complex: how internal states relax at that speed
     relaxation_rate: the quickest of them in size [n], 0 without internal states; relaxation_time: its inverse;
@@ -35,11 +34,11 @@ class StiffnessReport:
         the law has none; contact_damping: dR/dv there (for a smooth or smoothed law its slope at rest)
     mass: that slides on the contact, or None; the rest is for it, NaN without:
     natural_frequency, damping_ratio: of presliding, sqrt(k/m) and c/(2 sqrt(k m))
-    growth_rate: of the least steady slope, -dR/dv/m, the rate at which steady sliding becomes unstable if the slope is
-        all that counts (0: no slope is negative); growth_speed: there
+    growth_rate: -dR/dv/m of the least steady slope, at which steady sliding becomes unstable if the slope is all that
+        counts (0: no slope is negative); growth_speed: there
     sliding_eigenvalues: of mass and internal states together, about steady sliding [n, 1 + continuous states]
-    fastest_rate: the largest size of any eigenvalue [n] of the above
-    explicit_step: the longest stable step of the classical Runge-Kutta method [n], 2.785/fastest_rate
+    fastest_rate: the largest size of any eigenvalue [n]; explicit_step: the longest stable step of the classical
+        Runge-Kutta method [n], 2.785/fastest_rate
     """
 
     law: Law

@@ -235,10 +235,9 @@ def noise_level(force: np.ndarray, window: int = 1) -> float:
     """Standard deviation of the noise that a running mean over `window` samples leaves, unit of the record.
 
     Third differences of the means of neighbouring blocks take out level, slope and bend; their median, unlike their
-    mean square, does not see slips and spikes. The variance of F[i] - 3 F[i-1] + 3 F[i-2] - F[i-3] is 20 sigma^2. The
-    block means tell directly what noise with correlated neighbours (a filtered record) leaves. A coarsely digitised
-    record repeats values: its noise is at least that of rounding, quantum/sqrt(12). Limit: noise that is slower than
-    the window is not told from the force.
+    mean square, does not see slips and spikes. The variance of F[i] - 3 F[i-1] + 3 F[i-2] - F[i-3] is 20 sigma^2. A
+    coarsely digitised record repeats values: its noise is at least that of rounding, quantum/sqrt(12). Limit: noise
+    that is slower than the window is not told from the force.
     """
     blocks = force[: len(force) // window * window].reshape(-1, window).mean(axis=1)
     spread = float(np.median(np.abs(np.diff(blocks, 3)))) / (0.674490 * 20.0**0.5) if len(blocks) > 3 else 0.0

@@ -157,11 +157,11 @@ class Regime:
         "steady": no fluctuation above the noise, or one without a period;
         "slow oscillation": a regular one, slower than inertia explains and without stick phases, driven from elsewhere
     reason: the same in a sentence, with the numbers
-    typical_period: median time between tops [s];  irregularity: standard deviation of these times over their mean
+    typical_period: median time between tops [s], or where only some falls stand above the noise that of the spectrum
+        (`from_spectrum`);  irregularity: standard deviation of these times over their mean
     inertial_period: 2 pi sqrt(m/k) [s];  period_ratio: typical_period over it; None where mass or stiffness is unknown
-    stick_fraction: share of the time in stick phases;  rise_fraction: share in which the force rises
+    stick_fraction, rise_fraction: shares of the time in stick phases, and in which the force rises
     stick_bend: how far from straight the force is in stick phases, over the mean fall
-    from_spectrum: typical_period is that of the spectrum, since only some falls stand above the noise
     """
 
     name: str
@@ -187,9 +187,7 @@ def regime(
 ) -> Regime:
     """What kind of motion phases and turning points [s] show; see `Regime` for what decides.
 
-    clearness: mean fall over the least that is significant. Where falls barely are, or the correlation repeats as the
-    spectrum does, and their intervals are far longer than the period of the spectrum, most falls were missed: then the
-    spectrum tells the period.
+    clearness: mean fall over the least that is significant. Where most falls were missed, the spectrum tells the period
     """
     if len(tops) < 3:
         few = "no fall of the force stands" if not len(tops) else f"only {len(tops)} falls of the force stand"

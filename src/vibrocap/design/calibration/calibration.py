@@ -26,7 +26,6 @@ from vibrocap.identification.inference.uncertainty import inverse
 from vibrocap.measures.of_measure import MeasuresInUnits
 from vibrocap.motion.simulate import initial_state
 from vibrocap.motion.trust import NOT_SETTLED
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import NumberAtPath
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
@@ -184,10 +183,8 @@ def calibrate(
     Returns a `Calibration`. Raises CaseError with every complaint about system, table and over, before any work.
     """
     complaints = Complaints()
-    case = asked_case(system, settle, complaints, seed=(seed, 0))
+    case = asked_case(system, settle, complaints, driven=True, seed=(seed, 0))
     system = case.system
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
     measured = read_table(table, system, complaints)
     space = design_space(system, over, complaints)
     for path in space.require_numbers(complaints):
@@ -286,13 +283,11 @@ def _parameter(
     ends = [_end(model, shares, sign * half * covariance[:, k] / deviation, k) for sign in (-1.0, 1.0)]
     low, high = (float(space.design(end)[path]) for end, _ in ends)
     open_low, open_high = (cut or not 0.0 < end[k] < 1.0 for end, cut in ends)
+    verdict = verdict_within(low, high, open_low or share < CLOSE, open_high or share > 1.0 - CLOSE)
     if np.sqrt(np.mean(slopes[:, k] ** 2)) < 1e-9:
         verdict = Verdict.NO_EFFECT
     elif doubted and not (open_low and open_high):
         verdict = doubted
-    else:
-        at_bounds = (open_low or share < CLOSE, open_high or share > 1.0 - CLOSE)
-        verdict = verdict_within(low, high, *at_bounds)
     return CalibratedParameter(path, value, low, high, error, verdict)
 
 

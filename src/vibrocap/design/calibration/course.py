@@ -12,8 +12,15 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaints, suggestion
 from vibrocap.design.search.variables import DesignSpace, design_space
-from vibrocap.identification.problem.coordinates import LOAD, condition_among, own_name, slope_name
-from vibrocap.identification.problem.prediction import LARGEST_GAIN, LATEST, LATEST_SHARE
+from vibrocap.identification.problem.coordinates import (
+    LOAD,
+    check_differing,
+    condition_among,
+    condition_range,
+    own_name,
+    slope_name,
+)
+from vibrocap.identification.problem.prediction import LARGEST_GAIN, latest
 from vibrocap.motion.simulate import initial_state
 from vibrocap.physics.dimensions.units import state_keys, state_units
 from vibrocap.physics.drives.table import DriveTable
@@ -236,22 +243,14 @@ def unknowns(
     conditions, slopes = {}, []
     with complaints.collected():
         for name in (*by_record, *along):
-            argument = "along" if name in along else "by_record"
             names = [unknown.path for unknown in ranges]
-            if name not in names:
-                raise ArgumentError(argument, f"{name!r} is not searched; {suggestion(name, names)}")
-            if name in by_record and (name in along or list(by_record).count(name) > 1):
-                raise ArgumentError(argument, f"{name} is named twice")
-            if len(courses) < 2:
-                raise ArgumentError(argument, "needs several records to fit")
+            check_differing(name, names, by_record, along, len(courses))
             if name in along:
                 of_records = [condition_among(course.conditions, along[name], course.name) for course in courses]
-                half = 0.5 * (max(of_records) - min(of_records))
-                if not half > 0.0:
-                    raise ArgumentError(argument, f"{along[name]} is the same in all records")
+                middle, half = condition_range(along[name], of_records)
                 own = ranges[names.index(name)]
                 reach = (own.high - own.low) / half
-                conditions[name] = along[name], float(np.mean(of_records))
+                conditions[name] = along[name], middle
                 slopes.append(Range(slope_name(name, along[name]), -reach, reach))
     of_records = tuple(by_record), conditions, tuple(slopes), courses[0].name
     return Unknowns(space, tuple(ranges), *of_records, force, time)
@@ -264,6 +263,5 @@ def _range(name: str, courses: Sequence[Course], force: float, time: float) -> R
     if name == "offset":
         largest = force * max(float(np.max(np.abs(course.force))) for course in courses)
         return Range(name, -largest, largest)
-    interval = float(np.median(np.concatenate([np.diff(course.time) for course in courses])))
-    reach = time * max(LATEST * interval, LATEST_SHARE * min(float(course.time[-1]) for course in courses))
+    reach = time * latest([course.time for course in courses])[1]
     return Range(name, -reach, reach)

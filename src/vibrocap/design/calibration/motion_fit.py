@@ -43,20 +43,18 @@ class MotionFit(Calibrated):
 
     system: with the parameters found, and the drive of the case; predict: the quantity compared, in `unit`
     parameters: with their 95 % intervals and verdicts; correlation: [p, p] of them
-    held_out: names of the records that the fit has not seen; of such a record the first tenth finds its start alone,
-        and what it says of errors is of the rest
+    held_out: names of the records that the fit has not seen; the first tenth of one finds its start alone, and what the
+        result says of errors is of the rest
     measured, predicted, band: [samples] by record; of a new measurement 95 % lie within predicted +- band
     rms: root mean square error by record; relative: over the standard deviation of the measurement, 1 for a constant
     noise_ratio: errors over the noise of the samples, from second differences
-    growth: largest factor by which a change of the start grows in a record
-    segments: of each record in the search, each with a start of its own that the one before meets; 1 where none were
-        needed
+    growth: largest factor by which a change of the start grows in a record; segments: of each record, each with a
+        start of its own that the one before meets
     pulls: standard deviations by which data and priors disagree, by parameter, where that is no chance
     starts: initial states by record, of the case without units
-    not_trusted: why the motion of a record is not to be trusted, by the record's name: it does not reach the end of the
-        record, or is not certified. Nothing is said of its errors then, and of no parameter if it was fitted
-    converged: whether the search has settled; problem: the problem that `posterior` samples, None where motions are not
-        trusted
+    not_trusted: why the motion of a record is not to be trusted, by its name. Nothing is said of its errors then,
+        and of no parameter if it was fitted
+    converged: whether the search has settled; problem: what `posterior` samples, None where motions are not trusted
     """
 
     system: System

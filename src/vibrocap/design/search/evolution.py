@@ -1,10 +1,9 @@
 """The global search: differential evolution of whole populations, begun with Sobol points and restarted, and its store.
 
 Most designs of a vibro-driven capsule do not travel, or lift off: their costs are a plateau, on which covariances learn
-nothing. Differential evolution (Storn and Price 1997) compares designs only, so it does not mind; but it converges to
-one place, so it is begun again with other points until the evaluations are used up. The best designs often stand on
-bounds. SciPy draws what steps over a bound anew between the bounds, so that few of a population ever come near one;
-therefore the search extends a little beyond them, and the design is that at the bound.
+nothing. Differential evolution (Storn and Price 1997) compares designs only; as it converges to one place, it is begun
+again with other points until the evaluations are used up. The best designs often stand on bounds, and SciPy draws what
+steps over a bound anew between the bounds; so the search extends a little beyond them, with the design at the bound.
 
 A search is deterministic, so it is resumed by going through it again: populations that are stored are read, the others
 are run. The bytes are the same as those of a search that nothing interrupted.

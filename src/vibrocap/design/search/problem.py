@@ -165,10 +165,13 @@ def goal_of(
     return Goal(name, maximise, constraints, size), tuple(dict.fromkeys(asked))
 
 
-def asked_case(system: System | Case, settle: Any, complaints: Complaints, **counts: tuple[Any, int]) -> Case:
+def asked_case(
+    system: System | Case, settle: Any, complaints: Complaints, driven: bool = False, **counts: tuple[Any, int]
+) -> Case:
     """The case of a question about settled motions; complaints are added.
 
-    counts: further arguments by name, each with its value and the least whole number that it may be
+    driven: whether something has to drive it; counts: further arguments by name, each with its value and the least
+    whole number that it may be
     """
     case = system if isinstance(system, Case) else Case(system)
     for name, (value, least) in counts.items():
@@ -176,6 +179,8 @@ def asked_case(system: System | Case, settle: Any, complaints: Complaints, **cou
             check_whole(name, value, least)
     if not is_positive(settle):
         complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
+    if driven and not is_driven(case.system):
+        complaints.add("system", "should have a drive that changes in time")
     return case
 
 
@@ -294,10 +299,8 @@ def stated_problem(
     Raises CaseError with every complaint, before any work.
     """
     complaints = Complaints()
-    case = asked_case(system, settle, complaints, **counts)
+    case = asked_case(system, settle, complaints, driven=True, **counts)
     system = case.system
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
     all_starts = [case.initial] if starts is None else list(starts)
     if not all_starts:
         complaints.add("starts", "should hold at least one start")

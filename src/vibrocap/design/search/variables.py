@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, check_one_of, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.names import split_path
@@ -96,9 +96,7 @@ class DesignSpace:
                 raise ValueError(f"should give {variable.path}")
             value = design[variable.path]
             if isinstance(variable, Column):
-                if value not in variable.values:
-                    known = ", ".join(map(str, variable.values))
-                    raise ArgumentError(variable.path, f"should be one of {known}, got {shown(value)}")
+                check_one_of(variable.path, value, variable.values)
                 point[i] = (variable.values.index(value) + 0.5) / len(variable.values)
                 continue
             if not (is_number(value) and variable.low <= value <= variable.high):
@@ -137,7 +135,10 @@ class DesignSpace:
 
     def record(self) -> dict[str, Any]:
         """The variables by path, in the words in which they can be given again, and what is made of them."""
-        words = {variable.path: _words(variable) for variable in self.variables}
+        words: dict[str, Any] = {}
+        for x in self.variables:
+            kind = "log:" if isinstance(x, Range) and x.logarithmic else ""
+            words[x.path] = f"{kind}{x.low!r}:{x.high!r}" if isinstance(x, Range) else list(x.values)
         if self.through is None:
             return words
         ends = self.values(np.linspace(0.0, 1.0, 3)[:, None] * np.ones(len(self.variables)))
@@ -169,12 +170,6 @@ def refusal_among(system: System, columns: Mapping[str, np.ndarray]) -> tuple[st
 def _first(values: Mapping[str, np.ndarray]) -> dict[str, float | str]:
     """The first of each column."""
     return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
-
-
-def _words(variable: Range | Column) -> Any:
-    if isinstance(variable, Column):
-        return list(variable.values)
-    return f"{'log:' if variable.logarithmic else ''}{variable.low!r}:{variable.high!r}"
 
 
 def _choice(variable: Column, share: np.ndarray) -> np.ndarray:
@@ -219,10 +214,10 @@ def design_space(
     if len(complaints) == begun:
         if again := twice(every, system):
             complaints.add(again[0], f"is the same quantity as {again[1]}; give it once")
-        words = [path for paths in tied.values() for path in paths if not is_number(system.parameter(path))]
-        complaints += [Complaint(path, "has no number of its own that a factor multiplies") for path in words]
-        words = [variable.path for variable in variables if tied and isinstance(variable, Column) and variable.is_text]
-        complaints += [Complaint(path, "should be numbers beside a factor") for path in words]
+        for path in (path for paths in tied.values() for path in paths if not is_number(system.parameter(path))):
+            complaints.add(path, "has no number of its own that a factor multiplies")
+        for text in (x for x in variables if tied and isinstance(x, Column) and x.is_text):
+            complaints.add(text.path, "should be numbers beside a factor")
     if len(complaints) == begun:
         space = DesignSpace(space.variables, _factors(system, tied)) if tied else space
         complaints += _end_complaints(system, space)
@@ -250,11 +245,9 @@ def _factors(system: System, tied: Mapping[str, Sequence[str]]) -> Callable[...,
 
 def _function_complaints(system: System, space: DesignSpace) -> list[str]:
     """What is wrong with variables of one's own and with the function that makes parameters of them."""
-    wrong = [variable.path for variable in space.variables if not variable.path.isidentifier()]
-    if wrong:
+    if wrong := [x.path for x in space.variables if not x.path.isidentifier()]:
         return [Complaint(wrong[0], "should be a name, an argument of the function `through`")]
-    words = [variable.path for variable in space.variables if isinstance(variable, Column) and variable.is_text]
-    if words:
+    if words := [x.path for x in space.variables if isinstance(x, Column) and x.is_text]:
         return [Complaint(words[0], "should be numbers, as the function `through` takes them")]
     return through_complaints(system, space.paths, lambda: space.values(np.full((1, len(space.variables)), 0.5)))
 
@@ -270,14 +263,10 @@ def _end_complaints(system: System, space: DesignSpace) -> list[str]:
     """What parts refuse at the ends of single ranges; a part that compares its fields is asked design by design."""
     complaints: list[str] = []
     for variable in space.variables:
-        parts = [system.parts.get(split_path(path.strip())[0]) for path in variable.path.split(",")]
-        if isinstance(variable, Range) and not any(map(_compares, parts)):
+        parts: list[Any] = [system.parts.get(split_path(path.strip())[0]) for path in variable.path.split(",")]
+        comparing = (type(x).__pydantic_decorators__.model_validators or hasattr(x, "__post_init__") for x in parts)
+        if isinstance(variable, Range) and None not in parts and not any(comparing):
             ends = [{variable.path: end} for end in (variable.low, variable.high)]
             ends = [end if space.through is None else space.through(**end) for end in ends]
             complaints += [complaint for end in ends for complaint in refusal(system, end)][:1]
     return complaints
-
-
-def _compares(part: Any) -> bool:
-    """Whether a part compares its fields with one another."""
-    return part is None or bool(type(part).__pydantic_decorators__.model_validators) or hasattr(part, "__post_init__")

@@ -247,15 +247,19 @@ def experiment_design(
     driven = [(motion, information) for motion, information in informations if information is not None]
     if not driven:
         raise ArgumentError("candidates", f"{base.name} can be driven through none of them")
-    rated = sorted((_rated(m, names, known, i, criterion) for m, i in driven), key=lambda experiment: -experiment.gain)
-    best_motions, so_far = [], known
+
+    def rated(before: np.ndarray) -> list[tuple[RatedMotion, np.ndarray]]:  # the best first
+        pairs = [(_rated(motion, names, before, more, criterion), more) for motion, more in driven]
+        return sorted(pairs, key=lambda pair: -pair[0].gain)
+
+    chosen, so_far = [], known
     for _ in range(min(experiments, len(driven))):
-        best = max(((_rated(m, names, so_far, i, criterion), i) for m, i in driven), key=lambda pair: pair[0].gain)
-        best_motions.append(best[0])
-        so_far = so_far + best[1]
+        (best, more), *_ = rated(so_far)
+        chosen.append(best)
+        so_far = so_far + more
     before, after = _deviations(names, known), _deviations(names, so_far)
-    sentences = _sentences(base, names, best_motions, before, after)
-    return ExperimentDesign(names, criterion, tuple(best_motions), tuple(rated), before, after, sentences)
+    sentences, alone = _sentences(base, names, chosen, before, after), tuple(motion for motion, _ in rated(known))
+    return ExperimentDesign(names, criterion, tuple(chosen), alone, before, after, sentences)
 
 
 def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tuple[str, ...]:
@@ -318,11 +322,11 @@ def _deviations(names: Sequence[str], information: np.ndarray) -> dict[str, floa
 def _sentences(
     law: Law,
     names: Sequence[str],
-    best_motions: Sequence[RatedMotion],
+    chosen: Sequence[RatedMotion],
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> tuple[str, ...]:
-    sentences = [f"{m.motion.name} determines {', '.join(m.determines)}." for m in best_motions if m.determines]
+    sentences = [f"{m.motion.name} determines {', '.join(m.determines)}." for m in chosen if m.determines]
     still = [name for name in names if after[name] >= LOOSE]
     if still:
         others = "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)

@@ -18,14 +18,13 @@ FEWEST = 2.0  # degrees of freedom that an interval has at least
 class Uncertainty:
     """How far a cost may rise, and parameters may be off, by chance.
 
-    Errors of real records are correlated: neighbouring samples say the same. What counts is how the contributions
-    psi_i = (J^T J)^-1 J_i e_i of the samples to a parameter's estimate are correlated: with their correlation time
-    tau = 1 + 2 sum_k rho_k, the variance of the estimate is tau times that of independent errors. (A mean error that
-    pushes no parameter does not count; records that want different values of a parameter do.) Where few samples
-    determine a parameter, their own errors are fitted away; so tau is also taken as for stationary errors,
-    1 + 2 sum_k rho_k(e) c_k, with the correlations c of the parameter's leverage J (J^T J)^-1, and the larger counts.
-    Errors that are larger in some samples than in others, at high speed for instance, count where they have leverage
-    (the covariance is the sandwich of White 1980): both factors together are the inflation.
+    Neighbouring errors are correlated. With the correlation time tau = 1 + 2 sum_k rho_k of the contributions
+    psi_i = (J^T J)^-1 J_i e_i of the samples to a parameter's estimate, its variance is tau times that of independent
+    errors. (A mean error that pushes no parameter does not count; records that want different values of a parameter
+    do.) Where few samples determine a parameter, their own errors are fitted away; so tau is also taken as for
+    stationary errors, 1 + 2 sum_k rho_k(e) c_k, with the correlations c of the leverage J (J^T J)^-1, and the larger
+    counts. Errors that are larger in some samples than in others count where they have leverage (the covariance is the
+    sandwich of White 1980): both factors together are the inflation.
 
     unit: s^2 = sum psi^2/(n - p) / mean psi', the cost by which -2 log(likelihood) changes by 2 for independent errors
         (psi: derivative of the loss; for squares s^2 = sum e^2/(n - p)).

@@ -36,9 +36,8 @@ class Coordinate:
     the starts. step: change of u for differences; a coarse one for a law whose force is not smooth in a parameter;
     jumps: whether it is this one (a gap moves the instants at which a joint closes). whose: who sets the ends of the
     range of u: "law" (zero, the order of two levels), "search" (this package) or "given".
-    nuisance: whether it is a parameter of the measurement and not of the law; meaning, unit: of such a one. base: the
-    parameter whose value in one `record` it is, or whose change with a `condition`; state: that of the contact at the
-    first sample of its record.
+    nuisance: whether it is of the measurement, not of the law; meaning, unit: of such a one. base: the parameter whose
+    value in one `record` it is, or whose change with a `condition`; state: of the contact, at the record's start.
     """
 
     name: str
@@ -270,13 +269,7 @@ def differing_parameters(
     """
     differing, more = [], []
     for name in (*sorted(by_record, key=lambda name: [*space.names, name].index(name)), *along):
-        argument = "along" if name in along else "by_record"
-        if name not in space.names:
-            raise ArgumentError(argument, f"{name!r} is not searched; {suggestion(name, space.names)}")
-        if name in by_record and (name in along or list(by_record).count(name) > 1):
-            raise ArgumentError(argument, f"{name} is named twice")
-        if len(records) < 2:
-            raise ArgumentError(argument, "needs several records to fit")
+        check_differing(name, space.names, by_record, along, len(records))
         one, begin = space.coordinates[space.names.index(name)], float(start[space.names.index(name)])
         others = [other.name for other in space.coordinates if other.partner == name]
         followers = tuple(other for other in others if other not in by_record and other not in along)
@@ -286,17 +279,35 @@ def differing_parameters(
                 partner = own_name(one.partner, record.name) if one.partner in by_record else one.partner
                 more.append(dataclasses.replace(in_one_record(one, record.name, begin), partner=partner))
             continue
-        conditions = [condition_of(record, along[name]) for record in records]
-        half = 0.5 * (max(conditions) - min(conditions))
-        if not half > 0.0:
-            raise ArgumentError(argument, f"{along[name]} is the same in all records")
+        middle, half = condition_range(along[name], [condition_of(record, along[name]) for record in records])
         size = max(abs(float(space.values(start)[space.names.index(name)])), one.scale if one.form != "log" else 0.0)
-        differing.append(Differing(name, one.low, one.high, along[name], float(np.mean(conditions)), followers))
+        differing.append(Differing(name, one.low, one.high, along[name], middle, followers))
         reach, slope = STEEPEST * size / half, slope_name(name, along[name])
         of: dict[str, Any] = {"nuisance": True, "base": name, "condition": along[name]}
         of |= {"meaning": one.meaning, "unit": one.unit}
         more.append(Coordinate(slope, "linear", -reach, reach, scale=0.1 * size / half, spread=0.0, **of))
     return tuple(differing), tuple(more)
+
+
+def check_differing(
+    name: str, searched: Sequence[str], by_record: Sequence[str], along: Mapping[str, str], records: int
+) -> None:
+    """ArgumentError for a parameter that cannot differ between so many records."""
+    argument = "along" if name in along else "by_record"
+    if name not in searched:
+        raise ArgumentError(argument, f"{name!r} is not searched; {suggestion(name, searched)}")
+    if name in by_record and (name in along or list(by_record).count(name) > 1):
+        raise ArgumentError(argument, f"{name} is named twice")
+    if records < 2:
+        raise ArgumentError(argument, "needs several records to fit")
+
+
+def condition_range(name: str, of_records: Sequence[float]) -> tuple[float, float]:
+    """(mean of a condition, half of its range), or ArgumentError where it is the same in all records."""
+    half = 0.5 * (max(of_records) - min(of_records))
+    if not half > 0.0:
+        raise ArgumentError("along", f"{name} is the same in all records")
+    return float(np.mean(of_records)), half
 
 
 def in_one_record(coordinate: Coordinate, record: str, start: float) -> Coordinate:

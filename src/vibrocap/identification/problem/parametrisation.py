@@ -34,8 +34,8 @@ class Role:
 
     share: the likely value over the natural size, the product of the data's scales that has the role's dimension.
     decades: how many powers of ten a start may be away from it.
-    low, high: range that physics leaves, over the natural size (a search beyond them finds nothing that is measurable);
-        a parameter that may be zero is searched down to zero, and on a linear scale below `low`.
+    low, high: range over the natural size beyond which nothing is measurable; a parameter that may be zero is searched
+        down to zero, and on a linear scale below `low`.
     experiment: what determines the parameter, in words that follow "... would determine it".
     fitted: whether it is free unless asked for otherwise.
     """

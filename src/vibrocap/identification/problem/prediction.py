@@ -31,8 +31,8 @@ class Prediction:
     The normal force is measured like the force and is late with it already.
 
     template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
-    nuisances: `TERMS`, `BESIDE` and the internal states at the first samples over their natural sizes
-    (`internal_scales`). units [records] N: error that counts as 1, of a record or of each of its samples.
+    nuisances: `TERMS`, `BESIDE` and the internal states at the first samples over their natural sizes.
+    units [records] N: error that counts as 1, of a record or of each of its samples.
     """
 
     template: Law
@@ -213,10 +213,15 @@ def _late(column: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
     return np.interp(time - delay, time, column) if delay else column
 
 
+def latest(times: Sequence[np.ndarray]) -> tuple[float, float]:
+    """(usual interval between samples of records, time by which a force may be late or early)."""
+    interval = float(np.median(np.concatenate([np.diff(time) for time in times])))
+    return interval, max(LATEST * interval, LATEST_SHARE * min(float(time[-1]) for time in times))
+
+
 def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     """The time by which the force is late behind the motion."""
-    interval = float(np.median(np.concatenate([np.diff(record.time) for record in records])))
-    reach = max(LATEST * interval, LATEST_SHARE * min(float(record.time[-1]) for record in records))
+    interval, reach = latest([record.time for record in records])
     # samples are joined by straight lines, which a fine step would see
     of: dict[str, Any] = {"scale": interval, "spread": 0.0, "step": LATE_STEP, "nuisance": True}
     of |= {"meaning": "time by which the force is late behind the motion", "unit": "s"}

@@ -88,27 +88,26 @@ def read_records(
 ) -> list[Record]:
     """The measured records in a file, or in several: force with velocity, displacement or both.
 
-    `columns` names the quantity of a column; else the usual names give it (t, time_s, F, force [kN], x,
-    displacement_mm, v, vel_m_per_s, torque [N m], angle_deg, ...) and each record's `notes` list the guesses. A unit
+    `columns` names the quantity of a column; else the usual names give it (t, time_s, F, force [kN], x, v,
+    displacement_mm, vel_m_per_s, torque [N m], angle_deg, ...) and each record's `notes` list the guesses. A unit
     comes from `units`, else from the heading or a line of units under it; an unreadable one is refused. Without a unit
     SI is assumed and listed in `guessed_units`.
 
     path: .csv, .txt, .tsv, .dat, .xlsx, .json, .npz or .mat, or a list of such
     columns: quantity -> name of its column (or its place, counted from 0), for instance {"force": "F1"}; the quantities
         are time, force, velocity, displacement, acceleration, normal_force, and of a contact that turns torque,
-        angular_velocity, angle, angular_acceleration; "record" names the column of a text file with the record of each
-        row
-    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}; with a number the size of a column's
-        unit, {"force": "35.15 N"} for a sensor in volts, {"velocity": "-1 m/s"} for a reversed one
+        angular_velocity, angle, angular_acceleration; "record" names the column of a text file with the record of a row
+    units: quantity -> unit, for instance {"force": "kN"}; with a number the size of a column's unit,
+        {"force": "35.15 N"} for a sensor in volts, {"velocity": "-1 m/s"} for a reversed one
     name: of the record, where there is one [default: the file's name, or the record's name in it]
     dt, sampling_rate: s or Hz, where there is no column of time
     normal_force: N, where there is no such column; a friction coefficient is multiplied by it
     area: m^2, for forces given as stresses
 
     Several records in one file: text with a column "record", a workbook with several sheets; in JSON, NPZ and MAT see
-    `vibrocap.records.reading.arrays`. Where samples are missing a record is cut (`vibrocap.records.reading.readers`).
-    Returns the records in the order of the file. Raises RecordError with every complaint, with lines where the file has
-    them; FileNotFoundError. Warns with RecordWarning where a unit looks wrong and where samples are missing.
+    `vibrocap.records.reading.arrays`. Where samples are missing a record is cut (`whole_stretches`). Raises RecordError
+    with every complaint, with lines where the file has them; FileNotFoundError. Warns with RecordWarning where a unit
+    looks wrong and where samples are missing.
     """
     for field, mapping, wanted in (("columns", columns, "{'force': 'F'}"), ("units", units, "{'force': 'kN'}")):
         if mapping is not None and not isinstance(mapping, Mapping):
