@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.design.calibration.calibration import CalibratedParameter
 from vibrocap.design.calibration.course import segments
-from vibrocap.design.calibration.record_model import RecordModel, divided
+from vibrocap.design.calibration.record_model import RecordModel
 from vibrocap.design.calibration.table_model import soft
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.identification.inference.identifiability import Verdict, verdict_within
@@ -50,7 +50,8 @@ def sensitive_segments(model: RecordModel, seed: int) -> int:
 
 def in_segments(model: RecordModel, count: int) -> RecordModel:
     """The model with each record in so many segments."""
-    return divided(model, (part for course in model.courses for part in segments(course, model.predict, count)))
+    parts = [part for course in model.courses for part in segments(course, model.predict, count)]
+    return RecordModel(model.predict, model.unknowns, parts, model.tolerance, model.threads)
 
 
 def searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
@@ -78,12 +79,11 @@ def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.
     shortest = min(len(course.measured) for course in model.courses)
     stages, settled = WEIGHTS if model.divided else HORIZONS, False
     for k, (stage, kept, most) in enumerate(stages):
-        share = 1.0 if model.divided else stage
-        if share * shortest < FEWEST and share < 1.0:
-            continue
         if model.divided:
             model.weight = stage
-        counts = model.counts(share)
+        elif stage * shortest < FEWEST and stage < 1.0:
+            continue
+        counts = model.counts(1.0 if model.divided else stage)
         costs = [float(np.sum(soft(model.residuals(point, counts)))) for point in points]
         ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
         ends.sort(key=lambda end: end.cost)
@@ -91,15 +91,6 @@ def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.
         if report:
             report((k + 1) / len(stages))
     return points[0], settled
-
-
-def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """(points [parameters, SCANNED, coordinates] along each parameter over its range, sums of squares there)."""
-    points = np.tile(point, (model.many, SCANNED, 1))
-    for k in range(model.many):
-        points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
-    squares = [model.squares(row, counts) for row in points.reshape(-1, len(point))]
-    return points, np.reshape(squares, (model.many, SCANNED))
 
 
 def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[float, np.ndarray]:
@@ -110,10 +101,14 @@ def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) 
     """
     least = model.squares(point, counts)
     for _ in range(0 if model.divided else PASSES):
-        points, squares = _scan(model, point, counts)
+        points = np.tile(point, (model.many, SCANNED, 1))
+        for k in range(model.many):
+            points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
+        points = points.reshape(-1, len(point))
+        squares = [model.squares(row, counts) for row in points]
         if np.min(squares) >= least - _alike(model, least, counts):
             break
-        end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
+        end = model.refined(points[np.argmin(squares)], counts, HORIZONS[-1][-1])
         least, point = 2.0 * float(end.cost), end.x
     return least, point
 
@@ -166,7 +161,7 @@ def parameter_within(
     likely: list[np.ndarray] = []
     for sign in (-1.0, 1.0):
         linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
-        refused = _refused(model, np.where(alone > 0.0, linear, point))
+        refused = model.refuses(np.where(alone > 0.0, linear, point))
         ends = [_reach(model, k, point, sign * along, error, limit) for along in (alone, joint)]
         likely += [end for _, end in ends]
         shares = [float(point[k]) + sign * reach for reach, _ in ends]
@@ -180,27 +175,23 @@ def parameter_within(
     return CalibratedParameter(path, value, least, most, error, verdict), likely
 
 
-def _refused(model: RecordModel, point: np.ndarray) -> bool:
-    return model.refuses(point, (model.pieces(name)[0] for name in model.records))
-
-
 def _accepted(model: RecordModel, k: int, point: np.ndarray) -> Iterator[np.ndarray]:
     """The point; where a part refuses it, those at which another unknown gives way to parameter k, the nearest first.
 
     A static level gives way to a Coulomb level that rises above it.
     """
-    if not _refused(model, point):
+    if not model.refuses(point):
         yield point
         return
     for i in (i for i in range(model.many) if i != k):
         line = np.tile(point, (SCANNED, 1))
         line[:, i] = np.linspace(0.0, 1.0, SCANNED)
-        accepted = sorted((tried for tried in line if not _refused(model, tried)), key=lambda x: abs(x[i] - point[i]))
+        accepted = sorted((tried for tried in line if not model.refuses(tried)), key=lambda x: abs(x[i] - point[i]))
         if accepted:
             inside, outside = accepted[0].copy(), point.copy()
             for _ in range(FINEST):
                 middle = 0.5 * (inside + outside)
-                inside, outside = (inside, middle) if _refused(model, middle) else (middle, outside)
+                inside, outside = (inside, middle) if model.refuses(middle) else (middle, outside)
             yield from (inside, *accepted[::4])
 
 

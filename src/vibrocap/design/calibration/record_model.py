@@ -108,9 +108,10 @@ class RecordModel:
         """Samples of each course in a share of its time."""
         return tuple(max(2, round(share * len(course.measured))) for course in self.courses)
 
-    def refuses(self, point: np.ndarray, courses: Iterable[int]) -> bool:
-        """Whether a part refuses the unknowns of a course at a point."""
-        return any(refusal(self.system, self.parameters(k, point)[0]) for k in courses)
+    def refuses(self, point: np.ndarray, courses: Iterable[int] | None = None) -> bool:
+        """Whether a part refuses the unknowns of courses at a point; by default of all records."""
+        asked = (self.pieces(name)[0] for name in self.records) if courses is None else courses
+        return any(refusal(self.system, self.parameters(k, point)[0]) for k in asked)
 
     def start(self, k: int, point: np.ndarray) -> dict[str, float]:
         """The initial states of a course."""
@@ -277,11 +278,6 @@ class RecordModel:
         own, gaps, known = np.split(slopes, [sum(counts), self.gap_rows(counts)[-1].stop])
         allowed = null_space(gaps) if len(gaps) else np.eye(self.coordinates)
         return uncertainty(by_record, own @ allowed, known @ allowed, allowed, Loss())
-
-
-def divided(model: RecordModel, courses: Iterable[Course]) -> RecordModel:
-    """The same model of other courses of its records."""
-    return RecordModel(model.predict, model.unknowns, list(courses), model.tolerance, model.threads)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -128,8 +128,7 @@ def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.nda
     states = np.full((len(shares), len(problem.system.state_names)), np.nan)
     if not len(shares):
         return states
-    allowed = [np.flatnonzero(population.best_cost < INFEASIBLE) for population in known]
-    pairs = list(zip(known, allowed, strict=True))
+    pairs = [(population, np.flatnonzero(population.best_cost < INFEASIBLE)) for population in known]
     places = np.concatenate([population.shares[good] for population, good in pairs])
     ends = np.concatenate([population.ends[good, population.best_start[good]] for population, good in pairs])
     if not len(places):
@@ -213,11 +212,12 @@ def _over_samples(problem: Problem, measured: Mapping[str, np.ndarray], runs: in
 
     A run is finished where one sample is; it has settled where all have that are finished.
     """
+    assert problem.samples is not None
     columns = {name: column.reshape(runs, -1) for name, column in measured.items()}
     finished = columns["status"] == FINISHED
     first = np.arange(runs), np.argmax(finished, axis=1)
     reduced = {name: x[first] for name, x in columns.items() if name == "status" or name.startswith(FINAL)}
     reduced["settled"] = np.all(columns["settled"] | ~finished, axis=1)
     for goal in problem.goals:
-        reduced |= goal.over_samples(columns, finished, problem.samples.chosen)  # type: ignore[union-attr]
+        reduced |= goal.over_samples(columns, finished, problem.samples.chosen)
     return reduced

@@ -96,7 +96,7 @@ class DesignSpace:
                 raise ValueError(f"should give {variable.path}")
             value = design[variable.path]
             if isinstance(variable, Column):
-                check_one_of(variable.path, value, variable.values)
+                check_one_of(variable.path, value, variable.values)  # type: ignore[arg-type]
                 point[i] = (variable.values.index(value) + 0.5) / len(variable.values)
                 continue
             if not (is_number(value) and variable.low <= value <= variable.high):

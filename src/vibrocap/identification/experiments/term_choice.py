@@ -125,8 +125,7 @@ def _step(best_fit: Fit, terms: Sequence[str], among: Sequence[str] | None) -> l
         """(what they gain, held-out errors) of so many terms at once, where these are possible; the best first."""
         fits = []
         for names in itertools.combinations(groups, many):
-            left = held_out([column for name in names for column in groups[name]])
-            if left is not None:
+            if (left := held_out([column for name in names for column in groups[name]])) is not None:
                 fits.append((TriedTerms(names, math.sqrt(float(np.mean(left**2))), _gain(base, left)), left))
         return sorted(fits, key=lambda one: one[0].held_out)
 
@@ -156,14 +155,11 @@ def _gain(before: np.ndarray, after: np.ndarray) -> float:
 
 def _folds(prediction: Prediction) -> list[tuple[np.ndarray, np.ndarray]]:
     """(rows to fit, rows to judge by) of each fold; priors are always fitted."""
-    ends = np.cumsum([0, *(len(record) for record in prediction.records)])
-    stretches = list(itertools.pairwise(ends.tolist()))
-    begin = BEGIN
-    if len(stretches) == 1:
-        cuts = np.linspace(0, prediction.size, BLOCKS + 1).astype(int).tolist()
-        stretches, begin = list(itertools.pairwise(cuts)), 0.0
+    ends, begin = np.cumsum([0, *(len(record) for record in prediction.records)]), BEGIN
+    if len(prediction.records) == 1:
+        ends, begin = np.linspace(0, prediction.size, BLOCKS + 1).astype(int), 0.0
     folds = []
-    for low, high in stretches:
+    for low, high in itertools.pairwise(ends.tolist()):
         test = np.zeros(prediction.size + len(prediction.priors), bool)
         test[low + int(begin * (high - low)) : high] = True
         folds.append((~test, test))
@@ -182,14 +178,12 @@ def _widened(
     candidates = known if among is None else checked_terms(among, known, records)
     candidates = [name for name in candidates if name not in terms]
     waves = {name: strongest_wave(name, prediction, errors) for name in RIPPLES if name in candidates}
-    lengths = {name: length for name, length in waves.items() if length > 0.0}
-    level = data_scales(records).level
-    more = nuisances(prediction.template, records, terms=candidates, start="relaxed", level=level, lengths=lengths)
+    how: dict[str, Any] = {
+        "level": data_scales(records).level,
+        "lengths": {name: x for name, x in waves.items() if x > 0.0},
+    }
+    more = nuisances(prediction.template, records, terms=candidates, start="relaxed", **how)
     wide = dataclasses.replace(prediction, space=prediction.space.with_more(more))
     names = wide.space.names
-    groups = {}
-    for name in candidates:
-        parts = [f"{name}_{wave}" for wave in WAVES] if name in RIPPLES else [name]
-        if all(part in names for part in parts):
-            groups[name] = [names.index(part) for part in parts]
-    return wide, groups
+    parts = {name: [f"{name}_{wave}" for wave in WAVES] if name in RIPPLES else [name] for name in candidates}
+    return wide, {name: [*map(names.index, of)] for name, of in parts.items() if {*of} <= {*names}}

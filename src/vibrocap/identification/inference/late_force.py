@@ -87,7 +87,7 @@ def moved_by_noise(problem: Problem) -> dict[str, float]:
     prediction, best, spread = problem.prediction, problem.best, problem.uncertainty
     if type(prediction) is not Prediction or prediction.size > LONGEST:
         return {}
-    rough = [_roughness(record.velocity) for record in prediction.records]
+    rough = [_noise_of_motion(record.velocity) for record in prediction.records]
     if not any(noise.any() for noise in rough):
         return {}
     base = prediction.errors(best.u)
@@ -110,14 +110,12 @@ def moved_by_noise(problem: Problem) -> dict[str, float]:
     }
 
 
-def _roughness(velocity: np.ndarray) -> np.ndarray:
-    """What of a velocity is noise: what cubics over nine samples leave; zero where that is rounding."""
-    if len(velocity) < 16:
-        return np.zeros_like(velocity)
-    rough = roughness(velocity)
+def _noise_of_motion(velocity: np.ndarray) -> np.ndarray:
+    """What cubics over nine samples leave of a velocity; zero where that is rounding."""
+    rough = roughness(velocity) if len(velocity) >= 16 else np.zeros(1)
     usual = float(np.median(np.abs(rough))) / 0.6745
     # what a smooth motion with few samples in a period leaves, too, has small sixth differences
-    sixth = float(np.median(np.abs(np.diff(velocity, 6)))) / 0.6745 / SIXTH
+    sixth = float(np.median(np.abs(np.diff(velocity, 6)))) / 0.6745 / SIXTH if usual else 0.0
     if min(usual, sixth) < ROUGH * float(np.sqrt(np.mean(velocity**2))):
         return np.zeros_like(velocity)
     return np.clip(rough, -4 * usual, 4 * usual)  # corners of the motion are no noise

@@ -234,12 +234,14 @@ def _indicators(bins: np.ndarray) -> np.ndarray:
 
 def waves(records: Sequence[RecordErrors], length: float, directed: bool) -> np.ndarray:
     """Cosine and sine [n, 2] of a wavelength along the place, times the direction or not."""
-    pairs = []
-    for record in records:
-        phase = 2 * np.pi / length * record.place[record.counts]
-        size = (record.side[record.counts] if directed else 1.0) / record.unit
-        pairs.append(np.stack([np.cos(phase) * size, np.sin(phase) * size], axis=1))
-    return np.concatenate(pairs)
+    size = (together(records, "side") if directed else 1.0) / units_of(records)
+    phase = 2 * np.pi / length * together(records, "place")
+    return np.stack([np.cos(phase) * size, np.sin(phase) * size], axis=1)
+
+
+def units_of(records: Sequence[RecordErrors]) -> np.ndarray:
+    """Unit [n] of each sample that counts."""
+    return np.concatenate([np.full(int(record.counts.sum()), record.unit) for record in records])
 
 
 def ripple(
@@ -250,8 +252,7 @@ def ripple(
     The spectrum of the error over the place, from one and a half waves along the whole path on, up to waves that have
     three samples at full speed; then about its peak. A length of 0 where the path is too short.
     """
-    place, side = together(records, "place"), together(records, "side")
-    units = np.concatenate([np.full(int(record.counts.sum()), record.unit) for record in records])
+    place, side, units = together(records, "place"), together(records, "side"), units_of(records)
     path = float(np.ptp(place))
     steps = np.concatenate([np.abs(np.diff(record.place)) for record in records])
     fast = float(np.quantile(steps, 0.9))
@@ -303,7 +304,7 @@ def shift(records: Sequence[RecordErrors], error: np.ndarray, absorbed: np.ndarr
     steps = [0.25, 0.5, *range(1, FARTHEST + 1)]
     while steps[-1] * FURTHER < reach:
         steps.append(steps[-1] * FURTHER)
-    tried = np.array([*[-step for step in reversed(steps)], 0.0, *steps])
+    tried = np.array([*(-step for step in reversed(steps)), 0.0, *steps])
 
     def left(samples: float) -> float:
         rest = error - without(late(records, samples * interval), absorbed)
@@ -345,5 +346,5 @@ def _before(record: RecordErrors, delay: float) -> np.ndarray:
     turns = velocity[i] * velocity[i + 1] < 0
     i, moment = i[turns], moment[turns]
     crossing = time[i] + (time[i + 1] - time[i]) * velocity[i] / (velocity[i] - velocity[i + 1])
-    shifted[turns] = np.where(moment < crossing, force[i], force[i + 1])
+    shifted[turns] = force[np.where(moment < crossing, i, i + 1)]
     return shifted
