@@ -205,8 +205,8 @@ def test_a_kernel_remembers_both_coordinates_of_an_angle():
     system = rotor()
     scales = np.array([0.5, 1.0, 2.0, 4.0])
     states = np.array([[0.7, 0.3, 9.0, 0.2], [-0.7, 0.3, 1.0, 0.2], [0.7 + 3 * TURN, 0.3, 2.0, 0.2]])
-    places = {"LANES": 1, "STATES": 4, "MARK_SIZE": 5, "MARK_COUNT": 3, "STATE": 0, "SCALE": 4, "MARKS": 8, "CYCLIC": 2}
-    turning = {"TURN_COUNT": 1, "TURN_STATES": (0,), "TURN_RADII": (1.0,)}
+    places = {"LANES": 1, "STATES": 4, "MARK_SIZE": 5, "MARK_COUNT": 3, "STATE": 0, "SCALE": 4, "MARKS": 8, "WORK": 0}
+    turning = {"CYCLIC": 2, "TURN_COUNT": 1, "TURN_STATES": (0,), "TURN_RADII": (1.0,)}
     kernel = {"math": math, **places, **turning}
     exec(kernel_source("observe.settle"), kernel)
     floats = [0.0] * 4 + scales.tolist() + [0.0] * 15

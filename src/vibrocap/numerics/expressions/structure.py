@@ -41,10 +41,8 @@ class Forms:
             op, *operands = self.graph.nodes[index]
             if op == "time":
                 degree = 1
-            elif (op == "state" and self.rates[operands[0]].value == 0.0) or self.graph.is_constant_in_time(
-                index
-            ):  # it changes at events only
-                degree = 0
+            elif self.graph.is_constant_in_time(index) or (op == "state" and self.rates[operands[0]].value == 0.0):
+                degree = 0  # of a state that changes at events only, too
             elif op in ("add", "sub", "neg"):
                 degree = max(self.degree(i) for i in operands)
             elif op == "mul":
