@@ -146,7 +146,7 @@ def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
         assert vc.optimise(system, over, starts=starts, **options).counts["refused"] == 0
 
 
-@pytest.mark.parametrize("friction", [vc.Exponential(), vc.Coulomb(0.05, 0.05)])  # it sticks; it slides to and fro
+@pytest.mark.parametrize("friction", [vc.Exponential(), vc.Exponential(0.05, 0.05)])  # it sticks; slides to and fro
 def test_a_machine_that_cannot_travel_has_no_best_design_no_front_and_no_cost(friction):
     pytest.importorskip("pymoo")
     system = vc.System(vc.PendulumCapsule(mass_ratio=4.0, stiffness=4.0), friction, vc.Harmonic(0.6, 1.0))
@@ -506,9 +506,12 @@ def test_runs_that_lift_off_count_as_no_travel(biharmonic):
     assert cost.total is None
 
 
-def test_wrong_way_and_the_worst_tenth(biharmonic):
+DRIVEN_BY_TWO = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.5, 0.8, 0.5))
+
+
+def test_wrong_way_and_the_worst_tenth():
     """The phase of the second harmonic decides the direction: over all phases half go each way, by symmetry."""
-    spread = vc.robustness(biharmonic, {"drive.second_phase": (0.0, 2.0 * np.pi)}, initial=START[0], samples=256)
+    spread = vc.robustness(DRIVEN_BY_TWO, {"drive.second_phase": (0.0, 2.0 * np.pi)}, samples=256)
     assert spread.wrong_way == pytest.approx(0.5, abs=0.05)
     ordered = np.sort(spread.values)
     assert spread.tail_mean == pytest.approx(np.mean(ordered[: int(np.ceil(0.1 * len(ordered)))]))
@@ -876,7 +879,7 @@ def test_what_counts_of_samples_is_the_worst_their_mean_or_the_mean_of_the_worst
     ("system", "uncertain", "settings", "doubt"),
     [
         pytest.param(
-            vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8)),
+            DRIVEN_BY_TWO.with_parameters({"drive.second_amplitude": 0.0}),
             {"machine.damping": "factor:0.9:1.1"},
             {},
             "no travel",
@@ -888,9 +891,10 @@ def test_what_counts_of_samples_is_the_worst_their_mean_or_the_mean_of_the_worst
             {"initial": START[0]},
             "lift off",
             id="a nominal run that lifts off",
+            marks=pytest.mark.plain,
         ),
         pytest.param(
-            vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.5, 0.8, 0.5)),
+            DRIVEN_BY_TWO,
             {"machine.damping": "factor:0.9:1.1"},
             {"periods": 4},
             "not settled",

@@ -233,6 +233,14 @@ def test_registering_makes_a_part_known_and_again_changes_nothing():
         case_from_text(text)
 
 
+def test_a_part_is_sought_in_the_files_of_the_package_once(monkeypatch):
+    """A search reads its case anew for each of a thousand designs; the files were read for each name of each."""
+    kinds = catalogue.Parts(catalogue.Law)
+    kinds["coulomb"]
+    monkeypatch.setattr(catalogue, "_modules", None)
+    assert kinds["coulomb"] is vc.Coulomb
+
+
 def test_a_class_defined_anew_takes_the_place_of_the_old_one_and_another_is_refused():
     def defined(low):
         @parameters

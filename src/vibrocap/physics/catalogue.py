@@ -54,7 +54,8 @@ class Parts(Mapping[str, Any]):
 
     def listed(self, name: Any) -> Any:
         """The part that is listed under a name; None where there is none."""
-        kind = None if "_listed" in vars(self) else _where_named(self._contract, name)
+        is_name = isinstance(name, str) and re.fullmatch(PART_NAME, name)
+        kind = _where_named(self._contract, name) if is_name and "_listed" not in vars(self) else None
         return self._listed.get(name) if kind is None else kind
 
     def __getitem__(self, name: str) -> Any:
@@ -232,10 +233,9 @@ def parts_in(module: ModuleType, contract: type | None = None) -> list[type]:
     ]
 
 
-def _where_named(contract: type, name: Any) -> type | None:
+@functools.cache  # files are read once, not for each case of a search
+def _where_named(contract: type, name: str) -> type | None:
     """The part of the package of a name, from the file that writes `name = "..."` of a class; no other is imported."""
-    if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
-        return None
     for info in _modules(CONTRACTS[contract][1]):
         loader: Any = info.module_finder.find_spec(info.name, None).loader  # type: ignore[union-attr]
         if re.search(rf'^    name\b.*= "{name}"$', loader.get_source(info.name) or "", re.MULTILINE):
