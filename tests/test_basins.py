@@ -11,10 +11,10 @@ from systems import capsule
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
-from vibrocap.orbits.attractors.basins import Basins, basins
+from vibrocap.orbits.attractors.basins import Basins, at_next_section, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.closing import settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.plotting.steady.basins import UNVALUED_STYLES, basin_figure
 from vibrocap.plotting.studies.cells import Cell
 from vibrocap.plotting.studies.maps import CELL_STYLES, UNSETTLED

@@ -18,7 +18,7 @@ from vibrocap.orbits.walk import segment
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.following import Followed, followed, started
 from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, closed_sequence, mode_change, same_cycle
-from vibrocap.orbits.walk.newton import Levels, newton
+from vibrocap.orbits.walk.residual import Levels, newton
 
 STEP = 0.02
 LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper

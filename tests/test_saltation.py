@@ -57,7 +57,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
         wrong = dataclasses.replace(images, jacobian=factor * images.jacobian)
         with monkeypatch.context() as planted:
             if not sure:
-                planted.setattr(shooting, "slopes_along", lambda *_: (images.state, np.array([False])))
+                planted.setattr(StroboscopicMap, "slopes_along", lambda *_: (images.state, np.array([False])))
             assert shooting.contradicted(map_, state, wrong, map_.parameters())
     monkeypatch.setattr(
         StroboscopicMap,

@@ -25,7 +25,6 @@ from vibrocap.physics.system import System
 
 @functools.cache  # one and the same, by whichever table it is found
 def sticking_measures(number: int) -> tuple[Measure, ...]:
-    """How a contact sticks."""
     contact, which = number - 1, "the contact" if number == 1 else f"contact {number}"
 
     def kind(runs: Gathered) -> str:
@@ -54,7 +53,6 @@ def sticking_measures(number: int) -> tuple[Measure, ...]:
 
 @functools.cache
 def friction_measures(number: int) -> tuple[Measure, ...]:
-    """Of the friction at a contact."""
     contact, which = number - 1, "" if number == 1 else f" at contact {number}"
 
     def of(name: str, meaning: str, unit: str, group: int, value: Callable[[Gathered], np.ndarray]) -> Measure:
@@ -85,7 +83,6 @@ def friction_measures(number: int) -> tuple[Measure, ...]:
 
 @functools.cache
 def reaction_measures(number: int) -> tuple[Measure, ...]:
-    """Of the normal reaction of the ground at a contact."""
     which, lifts = "" if number == 1 else f" at contact {number}", "below 0 the machine would have lifted off"
 
     def of(kind: str, make: Callable[..., Measure], ending: str) -> Measure:

@@ -191,7 +191,6 @@ def border(dataset: "xarray.Dataset", name: str) -> Border:
 
 
 def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str, ...]:
-    """The labels that count: those asked for and, where it is known, the status."""
     return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
 
 
@@ -230,7 +229,6 @@ def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettle
 
 
 def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> dict[str, np.ndarray]:
-    """The values along the two axes, by path."""
     if not isinstance(over, Mapping) or len(over) != 2:
         raise ArgumentError("over", f"should name two quantities with their values, got {over!r}")
     if system is None and evaluate is None:

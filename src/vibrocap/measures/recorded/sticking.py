@@ -132,6 +132,5 @@ def law_of(motion: Trajectory, contact: int) -> Any:
 
 
 def _phases(motion: Trajectory, start: float, end: float, contact: int) -> list[Phase]:
-    """Phases within a window, cut at its ends."""
     cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases_of(contact))
     return [phase for phase in cut if phase.length > numerics.SLIVER * motion.period]

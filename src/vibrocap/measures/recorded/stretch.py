@@ -49,7 +49,6 @@ class Stretch:
 
     @property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Start and end time of each piece, cut at the ends of the stretch."""
         start = self.motion.piece_start[self.pieces]
         length = self.motion.piece_length[self.pieces]
         return np.maximum(start, self.start), np.minimum(start + length, self.end)

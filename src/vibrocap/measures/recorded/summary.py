@@ -44,7 +44,6 @@ class MotionSummary(Dimensional):
 
 
 def motion_summary(motion: Trajectory) -> MotionSummary:
-    """The measures of a motion by name."""
     whole, started = max(0, whole_periods(motion)), len(motion.piece_start) > 0
     velocity = mean_velocity(motion) if whole and motion.system.cyclic is not None else None
     counts, contacts = collections.Counter(motion.event_kinds), range(2, 1 + len(motion.system.laws))

@@ -10,12 +10,12 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.motion.trust import FINISHED, Trust, residue
-from vibrocap.numerics.api import codes
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.classification import SURE
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
-from vibrocap.orbits.closing.settling_runs import SETTLED, SettlingRuns, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
+from vibrocap.orbits.closing.settling_runs import ROUGH, SETTLED, SettlingRuns, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, is_driven
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.physics.system import System
@@ -180,11 +180,23 @@ def started_anywhere(
 ) -> SettlingRuns:
     """Runs from states at phases of the drive [runs], until they settle."""
     marked, ended = at_next_section(map_, states, phases)
-    going = ended == codes.DONE
+    going, count = ended == codes.DONE, len(states)
     parts = settling_runs(map_, marked[going], periods, progress=progress)
-    count = len(states)
     nothing = np.zeros(count, dtype=int), np.full(count, np.nan), np.zeros(count, dtype=bool)
     return SettlingRuns(marked, ended, *nothing).replaced(np.flatnonzero(going), parts)
+
+
+def at_next_section(map_: StroboscopicMap, states: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(states at the next start of a drive period [runs, states], how each run ended: numbers of `codes`).
+
+    phase: [runs] share of the drive's period at which each run starts; whole parts do not matter
+    """
+    share, ends, ended = phase - np.floor(phase), states.copy(), np.full(len(states), codes.DONE)
+    if len(waiting := np.flatnonzero(share)):  # the others are there already
+        budget, parameters = Budget(1, ROUGH, MOST_EVENTS, MOST_STEPS), map_.parameters()
+        run = map_.run(budget, states[waiting], parameters, start=share[waiting] * map_.period(parameters))
+        ends[waiting], ended[waiting] = run.state, run.status
+    return ends, ended
 
 
 def border_cells(inside: np.ndarray) -> int:

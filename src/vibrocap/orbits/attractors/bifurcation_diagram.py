@@ -61,7 +61,6 @@ class BifurcationDiagram(Result):
 
     @property
     def direction(self) -> Annotated[Numbers, Over("direction", name="direction", words="direction of the sweep")]:
-        """Each direction, in words."""
         return np.array(self.directions, dtype=str)
 
 

@@ -134,7 +134,6 @@ def class_of(reached: Equilibrium | PeriodicSolution) -> MotionClass:
 
 
 def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
-    """Class of a motion that settled to an orbit."""
     n = orbit.response_period or orbit.period / orbit.system.drive.period
     drift = None if orbit.drift is None else orbit.drift / n
     known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}

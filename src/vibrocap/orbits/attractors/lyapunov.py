@@ -14,7 +14,7 @@ from vibrocap.motion.trust import stands_still
 from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
 from vibrocap.orbits.closing.settling_runs import SETTLED, iterates
-from vibrocap.orbits.closing.shooting import differ, slopes_along
+from vibrocap.orbits.closing.shooting import differ
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, is_driven
 from vibrocap.orbits.maps.variations import LEEWAY
 from vibrocap.physics.system import System
@@ -83,21 +83,13 @@ def lyapunov_exponent(
     check_whole("transient", transient, 0, 10**9)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
-    state = advanced(map_, start, transient)
-    if state is None:
+    budget = Budget(max(transient, 1), tolerance, MOST_EVENTS, MOST_STEPS * max(transient, 1), window=1)
+    begun = map_.run(budget, start[None], map_.parameters()) if transient else None
+    if begun is not None and not begun.finished[0]:
         return exponents(map_, np.empty((0, map_.states)), False)
-    states = iterates(map_, state[None], periods)[:, 0]
+    states = iterates(map_, start[None] if begun is None else begun.state, periods)[:, 0]
     whole = np.all(np.isfinite(states), axis=1)
     return exponents(map_, states[whole][: periods if whole.all() else -1], bool(whole.all()))
-
-
-def advanced(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray | None:
-    """The state so many periods later; None where the run could not be completed."""
-    if periods == 0:
-        return state
-    budget = Budget(periods, map_.tolerance, MOST_EVENTS, MOST_STEPS * periods, window=1)
-    ends = map_.run(budget, state[None], map_.parameters())
-    return ends.state[0] if ends.finished[0] else None
 
 
 def exponents(map_: StroboscopicMap, states: np.ndarray, finished: bool) -> LyapunovExponents:
@@ -151,7 +143,7 @@ def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: n
     directions[:, moving] = along * size[moving]
     directions *= map_.free(states[places], parameters[None])
     rows = np.tile(parameters, (len(places), 1))
-    slopes, sure = slopes_along(map_, states[places], directions, images, rows)
+    slopes, sure = map_.slopes_along(states[places], directions, images, rows)
     slopes = slopes[:, moving]
     wrong = [
         abs(math.log(max(float(np.linalg.norm(one)), FORGOTTEN) / max(float(np.linalg.norm(other)), FORGOTTEN)))
@@ -262,7 +254,6 @@ def _displacement(phi: np.ndarray, c: float, longest: int) -> np.ndarray:
 
 
 def _correlations(rows: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Correlation of each row with the lags; 0 for a row that does not vary."""
     rows = rows - rows.mean(axis=1, keepdims=True)
     ramp = lags - lags.mean()
     spread = np.sqrt(np.sum(rows**2, axis=1) * np.sum(ramp**2))

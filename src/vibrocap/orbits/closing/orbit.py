@@ -14,7 +14,7 @@ from vibrocap.orbits.closing.gradients import Gradients, gradients
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, judged
 from vibrocap.orbits.closing.settling_runs import SETTLED, orbits_reached, settling_runs
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven, state_vector
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven, state_vector
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
@@ -225,7 +225,10 @@ def _pushed_off(orbit: Orbit, settle_periods: int, towards: np.ndarray | None = 
     if not orbit.closes or not orbit.unstable:
         why = "should be a closed one with a multiplier outside the unit circle: this one is kept"
         raise ArgumentError("orbit", why)
-    map_ = driven_map(orbit.system, orbit.tolerance)
+    if not is_driven(orbit.system):
+        why = f"nothing drives it in time (the drive is {orbit.system.drive.name}), so there is no stroboscopic map"
+        raise ArgumentError("system", f"{why} to look at; orbit(system, initial=...) finds its cycles")
+    map_ = StroboscopicMap(orbit.system, orbit.tolerance)
     state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states
     push, right, most = _push(map_, orbit, np.abs)
     if towards is not None:  # the left eigenvector measures along the largest multiplier's alone

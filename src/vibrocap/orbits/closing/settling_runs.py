@@ -147,7 +147,6 @@ def orbits_reached(
 
 
 def _caught(orbits: list[OrbitPoints], which: np.ndarray) -> np.ndarray:
-    """Indices of the runs near orbits that do not attract."""
     return np.flatnonzero(np.isin(which, [k for k, orbit in enumerate(orbits) if not orbit.attracts]))
 
 
@@ -221,7 +220,6 @@ def nearest(points: np.ndarray, orbits: list[OrbitPoints]) -> int | None:
 
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:
-    """The states of one response at the section."""
     rows, states = map_.parameters()[None], [state]
     for _ in range(periods - 1):
         states.append(map_.images(states[-1][None], rows).state[0])

@@ -6,22 +6,16 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.recording.section import brought_back, winding
-from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, floquet_multipliers, judged
 from vibrocap.orbits.maps.stroboscopic_map import (
     AGREE,
     BACKWARDS,
-    MOST_EVENTS,
-    MOST_STEPS,
-    ORDER,
-    PUSHES,
     Images,
     StroboscopicMap,
     named_states,
     state_vector,
 )
-from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.orbits.walk.newton import Levels, newton
+from vibrocap.orbits.walk.residual import Levels, newton
 
 CLOSED = Levels(1e-14, 1e-9)  # residuals over natural sizes, for Newton's method
 MOST_NEWTON_STEPS = 25
@@ -219,41 +213,6 @@ def _solution(closure: Closure, trial: _Try, status: OrbitStatus, steps: int) ->
     return solution if closure.cycle or trial.images.certified[0] else judged(solution)
 
 
-def slopes_along(
-    map_: StroboscopicMap,
-    states: np.ndarray,
-    directions: np.ndarray,
-    images: np.ndarray,
-    parameters: np.ndarray,
-    periods: int = 1,
-    mark_distance: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """(derivatives [runs, states] along directions, over natural sizes; whether the map has one there [runs]).
-
-    states, directions, images: [runs, states]; parameters: [runs, parameters]
-    It has none, as far as differences tell, where those ahead and behind, of a larger and a smaller push, do not agree:
-    where a motion grazes, or its sequence of events changes. On the compiled kernel of the tangents, unless the
-    equations are too stiff for it.
-    """
-    runs, n = states.shape
-    steps = np.array([sign * push for push in PUSHES for sign in (1.0, -1.0)])
-    starts = np.zeros((len(steps), runs, 2 * n))
-    starts[:, :, :n] = states + steps[:, None, None] * directions
-    rows = np.tile(parameters, (len(steps), 1))
-    distance = None if mark_distance is None else np.tile(mark_distance, len(steps))
-    budget = Budget(periods, map_.tolerance, MOST_EVENTS, MOST_STEPS, window=1)
-    recording, width = (map_.equations, n) if map_.stiff else (variational_equations(map_.equations), 2 * n)
-    starts = starts[:, :, :width].reshape(-1, width)
-    ended = map_.run(budget, starts, rows, recording=recording, order=ORDER, mark_distance=distance)
-    ends = ended.state.reshape(len(steps), runs, width)[:, :, :n]
-    sizes = map_.scales(parameters)
-    slopes = (ends - images) / steps[:, None, None] / sizes
-    mean = slopes.mean(axis=0)
-    apart = np.max(np.abs(slopes - mean), axis=(0, 2))
-    finished = np.all(ended.finished.reshape(len(steps), runs), axis=0)
-    return mean, finished & (apart <= AGREE * np.maximum(1.0, np.max(np.abs(mean), axis=1)))
-
-
 def contradicted(
     map_: StroboscopicMap,
     state: np.ndarray,
@@ -276,7 +235,7 @@ def contradicted(
     if map_.keeps_order and slope[map_.smooth_states[0]] * direction[map_.smooth_states[0]] < BACKWARDS:
         return True
     at = state[None], direction[None], images.state, parameters[None]
-    slopes, sure = slopes_along(map_, *at, periods, mark_distance)
+    slopes, sure = map_.slopes_along(*at, periods, mark_distance)
     return bool(sure[0]) and differ(slope, slopes[0])
 
 

@@ -190,7 +190,6 @@ class _Growing:
         return len(self.branches) - 1
 
     def _special(self) -> Iterator[tuple[tuple[int, int], SpecialPoint]]:
-        """((branch, number on it), special point) of all that are known."""
         for i, grown in enumerate(self.branches):
             yield from (((i, j), special) for j, special in enumerate(grown.special_points))
 
@@ -256,7 +255,6 @@ class _Growing:
         return at_special or any((join.child, join.end) == (index, edge.end) for join in self.joins)
 
     def _known(self, child: Branch) -> bool:
-        """Whether a branch is one of those followed already, or the mirror-image solution of one."""
         place = len(child) // 2
         kind, middle = (child.response_period, child.symmetric), (child.states[place], float(child.parameter[place]))
         alike = [branch for branch in self.branches if (branch.response_period, branch.symmetric) == kind]

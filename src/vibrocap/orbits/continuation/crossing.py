@@ -166,7 +166,6 @@ class Crossings(Dimensional):
 
     @property
     def places(self) -> tuple[Parameter, ...]:
-        """The parameters of the crossings proper."""
         return tuple(place.at for place in self.found if place.kind is CrossingKind.CROSSING)
 
     def __str__(self) -> str:
@@ -296,7 +295,6 @@ def checked_measure(systems: tuple[System, ...], measure: str) -> None:
 def _checked(
     systems: tuple[System, ...], measure: str, over: str, between: Any, points: Any, value: Any
 ) -> tuple[float, float]:
-    """The range, or ValueError for what cannot be looked for."""
     checked_measure(systems, measure)
     (low, high), *_ = [checked_range(system, over, between) for system in systems]
     check_whole("points", points, 2)

@@ -48,11 +48,9 @@ class SettledMotion:
 
     @property
     def certified(self) -> bool:
-        """Whether the certificate of the motion over one response is in order."""
         return self.motion(max(self.tolerance, CERTIFIED)).certified
 
     def value(self, measure: str) -> float:
-        """A measure of one response."""
         if self.drift is not None and measure in ("drift", "mean_velocity"):
             return self.drift / (1.0 if measure == "drift" else self.system.drive.period)
         return float(measured(self.motion(), [measure], window=self.response_period)[measure])
@@ -95,7 +93,6 @@ def _drift(system: System, marks: np.ndarray, response: int) -> float | None:
 
 
 def _closed(system: System, state: Mapping[str, float], response: int, tolerance: float) -> SettledMotion | None:
-    """The orbit near a state, by shooting."""
     map_ = StroboscopicMap(system, tolerance)
     solution = shortest(map_, closed(map_, state_vector(system, state), response))
     if not solution.closes:

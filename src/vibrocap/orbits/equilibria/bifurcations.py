@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.orbits.equilibria.steady_states import ROUNDINGS, balanced
-from vibrocap.orbits.walk.newton import Levels, newton
+from vibrocap.orbits.walk.residual import Levels, newton
 
 if TYPE_CHECKING:
     from vibrocap.orbits.equilibria.equilibrium_branch import Sliding

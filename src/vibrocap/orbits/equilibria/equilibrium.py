@@ -222,7 +222,6 @@ class Equilibrium(Result):
 
     @property
     def stability(self) -> str:
-        """In a word."""
         return {True: "stable", False: "unstable", None: "not decided"}[self.stable]
 
     @property
@@ -271,12 +270,10 @@ class Equilibria(Result):
 
     @property
     def sliding(self) -> tuple[Equilibrium, ...]:
-        """States in which every contact slides."""
         return tuple(steady for steady in self.found if steady.kind == "steady sliding")
 
     @property
     def resting(self) -> tuple[Equilibrium, ...]:
-        """States and sets in which some contact rests."""
         return tuple(steady for steady in self.found if steady.kind != "steady sliding")
 
     @property

@@ -17,8 +17,7 @@ from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.following import Walked, followed, started, walked
 from vibrocap.orbits.walk.kinds import BranchEnd, SpecialKind
-from vibrocap.orbits.walk.newton import Levels
-from vibrocap.orbits.walk.residual import BranchPoint, Closing, Residual
+from vibrocap.orbits.walk.residual import BranchPoint, Closing, Levels, Residual
 from vibrocap.orbits.walk.segment import Lost, Segment
 from vibrocap.orbits.walk.special_points import Found, SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path, value_in_words
@@ -90,7 +89,6 @@ class Sliding(Residual):
 
     @property
     def count(self) -> int:
-        """Of the unknowns without the parameter."""
         return len(self.problem.unknowns)
 
     def state(self, x: np.ndarray) -> np.ndarray:
@@ -101,7 +99,6 @@ class Sliding(Residual):
         return np.append(y / self.problem.scales, self.share(parameter))
 
     def values(self, expressions: Sequence[Expression], x: np.ndarray) -> np.ndarray:
-        """Values [expressions] of recorded expressions at a point."""
         row = self.problem.row.copy()
         row[self.problem.index] = self.parameter(x)
         return self.problem.values(expressions, self.state(x), self.sides, self.switched, row)
@@ -284,7 +281,6 @@ class EquilibriumBranch(BranchRecord):
 
     @property
     def hopf_points(self) -> tuple[SpecialPoint, ...]:
-        """Where cycles are born."""
         return self.kind(SpecialKind.HOPF)
 
     def equilibrium(self, point: int) -> Equilibrium:
@@ -343,7 +339,6 @@ def equilibrium_branch(
 
 
 def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
-    """The state from which a branch is followed."""
     moving = [state for state in steady_states(problem) if not state.rests.any() and not state.dimension]
     value = _place(problem)
     if start is not None:

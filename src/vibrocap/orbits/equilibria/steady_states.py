@@ -65,12 +65,10 @@ class SteadyEquations:
         self._velocity_slopes = self._slopes(self.velocities)
 
     def _slopes(self, expressions: Sequence[Expression]) -> tuple[Expression, ...]:
-        """Derivatives by the unknowns, row by row."""
         return tuple(derivative(expression, int(k)) for expression in expressions for k in self.unknowns)
 
     @property
     def scales(self) -> np.ndarray:
-        """Natural sizes of the unknowns."""
         return self.sizes[self.unknowns]
 
     def states(self, y: np.ndarray, switched: np.ndarray) -> list:

@@ -37,7 +37,6 @@ def grazing_beyond(motions: Sequence[Trajectory], at: Sequence[float], width: fl
 
 
 def _zero(at: Sequence[float], values: Sequence[float]) -> float:
-    """Where the line through two points is zero."""
     return at[1] + values[1] * (at[1] - at[0]) / (values[0] - values[1])
 
 

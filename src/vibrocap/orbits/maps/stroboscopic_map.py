@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError
 from vibrocap.motion.evidence import certified
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.recording.section import section_states, whole_turns
-from vibrocap.numerics.api import Budget, EnsembleStart, Form, RunResults, codes, ensemble_run
+from vibrocap.numerics.api import Budget, EnsembleStart, Form, RunResults, ensemble_run
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate, evaluated
 from vibrocap.orbits.maps.variations import variational_equations
@@ -274,6 +273,40 @@ class StroboscopicMap:
         slopes = (first - second) / (starts[:2] - starts[2:])[:, :, column, None]
         return slopes, np.all(ends.finished.reshape(4, -1), axis=0)
 
+    def slopes_along(
+        self,
+        states: np.ndarray,
+        directions: np.ndarray,
+        images: np.ndarray,
+        parameters: np.ndarray,
+        periods: int = 1,
+        mark_distance: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(derivatives [runs, states] along directions, over natural sizes; whether the map has one there [runs]).
+
+        states, directions, images: [runs, states]; parameters: [runs, parameters]
+        It has none, as far as differences tell, where those ahead and behind, of a larger and a smaller push, do not
+        agree: where a motion grazes, or its sequence of events changes. On the compiled kernel of the tangents, unless the
+        equations are too stiff for it.
+        """
+        runs, n = states.shape
+        steps = np.array([sign * push for push in PUSHES for sign in (1.0, -1.0)])
+        starts = np.zeros((len(steps), runs, 2 * n))
+        starts[:, :, :n] = states + steps[:, None, None] * directions
+        rows = np.tile(parameters, (len(steps), 1))
+        distance = None if mark_distance is None else np.tile(mark_distance, len(steps))
+        budget = Budget(periods, self.tolerance, MOST_EVENTS, MOST_STEPS, window=1)
+        recording, width = (self.equations, n) if self.stiff else (variational_equations(self.equations), 2 * n)
+        starts = starts[:, :, :width].reshape(-1, width)
+        ended = self.run(budget, starts, rows, recording=recording, order=ORDER, mark_distance=distance)
+        ends = ended.state.reshape(len(steps), runs, width)[:, :, :n]
+        sizes = self.scales(parameters)
+        slopes = (ends - images) / steps[:, None, None] / sizes
+        mean = slopes.mean(axis=0)
+        apart = np.max(np.abs(slopes - mean), axis=(0, 2))
+        finished = np.all(ended.finished.reshape(len(steps), runs), axis=0)
+        return mean, finished & (apart <= AGREE * np.maximum(1.0, np.max(np.abs(mean), axis=1)))
+
     def _with_differences(
         self, states: np.ndarray, parameters: np.ndarray, periods: int, distance: np.ndarray | None
     ) -> Images:
@@ -314,31 +347,6 @@ def is_driven(system: System) -> bool:
     """
     check_smooth(system)
     return equations(system).timed
-
-
-def driven_map(system: System, tolerance: float) -> StroboscopicMap:
-    """The stroboscopic map of a driven system; ValueError for one that nothing drives in time."""
-    if not is_driven(system):
-        why = f"nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic map"
-        raise ArgumentError("system", f"{why} to look at; orbit(system, initial=...) finds its cycles")
-    return StroboscopicMap(system, tolerance)
-
-
-def at_next_section(map_: StroboscopicMap, states: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(states at the next start of a drive period [runs, states], how each run ended: numbers of `codes`).
-
-    phase: [runs] where in the drive's period each run starts, as a share of it (whole parts do not matter); a run that
-        starts at the section is there already
-    """
-    share = phase - np.floor(phase)
-    waiting = np.flatnonzero(share)
-    ends, ended = states.copy(), np.full(len(states), codes.DONE)
-    if not len(waiting):
-        return ends, ended
-    budget, parameters = Budget(1, 1e-9, MOST_EVENTS, MOST_STEPS), map_.parameters()
-    run = map_.run(budget, states[waiting], parameters, start=share[waiting] * map_.period(parameters))
-    ends[waiting], ended[waiting] = run.state, run.status
-    return ends, ended
 
 
 def named_states(system: System, state: np.ndarray) -> dict[str, float]:

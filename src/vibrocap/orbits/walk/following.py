@@ -158,7 +158,6 @@ class _Walk:
             return point, between, None
 
     def _ended(self, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, list[Found], BranchEnd]:
-        """The end at the branch from which this one bifurcates."""
         ends = self.residual, here, beyond
         special = parent_bifurcation(*ends, MEETING) or unlocated_bifurcation(*ends)
         return special.point, [special], end_at(special)

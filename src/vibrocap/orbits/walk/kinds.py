@@ -166,15 +166,10 @@ def _change(before: str, after: str) -> tuple[ModeChange, str]:
 def _without(sequence: str, phases: tuple[int, ...]) -> str:
     """The cycle without these phases, whose neighbours become one where they are alike."""
     starts, ends = (0, *(i + 1 for i in phases)), (*phases, len(sequence))
-    rest = "".join(sequence[start:end] for start, end in zip(starts, ends, strict=True))
-    for letter in "FSB":
-        while 2 * letter in rest:
-            rest = rest.replace(2 * letter, letter)
-    return rest[:-1] if len(rest) > 1 and rest[0] == rest[-1] else rest
+    return closed_sequence("".join(sequence[start:end] for start, end in zip(starts, ends, strict=True)))
 
 
 def _kind(sequence: str, i: int) -> ModeChange:
-    """What happens where phase i of a cycle vanishes."""
     before, phase, after = sequence[i - 1], sequence[i], sequence[(i + 1) % len(sequence)]
     if before != after:
         return ModeChange.CROSSING if phase == "S" else ModeChange.SWITCHING

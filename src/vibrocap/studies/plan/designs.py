@@ -53,7 +53,6 @@ class Range:
     is_text: ClassVar = False
 
     def at(self, share: np.ndarray) -> np.ndarray:
-        """The values at shares (0 to 1) of the range."""
         if not self.logarithmic:
             return self.low + (self.high - self.low) * share
         # one by one: an array's exponential may depend, in the last digit, on where in the array a number stands

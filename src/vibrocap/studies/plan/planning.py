@@ -31,7 +31,6 @@ SHOWN = 20  # complaints about single cases
 
 
 def plan_complaints(system: System, plan: Runs) -> list[str]:
-    """What is wrong with the paths and the values of a plan, in words."""
     if isinstance(plan, CaseList):
         return _case_complaints(system, plan)
     kinds = [kinds_chosen(system, kinds) for kinds in kind_choices(plan)]
@@ -200,7 +199,6 @@ def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure
 
 
 def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
-    """What is wrong with the settings of the runs."""
     complaints = Complaints()
     for name in RUN_DEFAULTS:
         with complaints.collected():
@@ -242,7 +240,6 @@ def _lacking(measures: Sequence[str | Measure], system: System, plan: Runs) -> l
 
 
 def _first_runs(plan: Runs) -> list[dict[str, Any]]:
-    """The values of the first run with each combination of kinds."""
     if isinstance(plan, CaseList):
         runs = [plan.case(number) for number in range(plan.count)]
     else:

@@ -115,7 +115,6 @@ class ListedRuns(Runs):
 
 
 def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:
-    """How many tiles there are along each dimension."""
     return tuple(-(-length // size) for length, size in zip(shape, tile, strict=True))
 
 
@@ -252,7 +251,6 @@ def even_in_logarithm(values: np.ndarray) -> bool:
 
 
 def _row_complaints(path: str, values: list[Any]) -> list[str]:
-    """What is wrong with a row of values, whatever they stand for."""
     if not values:
         return ["has no values"]
     strange = [value for value in values if isinstance(value, float) and not math.isfinite(value)]
@@ -287,7 +285,6 @@ class CaseList(ListedRuns):
         return {column.path: column.array[block[0]] for column in self.columns}
 
     def case(self, index: int) -> dict[str, float | str]:
-        """What one case gives."""
         pairs = ((column.path, column.values[index]) for column in self.columns)
         return {path: value for path, value in pairs if value is not None}
 

@@ -76,7 +76,6 @@ def _described(value: Any, seen: set[int]) -> Any:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Names that some code, or code within it, asks for."""
     inner = (_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
     return set(code.co_names).union(*inner)
 
@@ -180,7 +179,6 @@ def code_of(plan: Runs, device: str) -> dict[str, str]:
 
 
 def _measure_record(measure: str | Measure) -> Any:
-    """A name, or what identifies a measure of one's own."""
     if isinstance(measure, str):
         return measure
     how = measure.how

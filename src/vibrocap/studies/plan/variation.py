@@ -119,7 +119,6 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Parameters by part and name."""
     fields: dict[str, dict[str, Any]] = {}
     for path, value in values.items():
         part, name = split_path(path)

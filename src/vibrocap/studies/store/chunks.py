@@ -28,7 +28,6 @@ class ZarrFiles:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The arrays that are stored tile by tile."""
         return tuple(variable.name for variable in self._variables)
 
     def first(self) -> dict[str, bytes]:

@@ -215,7 +215,6 @@ def why_unread(error: OSError) -> str:
 
 
 def make_folder(root: Path, place: str) -> None:
-    """Make a folder below another, where it is missing."""
     with at(root, place) as (name, folder), contextlib.suppress(FileExistsError):
         os.mkdir(name, dir_fd=folder)
 

@@ -1,6 +1,7 @@
 """Verification: whether a store is as it was written, tile by tile."""
 
 import dataclasses
+import functools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -86,11 +87,13 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
     arrays = expected_arrays(record)
     if strange := strange_names(path, arrays):
         raise CaseError(strange, str(path))
-    others, finished, marked = _others(path, record), False, set[str]()
-    try:
-        finished = is_finished(path, record)
-    except DamageError as error:
-        others = (*others, str(error))
+    others, finished, marked = list[str](), False, set[str]()
+    looks = [functools.partial(read_first, path, record, place) for place in first_places(record)]
+    for look in (*looks, functools.partial(is_finished, path, record)):
+        try:
+            finished = look() is True
+        except DamageError as error:
+            others.append(str(error))
     if not others:
         checked_results(path, record)  # as it was written, but perhaps not by this package
     shape, measured = plan_of(record).shape, [name for name, array in arrays.items() if array.along_runs]
@@ -98,14 +101,14 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
     try:
         marked = set(names(path, DONE))
     except FileNotFoundError:
-        others = (*others, f"{DONE} is missing")
+        others.append(f"{DONE} is missing")
     except OSError as error:
         if error.errno not in STRANGE:
             raise
-        others = (*others, f"{DONE} {why_strange(error)}")
+        others.append(f"{DONE} {why_strange(error)}")
     strange = marked - {tile_name(index) for index in indices}
-    others = (*others, *(f"{DONE}/{name} does not belong to the study" for name in sorted(strange)))
-    others = (*others, *(strange_place for strange_place in strange_places(path) if strange_place not in others))
+    others += [f"{DONE}/{name} does not belong to the study" for name in sorted(strange)]
+    others += [place for place in strange_places(path) if place not in others]
     stored = [index for index in indices if tile_name(index) in marked]
     looked_at = indices if finished else stored
     damaged: dict[Index, str] = {}
@@ -117,18 +120,7 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
                 damaged[index] = what
             elif other:
                 mixed.append(index)
-    return Verification(path, len(indices), len(stored), damaged, others, tuple(mixed))
-
-
-def _others(path: Path, record: Mapping[str, Any]) -> tuple[str, ...]:
-    """What is wrong with the files of the results that belong to no tile."""
-    others = []
-    for place in first_places(record):
-        try:
-            read_first(path, record, place)
-        except DamageError as error:
-            others.append(str(error))
-    return tuple(others)
+    return Verification(path, len(indices), len(stored), damaged, tuple(others), tuple(mixed))
 
 
 def _tile(path: Path, record: Mapping[str, Any], names: Sequence[str], index: Index) -> tuple[str, bool]:
