@@ -286,8 +286,8 @@ class StroboscopicMap:
 
         states, directions, images: [runs, states]; parameters: [runs, parameters]
         It has none, as far as differences tell, where those ahead and behind, of a larger and a smaller push, do not
-        agree: where a motion grazes, or its sequence of events changes. On the compiled kernel of the tangents, unless the
-        equations are too stiff for it.
+        agree: where a motion grazes, or its sequence of events changes. On the compiled kernel of the tangents, unless
+        the equations are too stiff for it.
         """
         runs, n = states.shape
         steps = np.array([sign * push for push in PUSHES for sign in (1.0, -1.0)])
