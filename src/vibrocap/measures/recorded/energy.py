@@ -91,11 +91,7 @@ class EnergyBalance(Dimensional):
 
     def _over(self, divisor: float) -> "EnergyBalance":
         kept = ("window", "periods", "own", "channels")
-        works = {
-            field.name: getattr(self, field.name) / divisor
-            for field in dataclasses.fields(self)
-            if field.name not in kept
-        }
+        works = {name: work / divisor for name, work in vars(self).items() if name not in kept}
         own = {name: work / divisor for name, work in self.own.items()}
         return dataclasses.replace(self, **works, own=own)
 

@@ -47,6 +47,7 @@ def motion_summary(motion: Trajectory) -> MotionSummary:
     whole, started = max(0, whole_periods(motion)), len(motion.piece_start) > 0
     velocity = mean_velocity(motion) if whole and motion.system.cyclic is not None else None
     counts, contacts = collections.Counter(motion.event_kinds), range(2, 1 + len(motion.system.laws))
+    own = [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in events.MEANINGS]
     further = (numbered(kind, i) for i in contacts for kind in events.CONTACT)
     certificate = motion.certificate if started else None
     return MotionSummary(
@@ -56,7 +57,7 @@ def motion_summary(motion: Trajectory) -> MotionSummary:
         mean_velocity=velocity,
         cost_of_transport=None if velocity is None else _cost_of_transport(motion, velocity, whole),
         winding=winding(motion) if whole and motion.system.turns else None,
-        events={kind: counts[kind] for kind in (*events.MEANINGS, *own_events(motion), *further)},
+        events={kind: counts[kind] for kind in (*events.MEANINGS, *own, *further)},
         sticking={
             numbered("stick_fraction", i): stick_fraction(motion, contact=i) if started else None
             for i in range(1, 1 + len(motion.system.laws))
@@ -66,11 +67,6 @@ def motion_summary(motion: Trajectory) -> MotionSummary:
         certificate=certificate,
         status=motion.status,
     )
-
-
-def own_events(motion: Trajectory) -> list[str]:
-    """Kinds of event that only the machine of a motion, its actuator or its controller knows."""
-    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in events.MEANINGS]
 
 
 def _cost_of_transport(motion: Trajectory, velocity: MeanVelocity, whole: int) -> float | None:

@@ -128,7 +128,8 @@ def gradients(
         raise ArgumentError("orbit", why)
     every = over is None
     one = isinstance(over, str) or not isinstance(over, Iterable)
-    paths: Any = _numbers(system) if over is None else [over] if one else over
+    numbers = [path for path in system.parameter_paths if isinstance(system.parameter(path), float)]  # no counts
+    paths: Any = numbers if over is None else [over] if one else over
     asked = list(dict.fromkeys(quantity(path, system).plain for path in paths))
     ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
     values, slopes = _measured(ends, orbit)
@@ -144,11 +145,6 @@ def check_gradients(system: System) -> None:
     if system.machine.imposes_distances:
         name = system.machine.name
         raise ArgumentError("system", f"contacts of a {name} turn at one instant, through which no tangent is carried")
-
-
-def _numbers(system: System) -> list[str]:
-    """Paths of all parameters that change continuously: numbers, but no counts."""
-    return [path for path in system.parameter_paths if isinstance(system.parameter(path), float)]
 
 
 class _Ends:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibrocap.measures.recorded.sticking import by_contact
 from vibrocap.motion.simulate import simulate
-from vibrocap.orbits.equilibria.bifurcations import Located, hopf
+from vibrocap.orbits.equilibria.bifurcations import hopf
 from vibrocap.orbits.equilibria.equilibrium_branch import Sliding
 from vibrocap.orbits.equilibria.steady_states import SteadyEquations
 from vibrocap.orbits.maps.cycle_map import CycleMap
@@ -68,8 +68,12 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     if centre is None:
         return None
     located = hopf(mode, centre.x, complex(0.0, 2.0 * np.pi / period))
-    if located is None or not _belongs(closure, mode, located, state, period, amplitude):
+    if located is None:
         return None
+    away = (mode.state(located.x) - state[mode.problem.unknowns]) / closure.sizes[mode.problem.unknowns]
+    slower = abs(located.frequency * period / (2.0 * np.pi) - 1.0)
+    if not (float(np.linalg.norm(away)) <= CENTRE * amplitude and slower <= SAME_FREQUENCY):
+        return None  # the cycle does not surround it, or turns at another speed
     text, place = "the cycles shrink to steady sliding", mode.parameter(located.x)
     return Found.at_end(SpecialKind.HOPF, 1.0, last, located.error, text, place, frequency=located.frequency)
 
@@ -85,15 +89,6 @@ def _mode(closure: CycleMap, point: BranchPoint) -> Sliding:
     row[problem.index] = closure.parameter(point.x)
     velocities = problem.values(problem.velocities, state[problem.unknowns], ones, switched, row)
     return Sliding(problem, np.where(velocities < 0.0, -1.0, 1.0), switched, closure.between)
-
-
-def _belongs(
-    closure: CycleMap, mode: Sliding, located: Located, state: np.ndarray, period: float, amplitude: float
-) -> bool:
-    """Whether a cycle of an amplitude surrounds the equilibrium at a Hopf point, and turns as fast."""
-    away = (mode.state(located.x) - state[mode.problem.unknowns]) / closure.sizes[mode.problem.unknowns]
-    near = float(np.linalg.norm(away)) <= CENTRE * amplitude
-    return near and abs(located.frequency * period / (2.0 * np.pi) - 1.0) <= SAME_FREQUENCY
 
 
 def cycles_followed(closure: CycleMap, *arguments: Any, **options: Any) -> Followed:

@@ -366,9 +366,8 @@ def _joined(mode: Sliding, walk: Walked) -> EquilibriumBranch:
     states = np.tile(mode.switched, (len(points), 1))
     states[:, problem.unknowns] = np.stack([mode.state(point.x) for point in points])
     cyclic = problem.recording.cyclic_state
-    travel = np.full(len(points), np.nan)
-    if cyclic >= 0:
-        travel = np.array([mode.values([problem.recording.rates[cyclic]], point.x)[0] for point in points])
+    rate = [problem.recording.rates[cyclic]] if cyclic >= 0 else []
+    travel = np.array([(*mode.values(rate, point.x), np.nan)[0] for point in points])
     jacobians = [point.closing.jacobian for point in points]
     return EquilibriumBranch(
         system=problem.system,

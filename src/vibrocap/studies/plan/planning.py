@@ -69,22 +69,6 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
     return complaints
 
 
-def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[Column], bool]]:
-    """(kinds, axes of one part, whether that part has rules between its fields), for all kinds and parts.
-
-    Where a part has such rules, values that are good one by one may be refused together.
-    """
-    for kinds in kind_choices(plan):
-        choice = kinds_chosen(system, kinds)
-        numbered = [axis for axis in plan.axes if not is_kind(axis.path) and not axis.path.startswith(INITIAL)]
-        parts: dict[str, list[Column]] = {}
-        for axis in numbered:
-            parts.setdefault(split_path(axis.path)[0], []).append(axis)
-        for part, axes in parts.items():
-            kind = choice[part] if isinstance(choice[part], type) else type(choice[part])
-            yield kinds, axes, bool(kind.__pydantic_decorators__.model_validators) or hasattr(kind, "__post_init__")
-
-
 def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
     """Values to try: all combinations that matter where they are few, else the corners and what lies along them."""
     if isinstance(plan, Drawn):
@@ -96,7 +80,15 @@ def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
     first = {axis.path: axis.values[0] for axis in plan.axes if not axis.path.startswith(INITIAL)}
     for kinds in kind_choices(plan):
         yield first | kinds
-    for kinds, axes, ruled in _groups(system, plan):
+    parts: dict[str, list[Column]] = {}
+    for axis in plan.axes:
+        if not is_kind(axis.path) and not axis.path.startswith(INITIAL):
+            parts.setdefault(split_path(axis.path)[0], []).append(axis)
+    for kinds, (part, axes) in itertools.product(kind_choices(plan), parts.items()):
+        chosen = kinds_chosen(system, kinds)[part]
+        kind = chosen if isinstance(chosen, type) else type(chosen)
+        # Where a part has rules between its fields, values that are good one by one may be refused together.
+        ruled = bool(kind.__pydantic_decorators__.model_validators) or hasattr(kind, "__post_init__")
         few = int(np.prod([len(axis.values) for axis in axes], dtype=object)) <= LIMIT
         for values in _crossed(axes) if ruled and few else _along(axes, ruled):
             yield first | kinds | values

@@ -18,24 +18,14 @@ class CheckedStore(Store):
     chunks are.
     """
 
+    supports_writes, supports_deletes, supports_listing = False, False, True  # type: ignore[assignment]
+
     def __init__(self, path: Path, record: Mapping[str, Any], results: Results):
         super().__init__(read_only=True)
         self.path, self.record, self.results = path, record, results
 
     def __eq__(self, value: object) -> bool:
         return isinstance(value, CheckedStore) and (value.path, value.record) == (self.path, self.record)
-
-    @property
-    def supports_writes(self) -> bool:
-        return False
-
-    @property
-    def supports_deletes(self) -> bool:
-        return False
-
-    @property
-    def supports_listing(self) -> bool:
-        return True
 
     def content(self, key: str) -> bytes | None:
         """What stands at a place; None where nothing does. StoreError where it is damaged."""
