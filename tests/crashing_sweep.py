@@ -20,14 +20,14 @@ from pathlib import Path
 
 import cheap_ensemble
 import vibrocap as vc
-import vibrocap.studies.plan.code_version
+import vibrocap.studies.plan.study
 import vibrocap.studies.store.store
 import vibrocap.studies.sweep
 from stored_files import files
 from vibrocap.physics.catalogue import drives, laws, machines
 
 importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
-vibrocap.studies.plan.code_version.source_fingerprint()  # once: someone may be editing the sources
+vibrocap.studies.plan.study.source_fingerprint()  # once: someone may be editing the sources
 for imported_by_a_sweep in (
     *(
         "zarr",

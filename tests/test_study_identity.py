@@ -10,16 +10,16 @@ import pytest
 import vibrocap
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.studies.plan.code_version import (
+from vibrocap.studies.plan.designs import Design
+from vibrocap.studies.plan.planning import planned_study
+from vibrocap.studies.plan.study import (
+    Study,
     code_differences,
     code_version,
     differences,
     imported_files,
     source_fingerprint,
 )
-from vibrocap.studies.plan.designs import Design
-from vibrocap.studies.plan.planning import planned_study
-from vibrocap.studies.plan.study import Study
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 SETTINGS = {

@@ -19,7 +19,7 @@ import vibrocap.io.netcdf
 import vibrocap.io.study_file
 import vibrocap.plotting.plot
 import vibrocap.studies.adaptive
-import vibrocap.studies.plan.code_version
+import vibrocap.studies.plan.study
 import vibrocap.studies.sweep
 from torture.children import changes, child, die, ended, tree
 from torture.outcome import Outcome
@@ -43,7 +43,7 @@ def prepare() -> None:
     """What all children share: the stand-in for the engine, and what is dear and always the same."""
     importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
     importlib.import_module("vibrocap.studies.adaptive").ensemble = cheap_ensemble.ensemble
-    vibrocap.studies.plan.code_version.source_fingerprint()
+    vibrocap.studies.plan.study.source_fingerprint()
     for name in (
         *("xarray", "xarray.backends.zarr", "h5netcdf", "zarr", "h5py", "scipy.stats.qmc", "dask.array", "psutil"),
         *("vibrocap.numerics.compiler", "vibrocap.studies.store.chunks"),

@@ -15,8 +15,7 @@ from vibrocap.quantities.declared import AlongTurns, Context, Over, WithUnit, wi
 from vibrocap.quantities.dimensional import computed, member_hints, member_view
 from vibrocap.quantities.hints import declaration, over_of
 from vibrocap.results import Rows
-from vibrocap.studies.plan.code_version import code_version
-from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.study import Study, code_version
 from vibrocap.studies.store.places import MIXED
 from vibrocap.studies.store.record import measure_names, read_record
 from vibrocap.studies.store.zarr_form import checked_results

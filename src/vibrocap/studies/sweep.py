@@ -131,7 +131,7 @@ def sweep(
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
     of every run: a run that failed is NaN and its status gives the reason. The results depend neither on tiles or
-    threads nor on interruptions, after which a store has the same bytes; on what else, see `plan.code_version`.
+    threads nor on interruptions, after which a store has the same bytes; on what else, see `plan.study.code_version`.
 
     Raises CaseError with every complaint at once, StoreError where `out` does not take the results, ModuleNotFoundError
     without xarray (for `out` zarr), all before any work; Stopped (a KeyboardInterrupt) when interrupted.

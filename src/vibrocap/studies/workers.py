@@ -25,8 +25,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.catalogue import register
 from vibrocap.physics.part_files import PartsError, file_of, load_parts
-from vibrocap.studies.plan.code_version import code_differences
-from vibrocap.studies.plan.study import Study, code_of
+from vibrocap.studies.plan.study import Study, code_differences, code_of
 from vibrocap.studies.store.places import StoreError
 from vibrocap.studies.store.record import Index
 from vibrocap.studies.store.store import Store

@@ -192,7 +192,7 @@ class Device:
 
     run: has the contract of `ensemble_run`; chunk: runs that it takes at a time
     tile_runs: runs of a study that are stored together, unless these are given; None: as many as its time allows
-    code: with what its results are made, by name, beside the package; see `studies.plan.code_version`
+    code: with what its results are made, by name, beside the package; see `studies.plan.study`
     """
 
     run: Callable[..., RunResults]

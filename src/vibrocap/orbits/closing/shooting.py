@@ -18,7 +18,7 @@ from vibrocap.orbits.maps.stroboscopic_map import (
 from vibrocap.orbits.walk.residual import Levels, newton
 
 CLOSED = Levels(1e-14, 1e-9)  # residuals over natural sizes, for Newton's method
-MOST_NEWTON_STEPS = 25
+MOST_STEPS = 25
 HALVINGS = 12  # of a step
 LONGEST_STRIDE = 1.0  # of a Newton step, in natural sizes of a state
 CONTRADICTS = 10.0 * AGREE  # of a derivative, or of one where it is smaller
@@ -135,7 +135,7 @@ class Closure:
     def closed(self, x: np.ndarray) -> tuple[_Try, int]:
         """(the best state that Newton's method meets, steps taken)."""
         self.shortest = 0.5 * x[-1] if self.cycle else 0.0  # towards no time every state closes by itself
-        return newton(self.attempt, x, CLOSED, MOST_NEWTON_STEPS, halvings=HALVINGS)
+        return newton(self.attempt, x, CLOSED, MOST_STEPS, halvings=HALVINGS)
 
     def attempt(self, x: np.ndarray) -> _Try:
         state = x[: self.map_.states]

@@ -24,8 +24,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.studies.plan.code_version import code_differences, differences, surroundings
-from vibrocap.studies.plan.study import FORMAT, Study
+from vibrocap.studies.plan.study import FORMAT, Study, code_differences, differences, surroundings
 from vibrocap.studies.store import places
 from vibrocap.studies.store.chunks import ZarrFiles
 from vibrocap.studies.store.places import BEGINNING, DONE, FILE, FINISHED, FOLDER, LOCK, MIXED, RESULTS, STUDY
