@@ -1,8 +1,5 @@
 """Parts of a system, a machine, a law or a drive: frozen records of parameters, checked when they are made.
 
-Wrong values and unknown names are refused with a ParameterError (a ValueError) that names every bad field, what was
-given and what would be right.
-
 A parameter declares beside its default its symbol, its meaning and its role, one of `ROLES`, hence its dimension:
 `parameter(0.15, "eta_c", "friction coefficient at high speed", "level")`. Fits know from the role where to start,
 conversions to SI by which scales to multiply. One without such a role declares its unit, `unit="N s/m"`, or nothing:
@@ -215,7 +212,9 @@ class ParameterError(ValueError):
 @dataclass_transform(frozen_default=True)
 def parameters(cls: type[Record]) -> type[Record]:
     """Class decorator: a frozen dataclass whose fields are checked and whose unknown names are refused."""
-    record: Any = _checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))(cls)
+    record: Any = _checked_dataclass(frozen=True, repr=False, eq=False, config=ConfigDict(extra="forbid"))(cls)
+    record.__eq__, record.__repr__ = _same, _shown  # as dataclasses make them, but not anew for each of 90 classes
+    record.__hash__ = lambda self: hash(_values(self))
     checked = record.__init__
 
     @functools.wraps(checked)
@@ -231,6 +230,19 @@ def parameters(cls: type[Record]) -> type[Record]:
 
     record.__init__ = __init__
     return record
+
+
+def _values(record: Any) -> tuple:
+    return tuple(getattr(record, name) for name in record.__match_args__)
+
+
+def _same(record: Any, other: Any) -> bool:
+    return _values(record) == _values(other) if type(other) is type(record) else NotImplemented
+
+
+def _shown(record: Any) -> str:
+    pairs = zip(record.__match_args__, _values(record), strict=True)
+    return f"{type(record).__qualname__}({', '.join(f'{name}={value!r}' for name, value in pairs)})"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -269,19 +281,6 @@ def given_parameters(record: Any) -> dict[str, Any]:
     """The values of a record's parameters by name, without those that are none."""
     values = {info.name: getattr(record, info.name) for info in parameter_table(record)}
     return {name: value for name, value in values.items() if value is not None}
-
-
-def described(record: Any, digits: int = 6) -> str:
-    """A record in a line: its name, and the values of its parameters to so many digits."""
-    values = given_parameters(record).items()
-    return f"{record.name}: {', '.join(f'{name} {brief(value, digits)}' for name, value in values)}"
-
-
-def brief(value: Any, digits: int) -> str:
-    """A value of a parameter in words: a word, a number to so many digits, or of a table how many they are."""
-    if isinstance(value, (tuple, list)):
-        return f"{len(value)} numbers"
-    return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 def _declaring(cls: type) -> Any:

@@ -16,9 +16,9 @@ from vibrocap.cli.terminal import Page, progress, said, table
 from vibrocap.cli.texts import changes, split
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
-from vibrocap.physics.dimensions.stated import parameters_stated
+from vibrocap.physics.dimensions.stated import brief, described, parameters_stated
 from vibrocap.physics.names import name_and_number, numbered, owner_of
-from vibrocap.physics.parameters import brief, described, parameter_table
+from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import computed, in_si, view

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from vibrocap.physics.dimensions.units import Key, parameter_keys, suffix, unit_name, written_in_si
-from vibrocap.physics.parameters import NUMBER, parameter_table
+from vibrocap.physics.parameters import NUMBER, given_parameters, parameter_table
 
 
 class Stated(NamedTuple):
@@ -34,3 +34,16 @@ def parameters_stated(part: str, system: Any) -> list[Stated]:
         for name, unit, value in measured
         if value is not None
     ]
+
+
+def described(record: Any, digits: int = 6) -> str:
+    """A record in a line: its name, and the values of its parameters to so many digits."""
+    values = given_parameters(record).items()
+    return f"{record.name}: {', '.join(f'{name} {brief(value, digits)}' for name, value in values)}"
+
+
+def brief(value: Any, digits: int) -> str:
+    """A value of a parameter in words: a word, a number to so many digits, or of a table how many they are."""
+    if isinstance(value, (tuple, list)):
+        return f"{len(value)} numbers"
+    return value if isinstance(value, str) else f"{value:.{digits}g}"
