@@ -13,7 +13,7 @@ from typing import Any
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
-from vibrocap.lab.presets import end_of
+from vibrocap.lab.bundle import end_of
 from vibrocap.physics.catalogue import laws, machines
 
 STORE = Path(__file__).with_name("lab_motions.json")

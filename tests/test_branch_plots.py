@@ -12,6 +12,7 @@ from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.finishing import save
+from vibrocap.plotting.look.style import figure
 from vibrocap.plotting.steady import branches as branch_plots
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
@@ -71,7 +72,7 @@ def test_lines_are_cut_where_stability_changes():
 
 
 def test_stable_is_solid_and_twins_are_drawn():
-    _, axes = branch_plots.figure(1, 1)
+    _, axes = figure(1, 1)
     used = branch_plots.draw_branches(axes[0, 0], diagram(), "mean_velocity", ALONG)
     lines = [line for line in axes[0, 0].lines if len(line.get_xdata()) > 1 and line.get_xdata()[0] >= 1.0]
     styles = {(line.get_color(), line.get_linestyle()) for line in lines}
@@ -93,7 +94,7 @@ def swept(over=OVER):
 
 
 def test_brute_force_is_marked_where_it_settled():
-    _, axes = branch_plots.figure(1, 1)
+    _, axes = figure(1, 1)
     assert branch_plots.draw_swept(axes[0, 0], swept(), "mean_velocity", ALONG) == {"up", "down"}
     up, down = axes[0, 0].lines
     assert up.get_xdata().tolist() == [1.2, 2.0]
@@ -103,7 +104,7 @@ def test_brute_force_is_marked_where_it_settled():
 
 
 def test_places_where_travel_begins_and_ends_bear_their_parameter():
-    _, axes = branch_plots.figure(1, 1)
+    _, axes = figure(1, 1)
     branch_plots.draw_branches(axes[0, 0], diagram(), "mean_velocity", ALONG)
     assert [(text.get_text(), text.get_ha()) for text in axes[0, 0].texts] == [("1.4000", "right"), ("2.6000", "left")]
 

@@ -12,8 +12,7 @@ from vibrocap.arguments import Refusal
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.commands.crossing import _other
 from vibrocap.cli.main import main
-from vibrocap.lab.bundle import contents
-from vibrocap.lab.presets import Preset
+from vibrocap.lab.bundle import Preset, contents
 from vibrocap.physics.catalogue import drives, laws
 from vibrocap.physics.dimensions.carry_over import carried_names
 from vibrocap.physics.friction.law import Curve, NonNegative, parameter, parameters

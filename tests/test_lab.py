@@ -19,12 +19,11 @@ import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import case_from_text, case_text
 from vibrocap.cli.main import main
-from vibrocap.lab.bundle import Contents, bundle, contents
+from vibrocap.lab.bundle import Contents, Preset, bundle, contents, file_preset
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import form_of
 from vibrocap.lab.page import SCRIPTS, WORKER, functions, page, source
-from vibrocap.lab.presets import Preset, file_preset
-from vibrocap.lab.rules import mirrored, rules
+from vibrocap.lab.written import mirrored, rules
 from vibrocap.measures.during_run import measure_table
 from vibrocap.numerics.linker import plain_kernel
 from vibrocap.paper.presets import figures_5_to_8, start

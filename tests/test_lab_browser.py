@@ -14,9 +14,8 @@ from browser import CHROMIUM, browser
 from lab_motions import KINDS, ending, motions_of_a_kind, plain, stored
 from thinned import exhaustive_but
 from vibrocap.cli.main import main
-from vibrocap.lab.bundle import Contents, bundle
+from vibrocap.lab.bundle import Contents, Preset, bundle, end_of
 from vibrocap.lab.page import page
-from vibrocap.lab.presets import Preset, end_of
 from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.numerics.api import browser_module
 from vibrocap.paper.presets import figures_5_to_8
@@ -121,7 +120,7 @@ def ends_of(chromium, tmp_path, monkeypatch):
             "vibrocap.lab.bundle.browser_module",
             lambda pairs: browser_module([pair if i in places else pair[:1] for i, pair in enumerate(pairs)]),
         )
-        monkeypatch.setattr("vibrocap.lab.presets.end_of", lambda case: end_of(case) if case is first else None)
+        monkeypatch.setattr("vibrocap.lab.bundle.end_of", lambda case: end_of(case) if case is first else None)
         presets = tuple(Preset(name, name, "", case) for name, (_, case) in opened.items())
         out = tmp_path / "all.html"
         out.write_text(page(bundle(Contents(tuple(case.system for case in cases.values()), presets))))

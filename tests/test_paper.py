@@ -15,16 +15,14 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.status import Status
-from vibrocap.paper.averages import averages, crossings, meeting_points, zeros
-from vibrocap.paper.claims.chapters import CHAPTERS, chapters
+from vibrocap.paper.claims import CHAPTERS, chapters
 from vibrocap.paper.claims.claim import CLAIMS, Outcome, judged, printed
 from vibrocap.paper.errata import ERRATA, errata_page
-from vibrocap.paper.figures.catalogue import FIGURES, LOADED, chosen_figures
+from vibrocap.paper.figures import FIGURES, LOADED, chosen_figures
 from vibrocap.paper.load_finding import loaded_figure, loaded_motions
-from vibrocap.paper.main_finding import PRINTED, asymmetry
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11, law, start, with_load
 from vibrocap.paper.runs import LIGHT_POINTS, SWEEP_POINTS, Runs
-from vibrocap.paper.steady_points import SOFT, steady_points
+from vibrocap.paper.travel import PRINTED, SOFT, asymmetry, averages, crossings, meeting_points, steady_points, zeros
 from vibrocap.report.pieces import number
 from vibrocap.report.reproduce import KEYS, reproduce
 

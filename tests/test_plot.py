@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 import vibrocap as vc
 from vibrocap.motion.status import Status
 from vibrocap.plotting.animation import ARROW, CONTACT, EDGE, OUTLINE, Scene
-from vibrocap.plotting.histories import hides_lift_off
+from vibrocap.plotting.histories import Trace, hides_lift_off
 from vibrocap.plotting.look.labels import filled, parts_title, quantity_label, symbol_text
-from vibrocap.plotting.look.trace import Trace
 from vibrocap.quantities.dimensional import computed
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

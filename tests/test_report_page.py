@@ -6,7 +6,7 @@ import pytest
 
 from browser import CHROMIUM, browser
 from thinned import exhaustive_but
-from vibrocap.report.findings import BADGES
+from vibrocap.report.page import BADGES
 from vibrocap.report.reproduce import reproduce
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]

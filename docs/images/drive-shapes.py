@@ -6,9 +6,8 @@ python docs/images/drive-shapes.py
 import csv
 from pathlib import Path
 
-from vibrocap.plotting.look.colours import BLUE, ORANGE, VERMILION
 from vibrocap.plotting.look.finishing import save
-from vibrocap.plotting.look.style import figure, style
+from vibrocap.plotting.look.style import BLUE, ORANGE, VERMILION, figure, style
 
 SERIES = (  # law, column, line, colour, label
     ("exponential", "speed", "o-", BLUE, "exponential law (EM)"),

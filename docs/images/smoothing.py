@@ -16,7 +16,7 @@ import vibrocap as vc
 from vibrocap.laboratory.regularisation import regularisation_error, width_for
 from vibrocap.plotting.laboratory import draw_errors, draw_steps
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLACK
+from vibrocap.plotting.look.style import BLACK
 
 START = {"angle": math.pi / 3}
 WIDTHS = np.logspace(-1, -7, 13)

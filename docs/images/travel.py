@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK
+from vibrocap.plotting.histories import Trace
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLUE, GREEN, VERMILION
-from vibrocap.plotting.look.trace import Trace
+from vibrocap.plotting.look.style import BLUE, GREEN, VERMILION
 
 PERIODS = 40
 FRAMES = (0.0, 0.14, 0.235, 0.43, 0.55, 0.75, 1.0)  # instants of the last period, in periods

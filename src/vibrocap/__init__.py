@@ -159,9 +159,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.system import System
-    from vibrocap.plotting.calibrations import draw_calibration
+    from vibrocap.plotting.designs import draw_calibration, draw_front
     from vibrocap.plotting.fits import draw_forces
-    from vibrocap.plotting.fronts import draw_front
     from vibrocap.plotting.histories import draw_history, draw_load
     from vibrocap.plotting.intervals import draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
@@ -170,8 +169,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.plotting.plot import figure, plot, thumbnail
     from vibrocap.plotting.steady.basins import draw_basins
     from vibrocap.plotting.steady.branches import draw_branch, draw_floquet_multipliers
-    from vibrocap.plotting.steady.diagrams import draw_bifurcation
-    from vibrocap.plotting.steady.equilibria import draw_equilibria
+    from vibrocap.plotting.steady.diagrams import draw_bifurcation, draw_equilibria
     from vibrocap.plotting.studies.maps import draw_study
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper

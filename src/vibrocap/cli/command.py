@@ -20,8 +20,7 @@ from cyclopts import Group, Parameter
 from vibrocap.arguments import Complaints, Refusal, by_option
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import SECTIONS
-from vibrocap.cli.destinations import needs
-from vibrocap.cli.options import CASE, Option, flag, option
+from vibrocap.cli.options import CASE, Option, flag, needs, option
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
 from vibrocap.plotting.look.page import on_page

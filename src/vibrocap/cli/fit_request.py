@@ -9,8 +9,19 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.arguments import ArgumentError, Complaints, Refusal, by_option, check_whole, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Drawn, WithParts
-from vibrocap.cli.destinations import needs, own_names
-from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, SEED, flag, folder, option, picture
+from vibrocap.cli.options import (
+    COLUMN_UNITS,
+    COLUMNS,
+    JSON,
+    SAMPLING_RATE,
+    SEED,
+    flag,
+    folder,
+    needs,
+    option,
+    own_names,
+    picture,
+)
 from vibrocap.cli.texts import column_names, pairs, priors, range_of, split
 
 if TYPE_CHECKING:

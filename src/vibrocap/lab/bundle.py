@@ -1,9 +1,13 @@
-"""The data of a page: forms with their kernels, records of parts, presets; as plain data for JSON."""
+"""The data of a page, as plain data for JSON: forms with their kernels, records of parts, and presets.
+
+A preset is a case with a name and a few words, and the numbers by which the page is checked.
+"""
 
 import base64
 import contextlib
 import dataclasses
 import itertools
+import re
 import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
@@ -11,17 +15,115 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import RUN_DEFAULTS
+from vibrocap.case.case import RUN_DEFAULTS, Case, read_case
 from vibrocap.case.sections import kind_key
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
-from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
-from vibrocap.numerics.api import browser_module, series_order
+from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.simulate import initial_state
+from vibrocap.numerics import api
+from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.dimensions.carry_over import carried, carried_names
 from vibrocap.physics.dimensions.units import effort_of
-from vibrocap.physics.parameters import ParameterError
+from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.system import OPTIONAL, System
+
+GALLERY = (
+    *("travels-by-stick-slip", "mirror-twin", "biharmonic-drive-travels", "phase-reverses-travel"),
+    *("symmetric-no-travel", "light-capsule-travels-fast", "slow-drive-mostly-sticks", "never-leaves-stick"),
+    *("buckled-pendulum-travels", "bristles-with-offset-points"),
+)
+LONGEST = 2000  # periods of a preset: a page keeps every piece of a motion
+
+
+@dataclasses.dataclass(frozen=True)
+class Preset:
+    """A case of a page. key: in its address; title: in its list; note: what to look at."""
+
+    key: str
+    title: str
+    note: str
+    case: Case
+
+    @property
+    def parts(self) -> tuple[str, str, str]:
+        """Names of machine, law and drive."""
+        system = self.case.system
+        return system.machine.name, system.friction.name, system.drive.name
+
+
+def paper_presets() -> list[Preset]:
+    """The systems of the paper's figures of motion, on both laws."""
+    presets = []
+    for key, figures, figures_of in (("5-8", "Figs 5-8", figures_5_to_8), ("9-11", "Figs 9-11", figures_9_to_11)):
+        for law, words in (("exponential", "exponential law (EM)"), ("lugre", "LuGre law (LM)")):
+            system = figures_of(law)
+            note = f"The machine of the paper's {figures} on the {words}, from the paper's start."
+            case = Case(system, start(system), periods=40)
+            presets.append(Preset(f"paper-{key}-{law}", f"Paper, {figures}, {law}", note, case))
+    return presets
+
+
+def gallery(folder: Path) -> list[Preset]:
+    """Cases of the gallery of examples, by their files; those that are not there are left out."""
+    return [file_preset(folder / f"{name}.toml") for name in GALLERY if (folder / f"{name}.toml").is_file()]
+
+
+def defaults(system: System, tolerance: float) -> Preset:
+    """A system with its default numbers, from a small push where there is room for one."""
+    state = system.state_names[0]
+    start = {} if state in system.placed.room() else {state: 0.5}
+    title = f"{system.machine.name}, defaults".replace("-", " ").capitalize()
+    return Preset(f"defaults-{system.machine.name}", title, "", Case(system, start, tolerance=tolerance))
+
+
+def file_preset(path: Path) -> Preset:
+    """The case in a file, with the first words of its comment. Raises CaseError for what is no case."""
+    case = read_case(path)
+    text = path.read_text(encoding="utf-8-sig") if path.is_file() else ""  # of a pipe all was read
+    head = re.match(r"(?:#[^\n]*\n)*", text.replace("\r\n", "\n"))
+    lines = [line[1:].strip().replace("`", "") for line in (head[0] if head else "").splitlines()]
+    paragraphs = [" ".join(paragraph.split()) for paragraph in "\n".join(lines).split("\n\n")]
+    sentences = (re.sub(r"[^.]*$", "", paragraph) for paragraph in paragraphs if not paragraph.startswith("vibrocap "))
+    note = " ".join(filter(None, sentences))  # without how it is run
+    return Preset(path.stem, path.stem.replace("-", " ").capitalize(), note, case)
+
+
+def preset_record(preset: Preset) -> dict[str, Any]:
+    """A preset as a page has it: the values that are numbers, how it runs, and its checked end."""
+    case = preset.case
+    values, words = {}, {}
+    for part, record in case.system.parts.items():
+        for info in parameter_table(record):
+            value = getattr(record, info.name)
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            (values if number else words)[f"{part}.{info.name}"] = value
+    scales = case.system.units or case.scales
+    return {
+        "key": preset.key,
+        "title": preset.title,
+        "note": preset.note,
+        "parts": list(preset.parts),
+        "values": values,
+        "words": words,
+        "initial": {name: float(case.initial.get(name, 0.0)) for name in case.system.state_names},
+        "periods": case.periods,
+        "tolerance": case.tolerance,
+        "units": "none" if case.system.units is None else "SI",
+        "scales": None if scales is None else list(scales.units),
+        "check": end_of(case),
+    }
+
+
+def end_of(case: Case) -> dict[str, Any]:
+    """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
+    system, start = case.system, initial_state(case.system, case.initial)
+    begin = api.MotionStart(equations(system), parameter_values(system), list(start.values()), system.drive.period)
+    motion = api.recorded_run(begin, api.Budget(**case.run), api.Form(literal=True))
+    counts = {"events": len(motion.events), "pieces": len(motion.pieces), "status": motion.status}
+    return {"state": motion.final.tolist()} | counts
+
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
 SMOOTHED = "smoothed-"  # before the name of a set-valued law: what a smoothed contact would say, beside the exact one
@@ -79,9 +181,9 @@ def contents(
     offered = [*([] if opened is None else [opened]), *paper_presets()]
     offered += [] if examples is None else [preset for preset in gallery(examples) if preset.key != offered[0].key]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
-    order = series_order(tolerance)
+    order = api.series_order(tolerance)
     known = [form for form in offered if _key(form.case.system) in forms]
-    presets = [preset for preset in known if series_order(preset.case.tolerance) == order]
+    presets = [preset for preset in known if api.series_order(preset.case.tolerance) == order]
     for system in systems:
         if all(preset.parts[0] != system.machine.name for preset in presets):  # it begins with its defaults
             presets.append(defaults(system, tolerance))
@@ -136,7 +238,7 @@ def bundle(contents: Contents, tell: Callable[[float], None] = lambda share: Non
             part = type(record)
             parts.setdefault(name, {}).setdefault(part.name, part_record(part, effort_of(name, system.parts)))
             kinds.setdefault(name, {})[part.name] = part
-    code = zlib.compress(browser_module([(form.motion, form.ensemble) for form in forms]), 9)
+    code = zlib.compress(api.browser_module([(form.motion, form.ensemble) for form in forms]), 9)
     tell(1.0)
     return {
         "layout": LAYOUT,

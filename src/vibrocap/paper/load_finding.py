@@ -13,11 +13,11 @@ import numpy as np
 from vibrocap.measures.recorded.sticking import stick_fraction
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.averages import PERIOD
 from vibrocap.paper.claims.claim import RUN_ERROR
 from vibrocap.paper.figures.motion import WANDERED
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
 from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Period, Runs
+from vibrocap.paper.travel import PERIOD
 
 PRINTED, DYNAMIC = 1.0, "dynamic"
 LOADS: tuple[float | str, ...] = (PRINTED, "weight", DYNAMIC)

@@ -26,9 +26,8 @@ from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.plotting.histories import contacts_of, loads_of
-from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from vibrocap.plotting.look.labels import scale
-from vibrocap.plotting.look.style import STYLE, blank_figure
+from vibrocap.plotting.look.style import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, blank_figure
 
 PERIODS = 5  # the last ones are filmed
 FRAMES_PER_SECOND = 25

@@ -14,9 +14,9 @@ from vibrocap.identification.experiments.comparison import Comparison, Match
 from vibrocap.identification.fit_result import Fit, MeasuredUnits, RecordResult
 from vibrocap.plotting.intervals import forest, forest_height, intervals
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLUE, GREY, VERMILION
 from vibrocap.plotting.look.labels import law_words, percent, whole
 from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import BLUE, GREY, VERMILION
 
 MOST_RECORDS, MOST_IN_COLUMN = 6, 3  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops

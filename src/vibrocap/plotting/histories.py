@@ -1,4 +1,7 @@
-"""Panels of a motion: quantities over time in drive periods, alone or of all contacts, modes and friction loops."""
+"""Panels of a motion: quantities over time in drive periods, alone or of all contacts, modes and friction loops.
+
+All are drawn from a `Trace`, a stretch of the motion as points of its pieces.
+"""
 
 from typing import Any
 
@@ -7,16 +10,59 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.measures.recorded.settling import Settling, settling
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.events import IMPACT
 from vibrocap.physics.names import name_and_number, number_in, numbered
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.labels import LABELS, quantity_label, scale, with_unit
-from vibrocap.plotting.look.style import STICK_SHADE, drawing, legend_above
-from vibrocap.plotting.look.trace import Trace
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+
+MOST_POINTS, MOST_PER_PIECE = 200_000, 24
+
+
+class Trace:
+    """A stretch of a motion as points of its pieces, each with both its ends: jumps stand upright, peaks are round.
+
+    time: [points]; a border of two pieces is there twice, as what each of them says
+    """
+
+    def __init__(self, motion: Trajectory, start: float, end: float):
+        self.motion = motion
+        begin, length = motion.piece_start, motion.piece_length
+        pieces = np.flatnonzero((begin < end) & (begin + length > start))
+        low = np.maximum(begin[pieces], start) - begin[pieces]
+        high = np.minimum(begin[pieces] + length[pieces], end) - begin[pieces]
+        most = max(2, min(MOST_PER_PIECE, MOST_POINTS // max(len(pieces), 1)))
+        share = np.linspace(0.0, 1.0, most)
+        self.index = np.repeat(pieces, most)
+        self.since = (low[:, None] + (high - low)[:, None] * share).ravel()
+        self.time = begin[self.index] + self.since
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A quantity at these points, in SI where the system knows its scales; an angle that turns without end within
+        half a turn of zero, cut where it begins again."""
+        motion, values = self.motion, self._plain(name)
+        if turn := motion.system.machine.turns.get(name):
+            values = (values + turn / 2) % turn - turn / 2
+            values[1:][np.abs(np.diff(values)) > turn / 2] = np.nan
+        return values * (1.0 if name.startswith("side") else scale(name, motion.system))
+
+    def _plain(self, name: str) -> np.ndarray:
+        motion = self.motion
+        if name in motion.state_names:
+            return motion.piece_states(self.index, self.since)[motion.state_names.index(name)]
+        if name in motion.observable_names:
+            return motion.piece_observables((name,), self.index, self.since)[0]
+        if name not in motion.names:
+            raise ArgumentError("name", f"a motion has no {name!r}; {suggestion(name, motion.names)}")
+        if name in motion.side_names:
+            return motion.side_of(name)[self.index]
+        integral = motion.integral_names.index(name)
+        return (motion.piece_marks[:, self.index] + motion.piece_integrals(self.index, self.since))[integral]
+
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MODES = {1: ("forward", BLUE), 0: ("stuck", "#B8B8B8"), -1: ("back", VERMILION)}  # side: what it is called
@@ -43,16 +89,11 @@ def clock(motion: Trajectory) -> tuple[float, str]:
     return 1.0 / scale("time", motion.system), with_unit(LABELS["time"], "time", motion.system)
 
 
-def colour_of(contact: int, count: int) -> Any:
-    """Colours that all readers can tell apart, of more contacts than there are such those of a scale."""
-    if count <= len(COLOURS):
-        return COLOURS[contact - 1]
-    return matplotlib.colormaps["viridis"]((contact - 1) / (count - 1))
-
-
-def width_of(number: int, count: int) -> float:
-    """Line widths that fall, so that lines which coincide are all seen."""
-    return 1.3 if count == 1 else 3.0 - 2.2 * (number - 1) / (count - 1)
+def line_of(number: int, count: int) -> dict[str, Any]:
+    """The line of a contact: its colour, of a scale where they are many; widths fall, so that all are seen."""
+    share = (number - 1) / max(count - 1, 1)
+    colour = COLOURS[number - 1] if count <= len(COLOURS) else matplotlib.colormaps["viridis"](share)
+    return {"color": colour, "linewidth": 1.3 if count == 1 else 3.0 - 2.2 * share}
 
 
 def draw_all(motion: Trajectory, names: list[str], label: str, stretch: Stretch, ax: Axes) -> None:
@@ -60,8 +101,7 @@ def draw_all(motion: Trajectory, names: list[str], label: str, stretch: Stretch,
     trace, (unit, time), count = Trace(motion, *stretch), clock(motion), len(names)
     labels = contact_labels(motion) if count == len(contacts_of(motion)) else [f"{i}" for i in range(1, 1 + count)]
     for number, name in enumerate(names, start=1):
-        look = {"color": colour_of(number, count), "linewidth": width_of(number, count)}
-        ax.plot(trace.time / unit, trace[name], label=labels[number - 1], **look)
+        ax.plot(trace.time / unit, trace[name], label=labels[number - 1], **line_of(number, count))
     ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
     ax.set(xlim=(stretch[0] / unit, stretch[1] / unit), ylabel=with_unit(label, names[0], motion.system), xlabel=time)
     if count > 1:
@@ -85,7 +125,7 @@ def draw_modes(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
     ax.set(ylabel="contact", xlabel=time)
     ax.grid(visible=False, axis="y")
     handles = [Patch(color=colour, label=word) for side, (word, colour) in MODES.items() if side in used]
-    legend_above(ax, handles=handles, columnspacing=None, handlelength=None)
+    plots.legend_above(ax, handles=handles, columnspacing=None, handlelength=None)
 
 
 def draw_all_loops(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
@@ -97,12 +137,8 @@ def draw_all_loops(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
     cut = np.flatnonzero(trace.index[1:] != trace.index[:-1]) + 1
     for contact in contacts_of(motion):
         velocity, friction = (trace[numbered(name, contact)] for name in ("contact_velocity", "friction"))
-        look = {"color": colour_of(contact, count), "linewidth": width_of(contact, count), "solid_capstyle": "butt"}
-        ax.plot(
-            *(np.insert(values, cut, np.nan) for values in (velocity, friction)),
-            label=contact_labels(motion)[contact - 1],
-            **look,
-        )
+        look = line_of(contact, count) | {"solid_capstyle": "butt", "label": contact_labels(motion)[contact - 1]}
+        ax.plot(*(np.insert(values, cut, np.nan) for values in (velocity, friction)), **look)
         held = np.unique(np.round(friction[velocity == 0.0], 12))
         if len(held) == 1:
             ax.plot([0.0], held, ".", color=look["color"], markersize=3.0 + 2.0 * look["linewidth"])
@@ -117,7 +153,7 @@ def numbers_above(ax: Axes) -> None:
     look = {"columnspacing": 0.8, "handlelength": 1.0, "handletextpad": 0.5}
     if len(ax.get_legend_handles_labels()[0]) > 6:
         look |= {"columnspacing": 0.6, "handlelength": 0.5, "fontsize": 7.5}
-    legend_above(ax, ncols=10, **look)
+    plots.legend_above(ax, ncols=10, **look)
 
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
@@ -137,21 +173,21 @@ STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0
 
 def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float, contact: int) -> bool:
     """Shade the times at which a contact sticks, divided by `scale`; returns whether there are any."""
-    phases = motion.phases_of(contact)
-    stuck = [phase for phase in phases if phase.side == STUCK and phase.end > start and phase.start < end]
     if motion.system.laws[contact - 1].kind != "set-valued":
         return False
-    for number, phase in enumerate(stuck):
-        label = "stuck" if number == 0 else None
-        axes.axvspan(max(phase.start, start) / scale, min(phase.end, end) / scale, label=label, **STICK_SHADE)
-    return bool(stuck)
+    shade = plots.STICK_SHADE | {"label": "stuck"}
+    for phase in motion.phases_of(contact):
+        if phase.side == STUCK and phase.end > start and phase.start < end:
+            axes.axvspan(max(phase.start, start) / scale, min(phase.end, end) / scale, **shade)
+            shade = plots.STICK_SHADE  # named once
+    return "label" not in shade
 
 
 def hides_lift_off(motion: Trajectory) -> bool:
     """Whether the loads are constant, and a true one negative somewhere: the machine would have lifted off."""
     if motion.system.machine.follows_load or not len(motion.piece_start):
         return False
-    trace = Trace(motion, motion.start_time, motion.end)
+    trace = Trace(motion, *last_periods(motion, None))
     return any(bool(np.min(trace[name]) < 0.0) for name in loads_of(motion))
 
 
@@ -183,7 +219,7 @@ def draw_history(
     name: a state, an observable or an integral (`motion.names`), by default the place of what rubs; periods: so many
     at the end, by default all
     """
-    with drawing(ax) as ax:
+    with plots.drawing(ax) as ax:
         return history(motion, name or place_of(motion), last_periods(motion, periods), ax, shaded=periods is not None)
 
 
@@ -214,8 +250,7 @@ def settlement(motion: Trajectory) -> Settling | None:
 
 def repeats_after(motion: Trajectory) -> int:
     """The drive periods after which a motion repeats; 1 where it has not settled."""
-    verdict = settlement(motion)
-    return 1 if verdict is None else verdict.period or 1
+    return getattr(settlement(motion), "period", None) or 1
 
 
 def settled_words(motion: Trajectory) -> str:
@@ -240,23 +275,21 @@ def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: b
     if not whole:
         ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
     if shaded or stopped:
-        legend_above(ax)
+        plots.legend_above(ax)
     return ax
 
 
 def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | None = None) -> Axes:
     """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
 
-    A load that follows the motion is drawn as it is, and where it vanishes the end of the run is marked. A constant
-    load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off. Of
-    several contacts the true loads are drawn.
+    A constant load is drawn beside the true one (thin), and hatched where that is negative: the machine would have
+    lifted off. Of several contacts the true loads are drawn.
 
-    periods: so many at the end, by default all. Raises ArgumentError
-    for a machine that does not know its load.
+    periods: so many at the end, by default all. Raises ArgumentError for a machine that does not know its load.
     """
     if not loads_of(motion):
         raise ArgumentError("what", f"the {motion.system.machine.name} does not define its load")
-    with drawing(ax) as ax:
+    with plots.drawing(ax) as ax:
         return load_panel(motion, last_periods(motion, periods), ax)
 
 
@@ -281,7 +314,7 @@ def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
     if stretch != last_periods(motion, None):
         ax.set_xlim(stretch[0] / unit, stretch[1] / unit)
     if ax.get_legend_handles_labels()[0]:
-        legend_above(ax)
+        plots.legend_above(ax)
     return ax
 
 
@@ -310,7 +343,7 @@ def whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
         ax.axvspan(detail[0] / unit, detail[1] / unit, color=SKY, alpha=0.25, linewidth=0, label="detail")
     ax.set_title(f"{what} over the whole run")
     if ax.get_legend_handles_labels()[0]:
-        numbers_above(ax) if len(places) > 1 else legend_above(ax)
+        numbers_above(ax) if len(places) > 1 else plots.legend_above(ax)
 
 
 def mark_impacts(ax: Axes, motion: Trajectory, stretch: Stretch) -> None:
@@ -318,7 +351,7 @@ def mark_impacts(ax: Axes, motion: Trajectory, stretch: Stretch) -> None:
     times = [event.time for event in motion.events if event.kind == IMPACT and stretch[0] <= event.time <= stretch[1]]
     if times:
         ax.plot(np.array(times) / clock(motion)[0], np.zeros(len(times)), transform=ax.get_xaxis_transform(), **STRUCK)
-        legend_above(ax)
+        plots.legend_above(ax)
 
 
 def error_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
@@ -343,13 +376,13 @@ def command_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
         return
     for sign in (1.0, -1.0):
         ax.axhline(sign * limit, **GIVEN, label="limit" if sign > 0 else None)
-    legend_above(ax)
+    plots.legend_above(ax)
 
 
 def places_of(motion: Trajectory) -> list[str]:
     """The places of all bodies that rub, as far as they are known."""
-    names = [place_of(motion), *(numbered("position", contact) for contact in contacts_of(motion)[1:])]
-    return [name for name in names if name in motion.names]
+    others = [numbered("position", contact) for contact in contacts_of(motion)[1:]]
+    return [name for name in (place_of(motion), *others) if name in motion.names]
 
 
 def body_of(motion: Trajectory) -> str:

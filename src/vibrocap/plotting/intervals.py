@@ -10,9 +10,9 @@ from vibrocap.design.calibration.calibration import Calibration
 from vibrocap.identification.fit_result import Fit, number
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import GREEN, VERMILION
 from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, whole
 from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import GREEN, VERMILION
 
 NEGLIGIBLE = 1e-4  # of its larger end: a value that is as good as zero has no place on a logarithmic scale
 WIDEST = 10.0  # of a parameter's value: what is shown of an interval

@@ -14,9 +14,9 @@ from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.plotting.look.labels import bracketed, parts_title
 from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.quantities.dimensional import in_si
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)

@@ -15,11 +15,11 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.names import name_and_number, numbered
 from vibrocap.plotting import histories as panel
+from vibrocap.plotting.histories import Trace
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.trace import Trace
+from vibrocap.plotting.look.style import BLACK, BLUE, VERMILION
 
 FIRST_PERIODS = 12  # grey in the phase planes
 JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
@@ -139,9 +139,8 @@ def _planes_of_all(motion: Trajectory, recent: panel.Stretch, ax: Axes) -> None:
     """Place and velocity of every body that rubs."""
     trace, places = Trace(motion, *recent), panel.places_of(motion)
     for number, (x, y) in enumerate(zip(places, _velocities(motion), strict=True), start=1):
-        look = {"color": panel.colour_of(number, len(places)), "linewidth": panel.width_of(number, len(places))}
         shift, label = _relative(motion, x, recent)
-        ax.plot(trace[x] - shift(trace), trace[y], label=f"{number}", **look)
+        ax.plot(trace[x] - shift(trace), trace[y], label=f"{number}", **panel.line_of(number, len(places)))
         ax.set_xlabel(re.sub(r"_\{?\d\}?", "_i", label))
     ax.set_ylabel(with_unit("velocity $v_i$", _velocities(motion)[0], motion.system))
     ax.locator_params(axis="x", nbins=7)

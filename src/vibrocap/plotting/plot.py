@@ -27,9 +27,8 @@ from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting import laboratory
-from vibrocap.plotting.calibrations import calibration_figure, draw_calibration
+from vibrocap.plotting.designs import calibration_figure, draw_calibration, draw_front, front_figure, motion_fit_figure
 from vibrocap.plotting.fits import comparison_figure, draw_forces, fit_figure, match_figure
-from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.histories import draw_history, draw_load
 from vibrocap.plotting.intervals import draw_intervals
 from vibrocap.plotting.look.finishing import finished, fitted, save
@@ -37,11 +36,9 @@ from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import STYLE, style
 from vibrocap.plotting.look.style import figure as empty_figure
 from vibrocap.plotting.motion import draw_friction_loop, draw_phase_plane, motion_figure
-from vibrocap.plotting.motion_fits import motion_fit_figure
 from vibrocap.plotting.steady.basins import basin_figure, draw_basins
 from vibrocap.plotting.steady.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
-from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation
-from vibrocap.plotting.steady.equilibria import draw_equilibria, equilibrium_figure
+from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation, draw_equilibria, equilibrium_figure
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view

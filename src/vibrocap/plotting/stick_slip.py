@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
 from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, ORANGE, VERMILION
 from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import RegimeDiagram, StickSlip
 

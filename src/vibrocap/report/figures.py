@@ -9,11 +9,11 @@ import numpy as np
 from vibrocap.files import write_table
 from vibrocap.motion.status import Status
 from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
-from vibrocap.paper.steady_travel import PERIODS, SteadyPanel, SteadyTravel
+from vibrocap.paper.travel import PERIODS, SteadyPanel, SteadyTravel
 from vibrocap.plotting.look import style as plots
-from vibrocap.plotting.look.colours import BLACK, GREEN
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.look.labels import LABELS as QUANTITIES
+from vibrocap.plotting.look.style import BLACK, GREEN
 from vibrocap.plotting.steady.branches import branch_figure
 from vibrocap.plotting.studies.maps import plot_view
 from vibrocap.plotting.studies.view import Panel as StudyPanel

@@ -8,13 +8,12 @@ from concurrent.futures import Future
 from pathlib import Path
 
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.paper.claims.chapters import verdicts
+from vibrocap.paper.claims import verdicts
 from vibrocap.paper.claims.claim import Verdict
-from vibrocap.paper.figures.catalogue import FIGURES, KEYS, LOADED, chosen_figures
+from vibrocap.paper.figures import FIGURES, KEYS, LOADED, chosen_figures
 from vibrocap.paper.load_finding import loaded_figure, loaded_motions
-from vibrocap.paper.main_finding import main_finding
 from vibrocap.paper.runs import Runs
-from vibrocap.paper.steady_travel import steady_travel
+from vibrocap.paper.travel import main_finding, steady_travel
 from vibrocap.report.figures import draw, draw_branches, draw_map, write_branches, write_map
 from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
 from vibrocap.studies.workers import processes

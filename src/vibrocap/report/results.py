@@ -13,11 +13,10 @@ from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.fit_result import Chapter, Fit
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.plotting.animation import animate_motion
+from vibrocap.plotting.designs import draw_front, motion_fit_figure, search_figure
 from vibrocap.plotting.fits import comparison_figure, fit_figure, residual_figure
-from vibrocap.plotting.fronts import draw_front, search_figure
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.motion import motion_figure
-from vibrocap.plotting.motion_fits import motion_fit_figure
 from vibrocap.quantities.dimensional import computed, in_si
 from vibrocap.report.pieces import data_link, facts, listed, number, picture, table, write_page
 

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.command import Answer, OfCase, command
-from vibrocap.cli.destinations import needs, own_names, writable_file, writable_folder
-from vibrocap.cli.options import option, required
+from vibrocap.cli.options import needs, option, own_names, required, writable_file, writable_folder
 from vibrocap.cli.terminal import Page, progress, said, table
 from vibrocap.cli.texts import split
 

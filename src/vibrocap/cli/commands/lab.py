@@ -52,9 +52,8 @@ def lab(request: LabRequest, report: Report) -> Answer:
     Drag a slider and the motion follows. The page is one file that works from disk, without a network: give it to a
     colleague, or use it in a lecture. Your own law, machine or drive (--parts) is in the page too.
     """
-    from vibrocap.lab.bundle import bundle, contents
+    from vibrocap.lab.bundle import bundle, contents, file_preset
     from vibrocap.lab.page import page
-    from vibrocap.lab.presets import file_preset
 
     names = {f"{kind[:-1]}_names": split(getattr(request, kind)) for kind in KINDS}
     opened = None if request.case is None else file_preset(request.case)

@@ -10,8 +10,7 @@ from vibrocap.arguments import Refusal, suggestion
 from vibrocap.citations.bibliography import references
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, WithParts, command
-from vibrocap.cli.destinations import needs, writable_folder
-from vibrocap.cli.options import JSON, option
+from vibrocap.cli.options import JSON, needs, option, writable_folder
 from vibrocap.cli.terminal import WRONG_INPUT, Page, parameters_in_words, progress, table
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics import catalogue

@@ -7,8 +7,7 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.commands.orbit import bound_rows, bounds_record
-from vibrocap.cli.destinations import needs, writable_folder
-from vibrocap.cli.options import FOR, JSON, SEED, UNCERTAIN, folder, option, picture, required
+from vibrocap.cli.options import FOR, JSON, SEED, UNCERTAIN, folder, needs, option, picture, required, writable_folder
 from vibrocap.cli.terminal import part, said
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text

@@ -6,8 +6,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.command import Answer, Report, Request, command
-from vibrocap.cli.destinations import needs, own_names
-from vibrocap.cli.options import folder, option
+from vibrocap.cli.options import folder, needs, option, own_names
 from vibrocap.cli.terminal import Page, table
 
 OF_REPORT = (("claims", "json"), ("claims", "csv"), ("load", "json"), ("report", "html"))
@@ -22,7 +21,7 @@ class ReproduceRequest(Request):
 
     def plan(self, refused: Complaints) -> None:
         """A figure of the paper, and a folder without files of others."""
-        from vibrocap.paper.figures.catalogue import KEYS
+        from vibrocap.paper.figures import KEYS
 
         if self.only is not None and self.only not in KEYS:
             refused.add("--only", f"should be one of {', '.join(KEYS)}, got {self.only!r}")

@@ -13,7 +13,7 @@ import numpy as np
 from vibrocap.arguments import Refusal
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command import Answer, command
-from vibrocap.cli.destinations import needs
+from vibrocap.cli.options import needs
 from vibrocap.cli.sweep_request import SweepRequest
 from vibrocap.cli.terminal import Page, TimeLeft, duration, notes, progress
 from vibrocap.files import WriteError

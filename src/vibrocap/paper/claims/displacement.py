@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from vibrocap.paper.averages import STEADY_WINDOW, averages
 from vibrocap.paper.claims.claim import RUN_ERROR, Finding, claim, decided, restricted
 from vibrocap.paper.claims.travel import STEADY, ZERO
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_9_to_11
 from vibrocap.paper.runs import SWEEP_PERIODS, Runs
+from vibrocap.paper.travel import STEADY_WINDOW, averages
 
 
 @claim(

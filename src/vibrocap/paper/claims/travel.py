@@ -2,11 +2,22 @@
 
 import numpy as np
 
-from vibrocap.paper.averages import STEADY_WINDOW, averages, in_words, meetings, window_name, zeros
 from vibrocap.paper.claims.claim import RUN_ERROR, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
-from vibrocap.paper.steady_points import BOTH, PRINTED, SOFT, printed_range_in_numbers, steady_points
+from vibrocap.paper.travel import (
+    BOTH,
+    PRINTED,
+    SOFT,
+    STEADY_WINDOW,
+    averages,
+    in_words,
+    meetings,
+    printed_range_in_numbers,
+    steady_points,
+    window_name,
+    zeros,
+)
 
 TWINS = 9  # mass ratios at which the mirror-image solution is run as well
 STEADY = (

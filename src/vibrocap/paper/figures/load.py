@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.measures.recorded.friction_loop import friction_curve
-from vibrocap.paper.averages import PERIOD, STEADY_WINDOW, averages, window_name
 from vibrocap.paper.figures.figure import Curve, Ending, Panel, figure
 from vibrocap.paper.figures.friction import FORCES
 from vibrocap.paper.figures.motion import (
@@ -24,6 +23,7 @@ from vibrocap.paper.figures.motion import (
 )
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Runs
+from vibrocap.paper.travel import PERIOD, STEADY_WINDOW, averages, window_name
 
 LOADED = (1.0, "dynamic")
 FRICTION_SHOWN = 4  # periods in Fig. 6

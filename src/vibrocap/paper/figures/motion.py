@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.averages import PERIOD, STEADY_WINDOW, averages, window_name
 from vibrocap.paper.figures.figure import Curve, Mark, Panel, figure
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
 from vibrocap.paper.runs import LAST, Runs, last_period
-from vibrocap.paper.steady_points import PRINTED
+from vibrocap.paper.travel import PERIOD, PRINTED, STEADY_WINDOW, averages, window_name
 from vibrocap.physics.system import System
 
 PRINTED_FIRST = "lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are not printed, are those of Figs 9-11"

@@ -24,8 +24,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.look.page import page
+
+# Okabe and Ito's colours, which colour-blind readers can tell apart, and two more.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+VIOLET, GREY = "#5B3A8C", "#8C8C8C"
 
 # fontTools, which puts letters into PDF files (pdf.fonttype below), complains about the dates of Matplotlib's own fonts
 logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)

@@ -15,9 +15,9 @@ from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.labels import EQUALS, bracketed, quantity_label, scale, value_text
-from vibrocap.plotting.look.style import drawing, legend_below, settings_of, style
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.studies import maps
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, case_of
@@ -54,7 +54,7 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
         note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
     shown = ["direction"] * travels + ["attractor"] * (several or not travels)
-    with style(settings_of(maps.PRINT)):
+    with plots.style(plots.settings_of(maps.PRINT)):
         fig, panels = maps.study_axes(words, len(shown))
         legend: list[Any] = []
         for ax, what in zip(panels, shown, strict=True):
@@ -75,8 +75,8 @@ def draw_basins(
         raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
     along = _along(basins, axes)
     basins = _shown(basins, along)
-    with drawing(ax, (4.6, 3.8)) as ax:
-        legend_below(ax, _draw(ax, basins, along, what, first=True) + _unvalued(basins))
+    with plots.drawing(ax, (4.6, 3.8)) as ax:
+        plots.legend_below(ax, _draw(ax, basins, along, what, first=True) + _unvalued(basins))
         ax.set_title(TITLES[what])
         ax.grid(False)
     return ax

@@ -20,10 +20,10 @@ from vibrocap.physics.dimensions.conversion import quantity as quantity_of
 from vibrocap.physics.dimensions.units import suffix
 from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import drawing, figure, legend_below, setting, style
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -91,7 +91,7 @@ def branch_figure(
     shape: dict[str, Any] = {"sharey": "row", "height_ratios": [3.0, 1.7][:rows]}
     fig, axes = diagram_figure(diagrams, 4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5, rows, columns, **shape)
     used: set[str] = set()
-    with style():
+    with plots.style():
         for column, branch in enumerate(diagrams):
             ax = axes[0, column]
             along = _along(branch, over)
@@ -116,17 +116,17 @@ def draw_branch(diagram: Branch | BranchDiagram, quantity: str | None = None, *,
     """
     quantity = quantity or ("mean_velocity" if diagram.system.cyclic is not None else "period")
     _check([diagram], quantity)
-    with drawing(ax) as ax:
+    with plots.drawing(ax) as ax:
         used = draw_branches(ax, diagram, quantity, along := _along(diagram))
         ax.set(title=law_title(diagram), xlabel=parameter_label(diagram), xlim=_range(diagram, along))
         ax.set_ylabel(with_unit(quantity.replace("_", " "), UNITS[quantity], diagram.system))
-        legend_below(ax, _handles([diagram], used), ncols=2)
+        plots.legend_below(ax, _handles([diagram], used), ncols=2)
     return ax
 
 
 def draw_floquet_multipliers(diagram: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
     """The size of the largest Floquet multiplier over the parameter: stable below 1."""
-    with drawing(ax) as ax:
+    with plots.drawing(ax) as ax:
         draw_multipliers(ax, _branches(diagram), along := _along(diagram))
         ax.set(xlabel=parameter_label(diagram), ylabel=r"largest multiplier $|\mu|$", xlim=_range(diagram, along))
     return ax
@@ -161,9 +161,9 @@ def diagram_figure(
 ) -> Any:
     """A figure over a parameter of systems with their other parameters in small print above it, and its axes."""
     text = fixed_parameters(diagrams, width)
-    fig, axes = figure(rows, columns, (width, height + LINE * (text.count("\n") + 1)), sharex="col", **shape)
-    with style():
-        setting(fig, text, 8, color="#555555")
+    fig, axes = plots.figure(rows, columns, (width, height + LINE * (text.count("\n") + 1)), sharex="col", **shape)
+    with plots.style():
+        plots.setting(fig, text, 8, color="#555555")
     return fig, axes
 
 

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-from vibrocap.plotting.look.style import logarithmic
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, logarithmic
 from vibrocap.plotting.studies.cells import Cell, cell_labels, cells, spread, unsettled, unsettled_label
 from vibrocap.plotting.studies.view import Panel, View, value_label
 

@@ -23,11 +23,11 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 from vibrocap.arguments import ArgumentError, Refusal
-from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.finishing import save
 from vibrocap.plotting.look.labels import filled
 from vibrocap.plotting.look.page import page
-from vibrocap.plotting.look.style import PAGE_STYLE, STYLE, drawing, legend_below, logarithmic, settings_of, style
+from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.studies import cells as runs
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, study_view
@@ -53,8 +53,8 @@ WAYS = ("mean_velocity", "drift", "displacement")  # measures whose sign is the 
 BORDER_WORDS = {"travel": "travel begins, ends or turns round", "impacts": "grazing of a stop"}
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
 PRINT: dict[Any, Any] = {
-    **STYLE,
-    **PAGE_STYLE,
+    **plots.STYLE,
+    **plots.PAGE_STYLE,
     "axes.grid": False,
     "axes.spines.top": True,
     "axes.spines.right": True,
@@ -77,7 +77,7 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
         raise Refusal(f"--border: a map shows {len(BORDERS)} kinds of border at most, got {len(names)}")
     borders = dict(zip(dict.fromkeys(names), BORDERS, strict=False))
     lines = {name: [_border_lines(panel, view, name) for panel in view.panels] for name in borders}
-    with style(settings_of(PRINT)):
+    with plots.style(plots.settings_of(PRINT)):
         if len(view.axes) == 1:
             fig, axes = study_axes(view, 1)
             handles = draw_lines(axes[0], view)
@@ -111,14 +111,14 @@ def draw_study(
     if len(view.axes) > 1 and len(view.panels) > 1:
         titles = ", ".join(panel.title for panel in view.panels)
         raise Refusal(f"at: leaves {len(view.panels)} maps ({titles}), where one pair of axes shows one")
-    with drawing(ax, (4.6, 3.8)) as ax:
+    with plots.drawing(ax, (4.6, 3.8)) as ax:
         assert isinstance(ax.figure, (Figure, SubFigure))
         handles = draw_lines(ax, view) if len(view.axes) == 1 else _draw_maps(ax.figure, [ax], view)
         ax.set_title(view.measure.replace("_", " "))
         if len(view.axes) > 1:
             ax.grid(False)
         if handles:
-            legend_below(ax, handles)
+            plots.legend_below(ax, handles)
     return ax
 
 
@@ -230,7 +230,7 @@ def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str,
         draw_dots(ax, view, panel, colours, paint)
     for axis, name in zip(view.axes, "xy", strict=True):
         if axis.logarithmic:
-            logarithmic(ax, name)
+            plots.logarithmic(ax, name)
 
 
 def _hatch(
