@@ -10,8 +10,7 @@ import time
 
 import vibrocap as vc
 from vibrocap.case.case import Case
-from vibrocap.exchange.mjcf import mujoco_model
-from vibrocap.exchange.mujoco_motion import mujoco_ending
+from vibrocap.exchange.mjcf import mujoco_ending, mujoco_model
 from vibrocap.measures.recorded.travel import drift
 from vibrocap.physics.dimensions.scales import PendulumScales
 

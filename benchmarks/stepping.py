@@ -20,7 +20,7 @@ import vibrocap as vc
 from vibrocap.arguments import lacking
 from vibrocap.case.case import Case
 from vibrocap.exchange.c_library import export_c
-from vibrocap.exchange.fmu.binaries import compiler
+from vibrocap.exchange.fmu.fmu import compiler
 from vibrocap.exchange.stepped_case import Input
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import initial_state

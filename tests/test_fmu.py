@@ -18,7 +18,7 @@ from test_exchange import expected, states_at
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
-from vibrocap.exchange.fmu import binaries
+from vibrocap.exchange.fmu import fmu as fmus
 from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.files import WriteError
 
@@ -38,7 +38,7 @@ VALIDATED = [
 NAMES = sorted(EXAMPLES)
 RUN = [NAMES.index(name) for name in ("bench-in-si", "bristles-lugre", "square-wave-travels", "strikes-two-walls")]
 VERSIONS = ["3.0", "2.0"]
-compiled = [pytest.mark.slow, pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")]
+compiled = [pytest.mark.slow, pytest.mark.skipif(not fmus.compiler(), reason="no C compiler is installed")]
 
 
 def square_wave():
@@ -192,8 +192,8 @@ def test_an_fmu_is_the_same_bytes_again(tmp_path):
 
 
 def test_without_a_compiler_there_are_sources_only_and_it_is_said(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(binaries, "compiler", lambda: None)
-    monkeypatch.setattr(binaries, "lacking", lambda *packages: "needs ziglang")
+    monkeypatch.setattr(fmus, "compiler", lambda: None)
+    monkeypatch.setattr(fmus, "lacking", lambda *packages: "needs ziglang")
     out = tmp_path / "capsule.fmu"
     assert main(["export", str(EXAMPLES["travels-by-stick-slip"]), "--to", "fmu", "--out", str(out)]) == 0
     assert "No C compiler was found" in capsys.readouterr().out
@@ -401,7 +401,7 @@ class TestCompiled:
     def test_zig_gives_the_same_bits_and_other_platforms(self, tmp_path, monkeypatch):
         pytest.importorskip("ziglang", reason="zig is not installed (extra `exchange`)")
         own = Slave(fmu("readme", fmi="3.0")).begin().run(200, 0.5)
-        monkeypatch.setattr(binaries, "compiler", lambda: None)
+        monkeypatch.setattr(fmus, "compiler", lambda: None)
         export_fmu(README, tmp_path / "zig.fmu", platforms=("all",))
         np.testing.assert_array_equal(Slave(str(tmp_path / "zig.fmu")).begin().run(200, 0.5), own)
         file = zipfile.ZipFile(tmp_path / "zig.fmu")
@@ -409,7 +409,7 @@ class TestCompiled:
         assert {name: head[:2] for name, head in magic.items() if "windows" in name} == {"x86_64-windows": b"MZ"}
         assert all(head == b"\x7fELF" for name, head in magic.items() if "linux" in name)
         assert all(head == b"\xcf\xfa\xed\xfe" for name, head in magic.items() if "darwin" in name)
-        assert set(magic) == set(binaries.PLATFORMS)
+        assert set(magic) == set(fmus.PLATFORMS)
 
 
 def test_what_cannot_be_exported_is_named(tmp_path, capsys):
@@ -435,8 +435,8 @@ def test_what_cannot_be_exported_is_named(tmp_path, capsys):
 
 
 def test_a_compiler_that_fails_is_quoted(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(binaries, "OPTIONS", ("-no-such-option",))
-    monkeypatch.setattr(binaries, "compiler", lambda: shutil.which("gcc") or pytest.skip("no gcc is installed"))
+    monkeypatch.setattr(fmus, "OPTIONS", ("-no-such-option",))
+    monkeypatch.setattr(fmus, "compiler", lambda: shutil.which("gcc") or pytest.skip("no gcc is installed"))
     out = tmp_path / "a.fmu"
     assert main(["export", str(EXAMPLES["travels-by-stick-slip"]), "--to", "fmu", "--out", str(out)]) == 3
     assert "-no-such-option" in capsys.readouterr().err

@@ -173,7 +173,7 @@ def test_accelerations_of_mujoco_are_those_of_the_equations(name):
 
 def ending_errors(case, name, steps):
     """How far MuJoCo ends from the exact motion, for two steps."""
-    from vibrocap.exchange.mujoco_motion import mujoco_ending
+    from vibrocap.exchange.mjcf import mujoco_ending
 
     exact = case.simulate().dimensionless
     return [mujoco_ending(case, mujoco_model(case, h), exact.end, True).place - exact.state[name] for h in steps]
@@ -230,7 +230,7 @@ def test_the_exact_row_of_the_documented_table():
 @pytest.mark.parametrize(("step", "how", "position", "travel"), exhaustive_but([0], TABLE))
 def test_the_documented_table_is_what_mujoco_does(step, how, position, travel):
     pytest.importorskip("mujoco", reason=needs_mujoco)
-    from vibrocap.exchange.mujoco_motion import mujoco_ending
+    from vibrocap.exchange.mjcf import mujoco_ending
 
     tight, endings = how == "tight", []
     for case in (loss_case(), contact_case()):

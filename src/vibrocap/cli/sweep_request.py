@@ -11,8 +11,19 @@ from vibrocap.arguments import Complaint, Complaints, by_option
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli import completers
 from vibrocap.cli.command import WithParts
-from vibrocap.cli.options import CASE, TOLERANCE, flag, needs, option, with_headings, writable_folder, writable_table
-from vibrocap.cli.texts import pairs, split, value_of
+from vibrocap.cli.options import (
+    CASE,
+    TOLERANCE,
+    flag,
+    needs,
+    option,
+    pairs,
+    split,
+    value_of,
+    with_headings,
+    writable_folder,
+    writable_table,
+)
 from vibrocap.inputs import read_input
 from vibrocap.io.motion_file import read_source
 

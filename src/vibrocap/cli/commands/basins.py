@@ -6,9 +6,8 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.options import JSON, SETTLE_PERIODS, option, picture, required
+from vibrocap.cli.options import JSON, SETTLE_PERIODS, option, picture, range_of, required
 from vibrocap.cli.terminal import Page
-from vibrocap.cli.texts import range_of
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.command import Answer, OfCase, command
-from vibrocap.cli.options import needs, option, own_names, required, writable_file, writable_folder
+from vibrocap.cli.options import needs, option, own_names, required, split, writable_file, writable_folder
 from vibrocap.cli.terminal import Page, progress, said, table
-from vibrocap.cli.texts import split
 
 if TYPE_CHECKING:
     from vibrocap.case.case import Case
@@ -69,8 +68,7 @@ def export(request: ExportRequest) -> Answer:
 
 def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> Answer:
     """The FMU."""
-    from vibrocap.exchange.fmu.binaries import BuildError
-    from vibrocap.exchange.fmu.fmu import export_fmu
+    from vibrocap.exchange.fmu.fmu import BuildError, export_fmu
 
     writable_file("--out", out, (".fmu",))
     try:
@@ -96,7 +94,7 @@ def _mjcf(case: "Case", out: Path, judge: bool) -> Answer:
 
 def _judged(lines: list[str], case: "Case", model: "MujocoModel") -> Answer:
     """The same, with a table of where MuJoCo ends."""
-    from vibrocap.exchange.mujoco_motion import judgement
+    from vibrocap.exchange.mjcf import judgement
 
     with progress("Running MuJoCo"):
         result = judgement(case, model)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.cli.command import Answer, Report, command
 from vibrocap.cli.fit_request import FitRequest, own_settings, rig
-from vibrocap.cli.options import own_names
+from vibrocap.cli.options import checked_pairs, own_names
 from vibrocap.cli.terminal import complain, part
-from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si, view

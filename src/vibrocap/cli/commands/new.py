@@ -13,8 +13,7 @@ from vibrocap.case.case import RUN_DEFAULTS, case_text
 from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, described_machine
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, WithParts, command
-from vibrocap.cli.options import file, option
-from vibrocap.cli.texts import pairs, split
+from vibrocap.cli.options import file, option, pairs, split
 from vibrocap.files import write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.scales import FreeScales, Scales

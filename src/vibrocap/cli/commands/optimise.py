@@ -7,9 +7,20 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.commands.orbit import bound_rows, bounds_record
-from vibrocap.cli.options import FOR, JSON, SEED, UNCERTAIN, folder, needs, option, picture, required, writable_folder
+from vibrocap.cli.options import (
+    FOR,
+    JSON,
+    SEED,
+    UNCERTAIN,
+    checked_pairs,
+    folder,
+    needs,
+    option,
+    picture,
+    required,
+    writable_folder,
+)
 from vibrocap.cli.terminal import part, said
-from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.quantities.dimensional import in_si, view
 from vibrocap.quantities.json_text import json_text

@@ -3,7 +3,7 @@
 Each is a function that is given the runs, and enters itself as its module is imported here.
 """
 
-from vibrocap.paper.figures import figure, friction, load, motion  # noqa: F401 (they enter theirs)
+from vibrocap.paper.figures import figure, load, motion  # noqa: F401 (they enter theirs)
 
 ORDER = "fig03 fig05 fig06 fig07 fig08 fig09 symmetry fig10 fig11 load05 load06 load07 load08 load09 load10 load11"
 FIGURES = {key: figure.FIGURES[key] for key in ORDER.split()}

@@ -7,8 +7,9 @@ import numpy as np
 
 from vibrocap.measures.recorded.friction_loop import friction_curve
 from vibrocap.paper.figures.figure import Curve, Ending, Panel, figure
-from vibrocap.paper.figures.friction import FORCES
 from vibrocap.paper.figures.motion import (
+    FORCES,
+    FRICTION_SHOWN,
     LOADS,
     PALE,
     PRINTED_FIRST,
@@ -26,7 +27,6 @@ from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Runs
 from vibrocap.paper.travel import PERIOD, STEADY_WINDOW, averages, window_name
 
 LOADED = (1.0, "dynamic")
-FRICTION_SHOWN = 4  # periods in Fig. 6
 LETTERS = "abcd"
 
 

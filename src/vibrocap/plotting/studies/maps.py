@@ -29,7 +29,7 @@ from vibrocap.plotting.look.labels import filled
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.studies import cells as runs
-from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
+from vibrocap.plotting.studies.cells import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, study_view
 
 OTHERS = "#D9D9D9"
