@@ -19,8 +19,8 @@ from cases import SETTLED as CASE
 from cases import command, refused
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import read_case
-from vibrocap.cli.options import pairs
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, TimeLeft, duration
+from vibrocap.cli.texts import pairs
 from vibrocap.measures.during_run import measure_table
 from vibrocap.ranges import values_between
 from vibrocap.studies.dataset import open_study

@@ -251,7 +251,6 @@ def command(group: str, *examples: str, doing: str = "") -> Callable[[Callable[.
 
 
 def _parameter(field: Any, kind: Any, declared: Option) -> inspect.Parameter:
-    """The parameter of a field."""
     many = declared.place and typing.get_origin(kind) is tuple
     default = inspect.Parameter.empty if many or field.default is dataclasses.MISSING else field.default
     place = inspect.Parameter.VAR_POSITIONAL if many else inspect.Parameter.POSITIONAL_ONLY

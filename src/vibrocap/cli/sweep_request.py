@@ -11,19 +11,8 @@ from vibrocap.arguments import Complaint, Complaints, by_option
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli import completers
 from vibrocap.cli.command import WithParts
-from vibrocap.cli.options import (
-    CASE,
-    TOLERANCE,
-    flag,
-    needs,
-    option,
-    pairs,
-    split,
-    value_of,
-    with_headings,
-    writable_folder,
-    writable_table,
-)
+from vibrocap.cli.options import CASE, TOLERANCE, flag, needs, option, with_headings, writable_folder, writable_table
+from vibrocap.cli.texts import pairs, split, value_of
 from vibrocap.inputs import read_input
 from vibrocap.io.motion_file import read_source
 
@@ -160,7 +149,6 @@ class SweepRequest(WithParts):
         return {name for name, default in defaults.items() if getattr(self, name) not in (default, (), [])}
 
     def _destination_complaints(self) -> list[str]:
-        """What is wrong with where results go."""
         complaints = Complaints()
         if self.adaptive and self.out is not None:
             complaints.add("--out", "an adaptive map is made in one go; leave it out, and give --export FILE.nc")

@@ -124,7 +124,6 @@ def _infos(ports: Sequence[Port]) -> str:
 
 
 def _settings(array: str, values: np.ndarray) -> str:
-    """Statements that set what is not zero."""
     return "\n".join(f"  c->{array}[{i}] = {number(values[i].item())};" for i in np.flatnonzero(values).tolist())
 
 

@@ -240,7 +240,6 @@ def _links(root: ET.Element, mechanism: Mechanism, unit: Units) -> None:
 
 
 def _actuators(root: ET.Element, mechanism: Mechanism) -> None:
-    """A motor wherever the drive acts, whose control is the drive."""
     motors = ET.SubElement(root, "actuator")
     for body in mechanism.bodies:
         if body.actuation != 0.0:

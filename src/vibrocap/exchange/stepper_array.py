@@ -61,7 +61,6 @@ class StepperArray(Stepped):
         return {int(i): rows[:, i] for i in changed}
 
     def _column(self, name: str, value: Any) -> np.ndarray:
-        """A number for each motion."""
         column = np.asarray(value, dtype=float)
         if column.shape not in ((), (self.count,)):
             raise ArgumentError(name, f"should be a number or {self.count} of them, got an array {column.shape}")

@@ -214,7 +214,6 @@ def _names(asked: Iterable[str], own: str | None, usual: Iterable[str]) -> list[
 
 
 def _key(system: System) -> tuple:
-    """What tells the forms of a page apart."""
     from vibrocap.motion.recording.equations import form
 
     return form(system)

@@ -40,7 +40,6 @@ def draw_front(front: ParetoFront, *, ax: Axes | None = None) -> Axes:
 
 
 def _draw(ax: Axes, front: ParetoFront) -> list[Line2D]:
-    """Draw the front and what is near it; the handles of the legend."""
     others = front.others()[:MOST_OTHERS]
     ax.plot(others[:, 0], others[:, 1], ".", color=GREY, markersize=1.6, rasterized=True, zorder=1)
     ax.plot(front.values[:, 0], front.values[:, 1], ".-", drawstyle="steps-post", color=BLUE, **FRONT)

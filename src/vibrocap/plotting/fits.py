@@ -156,14 +156,12 @@ def _history(axes: list[Axes], record: RecordResult, units: MeasuredUnits) -> No
 
 
 def _over_time(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
-    """Force over time, in the periods that are shown."""
     wide = _stretch(record, HISTORY)
     _forces(ax, record, record.time, wide, units)
     ax.set(xlabel="time [s]", title=_title(record) + _part(record, wide))
 
 
 def _forces(ax: Axes, record: RecordResult, x: np.ndarray, stretch: slice, units: MeasuredUnits) -> None:
-    """Measured and predicted force of a stretch of a record."""
     scale, force_label = _labelled(record.measured, units.force_name, units.force)
     at = np.arange(len(record.time))[stretch]
     at = at[_even_choice(len(at), MOST_POINTS)]
@@ -173,7 +171,6 @@ def _forces(ax: Axes, record: RecordResult, x: np.ndarray, stretch: slice, units
 
 
 def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
-    """Force over velocity, sample by sample."""
     scale, force = _labelled(record.measured, units.force_name, units.force)
     speed_scale, speed = _labelled(record.velocity, units.velocity_name, units.velocity)
     order = np.argsort(record.velocity)

@@ -111,7 +111,6 @@ def _recent(motion: Trajectory) -> panel.Stretch:
 
 
 def _words(motion: Trajectory, recent: panel.Stretch) -> str:
-    """What a stretch of time is called."""
     after = panel.repeats_after(motion)
     if recent == panel.last_periods(motion, after) and equations(motion.system).timed:
         return "last period" if after == 1 else f"last {after} periods"
@@ -136,7 +135,6 @@ def _phase_plane(x: str, y: str, motion: Trajectory, recent: panel.Stretch, ax: 
 
 
 def _planes_of_all(motion: Trajectory, recent: panel.Stretch, ax: Axes) -> None:
-    """Place and velocity of every body that rubs."""
     trace, places = Trace(motion, *recent), panel.places_of(motion)
     for number, (x, y) in enumerate(zip(places, _velocities(motion), strict=True), start=1):
         shift, label = _relative(motion, x, recent)
@@ -293,7 +291,6 @@ def _inner_title(motion: Trajectory) -> str:
 
 
 def _inner_words(motion: Trajectory) -> str:
-    """The first of the inner coordinates in words."""
     return re.sub(r" \$.*", "", quantity_label(_inner(motion)[0], motion.system)).capitalize()
 
 

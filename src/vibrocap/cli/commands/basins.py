@@ -6,8 +6,9 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, Refusal
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.options import JSON, SETTLE_PERIODS, option, picture, range_of, required
+from vibrocap.cli.options import JSON, SETTLE_PERIODS, option, picture, required
 from vibrocap.cli.terminal import Page
+from vibrocap.cli.texts import range_of
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view
@@ -65,7 +66,6 @@ def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | No
 
 
 def _print_basins(page: Page, record: dict[str, Any]) -> None:
-    """The table of shares."""
     page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
     for word, share in record["directions"].items():
         if share and (word != "no travel" or any(attractor["drift"] is not None for attractor in record["attractors"])):

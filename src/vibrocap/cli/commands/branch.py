@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.options import JSON, OVER, SETTLE_PERIODS, option, picture, quantity_range
+from vibrocap.cli.options import JSON, OVER, SETTLE_PERIODS, option, picture
+from vibrocap.cli.texts import quantity_range
 from vibrocap.quantities.dimensional import in_si
 
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.options import JSON, SEED, checked_pairs, folder, option, picture, required
+from vibrocap.cli.options import JSON, SEED, folder, option, picture, required
 from vibrocap.cli.terminal import Page
+from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.quantities.dimensional import in_si
 from vibrocap.quantities.json_text import json_text

@@ -7,8 +7,9 @@ from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import JSON, OVER, option, pairs, quantity_range, split, value_of
+from vibrocap.cli.options import JSON, OVER, option
 from vibrocap.cli.terminal import said
+from vibrocap.cli.texts import pairs, quantity_range, split, value_of
 from vibrocap.physics.names import split_path
 from vibrocap.quantities.dimensional import in_si
 

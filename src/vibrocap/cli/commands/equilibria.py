@@ -5,7 +5,8 @@ from pathlib import Path
 from vibrocap.arguments import Refusal, check_whole
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.completers import paths_of_case
-from vibrocap.cli.options import JSON, option, picture, quantity_range
+from vibrocap.cli.options import JSON, option, picture
+from vibrocap.cli.texts import quantity_range
 from vibrocap.quantities.dimensional import in_si, view
 
 

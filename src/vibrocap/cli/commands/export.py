@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.command import Answer, OfCase, command
-from vibrocap.cli.options import needs, option, own_names, required, split, writable_file, writable_folder
+from vibrocap.cli.options import needs, option, own_names, required, writable_file, writable_folder
 from vibrocap.cli.terminal import Page, progress, said, table
+from vibrocap.cli.texts import split
 
 if TYPE_CHECKING:
     from vibrocap.case.case import Case
@@ -67,7 +68,6 @@ def export(request: ExportRequest) -> Answer:
 
 
 def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> Answer:
-    """The FMU."""
     from vibrocap.exchange.fmu.fmu import BuildError, export_fmu
 
     writable_file("--out", out, (".fmu",))

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.cli.command import Answer, Report, command
 from vibrocap.cli.fit_request import FitRequest, own_settings, rig
-from vibrocap.cli.options import checked_pairs, own_names
+from vibrocap.cli.options import own_names
 from vibrocap.cli.terminal import complain, part
+from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si, view
@@ -54,7 +55,6 @@ def fit(request: FitRequest, report: Report) -> Answer:
 
 
 def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
-    """One law."""
     from vibrocap.identification.fit import fit as driven_fit
     from vibrocap.identification.fit import steady_fit
     from vibrocap.identification.spring_fit import spring_fit
@@ -109,7 +109,6 @@ def _drawn(fitted: "Fit | MotionFit", request: FitRequest) -> "Posterior":
 
 
 def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
-    """Several laws, ranked."""
     from vibrocap.identification.experiments.comparison import compare
 
     own = {law: own_settings(law, settings) for law in request.laws}
@@ -136,7 +135,6 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
 
 
 def _write(fitted: "Fit", folder: Path, scales: Any, request: FitRequest, more: "Sequence[Chapter]" = ()) -> list[Path]:
-    """The files of a fit in a folder."""
     written = list(fitted.save(folder, scales)) + [folder / "posterior.json"] * bool(request.posterior)
     written.append(write_residuals(fitted, folder / "residuals.csv"))
     if request.report:
@@ -172,7 +170,6 @@ def write_residuals(fitted: "Fit", path: Path) -> Path:
 
 
 def _machine(request: FitRequest, records: "list[Record]", settings: dict[str, Any], report: Report) -> Answer:
-    """A case fitted to records."""
     from vibrocap.design.calibration.motion_fit import fit_motion
 
     assert request.machine is not None

@@ -200,7 +200,6 @@ def _sheet(request: FrictionRequest, law: Law) -> Answer:
 
 
 def _tests(request: FrictionRequest, law: Law, report: Report) -> Answer:
-    """The canonical tests of a law."""
     from vibrocap.laboratory.test_sheet import test_sheet
 
     settings = request.given("load", "mass", "stiffness", "speed")

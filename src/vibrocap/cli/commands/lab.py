@@ -9,7 +9,8 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Report, WithParts, command
 from vibrocap.cli.examples import examples_folder
-from vibrocap.cli.options import file, option, split
+from vibrocap.cli.options import file, option
+from vibrocap.cli.texts import split
 from vibrocap.files import write_text
 from vibrocap.physics import catalogue
 

@@ -82,7 +82,6 @@ def list_(request: ListRequest) -> Answer:
 
 
 def _overview() -> Answer:
-    """The kinds with their names."""
     record = {kind: list(known()) for kind, known in PARTS.items()}
     lines = [f"{kind:<13}{', '.join(names)}" for kind, names in record.items()]
     lines += [f"{kind:<13}see `vibrocap list {kind}`" for kind in ("measures", "datasets")]

@@ -13,7 +13,8 @@ from vibrocap.case.case import RUN_DEFAULTS, case_text
 from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, described_machine
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, WithParts, command
-from vibrocap.cli.options import file, option, pairs, split
+from vibrocap.cli.options import file, option
+from vibrocap.cli.texts import pairs, split
 from vibrocap.files import write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.scales import FreeScales, Scales
@@ -237,7 +238,6 @@ def new(request: NewRequest) -> Answer:
 
 
 def _converted(request: NewRequest) -> str:
-    """A case in the other form."""
     refused = Complaints()
     assert request.from_ is not None
     entries = pairs("scales", split(request.scales), refused, "KEY=VALUE, such as pendulum_mass_kg=0.2")

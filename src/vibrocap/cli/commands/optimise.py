@@ -7,20 +7,9 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.commands.orbit import bound_rows, bounds_record
-from vibrocap.cli.options import (
-    FOR,
-    JSON,
-    SEED,
-    UNCERTAIN,
-    checked_pairs,
-    folder,
-    needs,
-    option,
-    picture,
-    required,
-    writable_folder,
-)
+from vibrocap.cli.options import FOR, JSON, SEED, UNCERTAIN, folder, needs, option, picture, required, writable_folder
 from vibrocap.cli.terminal import part, said
+from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.quantities.dimensional import in_si, view
 from vibrocap.quantities.json_text import json_text
@@ -105,7 +94,6 @@ def optimise(request: OptimiseRequest, report: Report) -> Answer:
 
 
 def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, str], shared: dict[str, Any]) -> Answer:
-    """The best design for one measure."""
     from vibrocap.design.optimise import optimise as optimised
 
     shared |= {"robust": "worst", "samples": 16} | request.given("robust", "samples")
@@ -134,7 +122,6 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
 
 
 def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, Any]) -> Answer:
-    """The Pareto front of two measures."""
     from vibrocap.design.front import pareto_front
 
     assert request.against is not None

@@ -142,7 +142,6 @@ def orbit_view(closed: "Orbit", left: "Orbit | None", ways: Any, what: Any) -> d
 
 
 def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
-    """The table of an orbit."""
     closed = not record["failed"]
     page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
     state = _state(record["state"])

@@ -5,7 +5,8 @@ from pathlib import Path
 from vibrocap.arguments import Complaints, Refusal
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command import Answer, Drawn, command
-from vibrocap.cli.options import needs, option, pairs, required, split, writable_picture
+from vibrocap.cli.options import needs, option, required, writable_picture
+from vibrocap.cli.texts import pairs, split
 
 
 class PlotRequest(Drawn):

@@ -1,8 +1,9 @@
 """`vibrocap robust`: how sure a measure of a case is where some of its quantities are not known exactly."""
 
 from vibrocap.cli.command import Answer, OfCase, Report, command
-from vibrocap.cli.options import FOR, JSON, REQUIRED, SEED, UNCERTAIN, checked_pairs, option
+from vibrocap.cli.options import FOR, JSON, REQUIRED, SEED, UNCERTAIN, option
 from vibrocap.cli.terminal import Page
+from vibrocap.cli.texts import checked_pairs
 from vibrocap.quantities.dimensional import in_si
 
 

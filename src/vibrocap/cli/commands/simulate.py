@@ -10,18 +10,9 @@ from vibrocap.arguments import Complaints, Refusal, by_option
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.completers import paths_of_case, states_of_case
-from vibrocap.cli.options import (
-    JSON,
-    TOLERANCE,
-    changes,
-    option,
-    picture,
-    split,
-    with_headings,
-    writable_film,
-    writable_table,
-)
+from vibrocap.cli.options import JSON, TOLERANCE, option, picture, with_headings, writable_film, writable_table
 from vibrocap.cli.terminal import Page, progress, said, table
+from vibrocap.cli.texts import changes, split
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.stated import brief, described, parameters_stated

@@ -7,19 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaints, Refusal, by_option
 from vibrocap.cli.command import Answer, Drawn, command
-from vibrocap.cli.options import (
-    COLUMN_UNITS,
-    COLUMNS,
-    JSON,
-    SAMPLING_RATE,
-    column_names,
-    option,
-    pairs,
-    picture,
-    required,
-    split,
-)
+from vibrocap.cli.options import COLUMN_UNITS, COLUMNS, JSON, SAMPLING_RATE, option, picture, required
 from vibrocap.cli.terminal import Page, table
+from vibrocap.cli.texts import column_names, pairs, split
 
 if TYPE_CHECKING:
     from vibrocap.records.stick_slip import Spread, StickSlip

@@ -82,7 +82,6 @@ def _verified(study: Path) -> Answer:
 
 
 def _run(study: "Study", request: "SweepRequest") -> "Outcome":
-    """How a study ended that is stored as it runs, or kept in memory."""
     from vibrocap.studies.sweep import Stopped, carried_out
 
     left = TimeLeft()
@@ -100,7 +99,6 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
 
 
 def _adaptive(study: "Study", request: "SweepRequest") -> "Outcome":
-    """How an adaptive map of a study over two axes ended."""
     from vibrocap.studies.adaptive import adaptive_map
 
     with progress("Mapping") as report:

@@ -227,7 +227,6 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
 
 
 def _sides(types: Element, fmi: str) -> None:
-    """The enumeration of sides."""
     if fmi == "2.0":
         sides = SubElement(SubElement(types, "SimpleType", name="Side"), "Enumeration")
     else:

@@ -1,6 +1,5 @@
 """Data of Figs 5-11 once more, under the dynamic load: motions, friction, travel, and runs that the load ends."""
 
-import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -14,20 +13,19 @@ from vibrocap.paper.figures.motion import (
     PALE,
     PRINTED_FIRST,
     RISEN,
-    RISEN_LIMITS,
     SHOWN,
-    SYMBOL,
+    SYSTEMS,
     displacements,
     histories,
     look,
-    planes,
+    over_time,
+    risen,
 )
-from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11
+from vibrocap.paper.presets import SHORT, figures_5_to_8
 from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Runs
 from vibrocap.paper.travel import PERIOD, STEADY_WINDOW, averages, window_name
 
 LOADED = (1.0, "dynamic")
-LETTERS = "abcd"
 
 
 @figure(
@@ -38,18 +36,12 @@ LETTERS = "abcd"
     one_legend=True,
 )
 def figure_load_5(runs: Runs) -> Sequence[Panel]:
-    panels = [
-        Panel(
-            f"({letter}) {SYMBOL[quantity]}", "time", quantity, histories(runs, figures_5_to_8, quantity, SHOWN, LOADED)
-        )
-        for letter, quantity in zip(LETTERS, SYMBOL, strict=True)
-    ]
     dynamic = histories(runs, figures_5_to_8, "reaction", SHOWN, LOADED[1:])
     shown = np.array([0.0, dynamic[0].x[-1]])
     printed = Curve("N = 1, as printed", "limit", shown, np.ones(2))
     forty = histories(runs, figures_5_to_8, "position", SHOWN_PERIODS, LOADED)
     return (
-        *panels,
+        *over_time(runs, LOADED),
         Panel("(e) load N", "time", "reaction", (printed, *dynamic), zero=True),
         Panel("(f) X, forty periods", "time", "position", forty),
     )
@@ -63,11 +55,10 @@ def figure_load_5(runs: Runs) -> Sequence[Panel]:
     one_legend=True,
 )
 def figure_load_6(runs: Runs) -> Sequence[Panel]:
-    panels = []
-    for title, name, quantity in FORCES:
-        curves = histories(runs, figures_5_to_8, quantity, FRICTION_SHOWN, LOADED, (name,))
-        panels.append(Panel(title, "time", quantity, curves))
-    return panels
+    return [
+        Panel(title, "time", quantity, histories(runs, figures_5_to_8, quantity, FRICTION_SHOWN, LOADED, (name,)))
+        for title, name, quantity in FORCES
+    ]
 
 
 @figure(
@@ -101,7 +92,7 @@ def figure_load_7(runs: Runs) -> Sequence[Panel]:
 )
 def figure_load_8(runs: Runs) -> Sequence[Panel]:
     panels = []
-    for letter, load in zip(LETTERS, LOADED, strict=False):
+    for letter, load in zip("ab", LOADED, strict=True):
         curves = []
         for name in ("exponential", "lugre"):
             points = friction_curve(runs.steady(name, load=load).motion)
@@ -124,18 +115,11 @@ def figure_load_9(runs: Runs) -> Sequence[Panel]:
     steady = _pale(runs, STEADY_WINDOW) + _strong(runs, lambda run: run.mean_velocity(PERIOD, LAST, True))
     light = _strong(runs, lambda run: run.mean_velocity(PERIOD, SHOWN_PERIODS), light=True)
     ends, light_ends = _endings(runs), _endings(runs, light=True)
-    near = (-0.002, 0.002)
+    near, last = (-0.002, 0.002), f"(c) steady state (last {LAST} of 150)"
     return (
         Panel("(a) averages of the transient", "mass_ratio", "mean_velocity", transient, endings=ends),
         Panel("(b) the same, enlarged", "mass_ratio", "mean_velocity", transient, y_limits=near, endings=ends),
-        Panel(
-            f"(c) steady state (last {LAST} of 150)",
-            "mass_ratio",
-            "mean_velocity",
-            steady,
-            y_limits=near,
-            endings=ends,
-        ),
+        Panel(last, "mass_ratio", "mean_velocity", steady, y_limits=near, endings=ends),
         Panel("(d) the transient of light capsules", "mass_ratio", "mean_velocity", light, endings=light_ends),
     )
 
@@ -149,15 +133,9 @@ def figure_load_9(runs: Runs) -> Sequence[Panel]:
     one_legend=True,
 )
 def figure_load_10(runs: Runs) -> Sequence[Panel]:
-    upper, middle, lower = [], [], []
-    for ratio in DISPLACEMENT_MASS_RATIOS:
-        system, title = functools.partial(figures_9_to_11, mass_ratio=ratio), f"λ = {ratio:g}"
-        upper.append(Panel(f"{title}: pendulum", "angle", "angle_rate", planes(runs, system, RISEN, LOADED)))
-        curves = histories(runs, system, "velocity", RISEN, LOADED)
-        middle.append(Panel(f"{title}: capsule velocity", "time", "velocity", curves, y_limits=RISEN_LIMITS))
-        curves = histories(runs, system, "reaction", RISEN, LOADED[1:])
-        lower.append(Panel(f"{title}: load N", "time", "reaction", curves, zero=True))
-    return (*upper, *middle, *lower)
+    loads = {ratio: histories(runs, system, "reaction", RISEN, LOADED[1:]) for ratio, system in SYSTEMS.items()}
+    lower = (Panel(f"λ = {ratio:g}: load N", "time", "reaction", x, zero=True) for ratio, x in loads.items())
+    return (*risen(runs, LOADED), *lower)
 
 
 @figure(
@@ -180,7 +158,6 @@ def _pale(runs: Runs, window: str) -> tuple[Curve, ...]:
 
 
 def _strong(runs: Runs, average: Callable[[LoadedRun], float], light: bool = False) -> tuple[Curve, ...]:
-    """Averages of the runs that went to their end."""
     curves = []
     for name, short in SHORT.items():
         done = [run for run in runs.loaded_sweep(name, light) if run.status.ok]

@@ -57,6 +57,14 @@ def planes(
     return tuple(dataclasses.replace(rate, x=angle.y) for angle, rate in zip(*both, strict=True))
 
 
+def over_time(runs: Runs, loads: Sequence[float | str] = ("",)) -> list[Panel]:
+    """Angle, place and their rates over the first periods of Figs 5-8."""
+    return [
+        Panel(f"({letter}) {symbol}", "time", quantity, histories(runs, figures_5_to_8, quantity, SHOWN, loads))
+        for letter, (quantity, symbol) in zip("abcd", SYMBOL.items(), strict=True)
+    ]
+
+
 def look(role: str, load: float | str) -> tuple[str, str]:
     """Label and role of a curve."""
     return ", ".join(filter(None, (role, LOADS[load][0]))), role
@@ -75,10 +83,7 @@ def around_events(motion: Trajectory, end: float) -> np.ndarray:
     "rests, LM creeps on.",
 )
 def figure_5(runs: Runs) -> Sequence[Panel]:
-    panels = []
-    for letter, quantity in zip("abcd", SYMBOL, strict=True):
-        curves = histories(runs, figures_5_to_8, quantity, SHOWN)
-        panels.append(Panel(f"({letter}) {SYMBOL[quantity]}", "time", quantity, curves))
+    panels = over_time(runs)
     em = runs.first_set("exponential")
     window = ((SHOWN - 1) * em.period, SHOWN * em.period)
     rests = tuple((p.start, p.end) for p in em.phases if p.side == 0 and window[0] < p.start < window[1])
@@ -116,19 +121,25 @@ def figure_7(runs: Runs) -> Sequence[Panel]:
     columns=3,
 )
 def figure_10(runs: Runs) -> Sequence[Panel]:
+    return risen(runs)
+
+
+SYSTEMS = {ratio: functools.partial(figures_9_to_11, mass_ratio=ratio) for ratio in DISPLACEMENT_MASS_RATIOS}
+
+
+def risen(runs: Runs, loads: Sequence[float | str] = ("",)) -> tuple[Panel, ...]:
+    """Phase planes of the pendulum at three mass ratios, and below them the velocity of the capsule."""
     upper, lower = [], []
-    for ratio in DISPLACEMENT_MASS_RATIOS:
-        system = functools.partial(figures_9_to_11, mass_ratio=ratio)
-        upper.append(Panel(f"λ = {ratio:g}: pendulum", "angle", "angle_rate", planes(runs, system, RISEN)))
-        curves = histories(runs, system, "velocity", RISEN)
+    for ratio, system in SYSTEMS.items():
+        upper.append(Panel(f"λ = {ratio:g}: pendulum", "angle", "angle_rate", planes(runs, system, RISEN, loads)))
+        curves = histories(runs, system, "velocity", RISEN, loads)
         lower.append(Panel(f"λ = {ratio:g}: capsule velocity", "time", "velocity", curves, y_limits=RISEN_LIMITS))
     return (*upper, *lower)
 
 
 def displacements(runs: Runs, loads: Sequence[float | str] = ("",)) -> tuple[Panel, ...]:
     """Displacement over time at three mass ratios."""
-    systems = {ratio: functools.partial(figures_9_to_11, mass_ratio=ratio) for ratio in DISPLACEMENT_MASS_RATIOS}
-    curves = {ratio: histories(runs, system, "position", WANDERED, loads) for ratio, system in systems.items()}
+    curves = {ratio: histories(runs, system, "position", WANDERED, loads) for ratio, system in SYSTEMS.items()}
     return tuple(Panel(f"λ = {ratio:g}", "time", "position", x, y_limits=(-0.4, 0.55)) for ratio, x in curves.items())
 
 

@@ -106,7 +106,6 @@ def _shown(basins: Basins, along: list[Quantity]) -> Basins:
 
 
 def _unvalued(basins: Basins) -> list[Any]:
-    """The legend of starts that have no value of their own."""
     handles = []
     for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
         if count := int(np.sum(basins.label == code)):
@@ -173,7 +172,6 @@ def _direction_label(basins: Basins, code: int) -> str:
 
 
 def _attractor(attractor: Attractor, basins: Basins) -> str:
-    """An attractor in the legend."""
     motion = attractor.motion
     drift = "" if motion.drift is None else _drift(motion.drift * scale("position", basins.system), basins)
     return f"{motion.kind}{drift}: {share(attractor.starts, max(round(attractor.starts / attractor.share), 1))}"

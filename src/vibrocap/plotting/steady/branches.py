@@ -133,7 +133,6 @@ def draw_floquet_multipliers(diagram: Branch | BranchDiagram, *, ax: Axes | None
 
 
 def _check(branches: Sequence[Branch | BranchDiagram], quantity: str) -> None:
-    """ValueError for what cannot be drawn."""
     if not branches or not any(len(branch) for diagram in branches for branch in _branches(diagram)):
         raise ValueError("found should hold at least one branch that is not empty")
     check_one_of("quantity", quantity, QUANTITIES)
@@ -173,7 +172,6 @@ def law_title(diagram: Branch | BranchDiagram) -> str:
 
 
 def _along(branch: Any, over: str | None = None) -> Quantity:
-    """The parameter as it is drawn."""
     return quantity_in_si(branch.over, branch.system) if over is None else quantity_of(over, branch.system)
 
 

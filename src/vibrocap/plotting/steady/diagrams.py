@@ -56,7 +56,6 @@ def draw_equilibria(branch: EquilibriumBranch, what: str | None = None, *, ax: A
 
 
 def _first_state(branch: EquilibriumBranch) -> str:
-    """The state that is drawn unless another is asked for."""
     machine = branch.system.machine
     names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_states[0])]
     return names[0] if names else machine.contact_states[0]
@@ -169,7 +168,6 @@ def _widest(diagram: BifurcationDiagram) -> str:
 
 
 def _draw(ax: Axes, diagram: BifurcationDiagram, state: str | None) -> list[Line2D]:
-    """Draw a state; the handles of the legend."""
     state = state or _widest(diagram)
     along, up = quantity_in_si(diagram.over, diagram.system).scale, scale(state, diagram.system)
     index = diagram.system.state_names.index(state)

@@ -254,7 +254,6 @@ def _outline(x: np.ndarray, y: np.ndarray, where: np.ndarray) -> Outline:
 
 
 def _scale_paint(view: View) -> dict[str, Any]:
-    """Colours of a scale of numbers."""
     low, high, _, _, logarithmic = runs.limits(view)
     cmap = matplotlib.colormaps[DIVERGING if view.kind == "signed" else SEQUENTIAL]
     if view.kind == "signed" and low * high == 0.0:  # one way only: that half of the colours

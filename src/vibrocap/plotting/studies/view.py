@@ -234,7 +234,6 @@ def _facets(dataset: Any) -> tuple[list[str], tuple[str, ...]]:
 
 
 def _parts(dataset: Any, facets: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """(title, runs) of each panel."""
     for place in np.ndindex(*(dataset.sizes[dim] for dim in facets)):
         part = dataset.isel(dict(zip(facets, place, strict=True)))
         yield ", ".join(panel_title(dim, part[dim].values.item()) for dim in facets), part
