@@ -15,18 +15,14 @@ from vibrocap.cli.options import (
     JSON,
     SAMPLING_RATE,
     SEED,
-    column_names,
     flag,
     folder,
     needs,
     option,
     own_names,
-    pairs,
     picture,
-    priors,
-    range_of,
-    split,
 )
+from vibrocap.cli.texts import column_names, pairs, priors, range_of, split
 
 if TYPE_CHECKING:
     from vibrocap.physics.dimensions.scales import PendulumScales

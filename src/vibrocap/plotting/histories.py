@@ -99,9 +99,9 @@ def line_of(number: int, count: int) -> dict[str, Any]:
 def draw_all(motion: Trajectory, names: list[str], label: str, stretch: Stretch, ax: Axes) -> None:
     """Quantities of one kind over a stretch of time, one line for each contact."""
     trace, (unit, time), count = Trace(motion, *stretch), clock(motion), len(names)
-    labels = contact_labels(motion) if count == len(contacts_of(motion)) else [f"{i}" for i in range(1, 1 + count)]
-    for number, name in enumerate(names, start=1):
-        ax.plot(trace.time / unit, trace[name], label=labels[number - 1], **line_of(number, count))
+    labels = contact_labels(motion) if count == len(contacts_of(motion)) else map(str, range(1, 1 + count))
+    for number, (name, label) in enumerate(zip(names, labels, strict=True), start=1):
+        ax.plot(trace.time / unit, trace[name], label=label, **line_of(number, count))
     ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
     ax.set(xlim=(stretch[0] / unit, stretch[1] / unit), ylabel=with_unit(label, names[0], motion.system), xlabel=time)
     if count > 1:
@@ -137,8 +137,9 @@ def draw_all_loops(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
     cut = np.flatnonzero(trace.index[1:] != trace.index[:-1]) + 1
     for contact in contacts_of(motion):
         velocity, friction = (trace[numbered(name, contact)] for name in ("contact_velocity", "friction"))
-        look = line_of(contact, count) | {"solid_capstyle": "butt", "label": contact_labels(motion)[contact - 1]}
-        ax.plot(*(np.insert(values, cut, np.nan) for values in (velocity, friction)), **look)
+        look, label = line_of(contact, count), contact_labels(motion)[contact - 1]
+        x, y = (np.insert(values, cut, np.nan) for values in (velocity, friction))
+        ax.plot(x, y, label=label, solid_capstyle="butt", **look)
         held = np.unique(np.round(friction[velocity == 0.0], 12))
         if len(held) == 1:
             ax.plot([0.0], held, ".", color=look["color"], markersize=3.0 + 2.0 * look["linewidth"])
@@ -175,7 +176,7 @@ def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale:
     """Shade the times at which a contact sticks, divided by `scale`; returns whether there are any."""
     if motion.system.laws[contact - 1].kind != "set-valued":
         return False
-    shade = plots.STICK_SHADE | {"label": "stuck"}
+    shade: dict[str, Any] = plots.STICK_SHADE | {"label": "stuck"}
     for phase in motion.phases_of(contact):
         if phase.side == STUCK and phase.end > start and phase.start < end:
             axes.axvspan(max(phase.start, start) / scale, min(phase.end, end) / scale, **shade)
@@ -216,8 +217,7 @@ def draw_history(
 ) -> Axes:
     """A quantity of a motion over time in drive periods; where its contact sticks is shaded.
 
-    name: a state, an observable or an integral (`motion.names`), by default the place of what rubs; periods: so many
-    at the end, by default all
+    name: one of `motion.names`, by default the place of what rubs; periods: so many at the end, by default all
     """
     with plots.drawing(ax) as ax:
         return history(motion, name or place_of(motion), last_periods(motion, periods), ax, shaded=periods is not None)
