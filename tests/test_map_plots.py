@@ -237,6 +237,8 @@ def test_dead_band_comes_from_the_option_the_map_or_the_threshold():
     assert study_view(study()).dead_band == 1.6e-6  # ten thresholds of the length over the period, 2 pi
     assert study_view(study(dead_band=1e-4)).dead_band == 1e-4
     assert study_view(study(dead_band=1e-4), dead_band=1e-3).dead_band == 1e-3
+    drifts = study(dead_band=1e-4).rename(mean_velocity="drift")
+    assert study_view(drifts, "drift").dead_band == 1e-5  # the map's band is of velocities
     unasked = study()
     del unasked.attrs["settle"]
     assert study_view(unasked).dead_band == 1e-6
@@ -418,6 +420,9 @@ def test_border_is_drawn_along_the_walls_of_cells():
     assert set(segments[:, :, 0].ravel()) == {7.5}
     assert (segments[:, :, 1].min(), segments[:, :, 1].max(), len(segments)) == (-0.5, 11.5, 12)  # from wall to wall
     assert "border of mode sequence" in legend_of(figure(dataset, border="mode_sequence"))
+    dataset["mean_velocity"][:] = 5e-6 * np.sign(7.5 - dataset[MASS])  # less than the dead band of drifts
+    ax = figure(dataset.assign(drift=2.0 * np.pi * dataset["mean_velocity"]), "drift", "travel").axes[0]
+    assert any(isinstance(lines, LineCollection) and len(lines.get_segments()) for lines in ax.collections)
     with pytest.raises(Refusal, match="--border: mean_velocity takes real values"):
         figure(dataset, border="mean_velocity")
 

@@ -30,7 +30,7 @@ from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.studies import cells as runs
 from vibrocap.plotting.studies.cells import dot_handles, draw_dots, draw_lines
-from vibrocap.plotting.studies.view import Panel, View, study_view
+from vibrocap.plotting.studies.view import Panel, View, study_view, travel_of
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -49,7 +49,6 @@ UNSETTLED, HIDDEN = "//////", "\\\\\\\\"
 HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim shows on any of them
 BORDER = 0.7
 BORDERS = (BLACK, GREEN, VIOLET, VERMILION)  # of lines where something changes
-WAYS = ("mean_velocity", "drift", "displacement")  # measures whose sign is the direction of travel
 BORDER_WORDS = {"travel": "travel begins, ends or turns round", "impacts": "grazing of a stop"}
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
 PRINT: dict[Any, Any] = {
@@ -303,9 +302,9 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     dataset = panel.dataset
     if "computed" not in dataset:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
-    known = [direction for direction in WAYS if direction in dataset]
-    if name == "travel" and name not in dataset and known:
-        sign = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
+    way = travel_of(dataset, view.measure)
+    if name == "travel" and name not in dataset and way:
+        sign = np.sign(dataset[way].where(abs(dataset[way]) > view.dead_band, 0.0))
         dataset = dataset.assign(travel=sign)
     try:
         segments = border(dataset.load(), name).segments

@@ -158,9 +158,11 @@ def study_view(
         axes, points = _scattered(runs)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(runs, facets))
     case, settle = case_of(dataset), dataset.attrs.get("settle")
-    travel = next((name for name in (asked, *TRAVEL) if name in TRAVEL and name in names), "mean_velocity")
+    travel = travel_of(dataset, asked) or "mean_velocity"
     known = residue(case.system, travel, float(settle)) if settle and case else ZERO
-    band = float(dataset.attrs.get("dead_band", float(f"{known:.2g}")))
+    band = float(f"{known:.2g}")
+    if travel == "mean_velocity":  # that of an adaptive map is of mean velocities alone
+        band = float(dataset.attrs.get("dead_band", band))
     if travel in names and (size := dataset[travel].attrs.get("dimensionless_unit")) is not None:
         band = float(f"{band * float(size):.2g}")
     if asked in TRAVEL:
@@ -180,6 +182,11 @@ def study_view(
         case_label(runs, case, fixed),
         runs_label(runs, case),
     )
+
+
+def travel_of(dataset: Any, measure: str) -> str | None:
+    """The measure whose sign is the direction of travel, and whose size up to the dead band is none."""
+    return next((name for name in (measure, *TRAVEL) if name in TRAVEL and name in dataset), None)
 
 
 def first_measure(dataset: Any) -> str:
