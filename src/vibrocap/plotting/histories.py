@@ -100,8 +100,8 @@ def draw_all(motion: Trajectory, names: list[str], label: str, stretch: Stretch,
     """Quantities of one kind over a stretch of time, one line for each contact."""
     trace, (unit, time), count = Trace(motion, *stretch), clock(motion), len(names)
     labels = contact_labels(motion) if count == len(contacts_of(motion)) else map(str, range(1, 1 + count))
-    for number, (name, label) in enumerate(zip(names, labels, strict=True), start=1):
-        ax.plot(trace.time / unit, trace[name], label=label, **line_of(number, count))
+    for number, (name, contact) in enumerate(zip(names, labels, strict=True), start=1):
+        ax.plot(trace.time / unit, trace[name], label=contact, **line_of(number, count))
     ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
     ax.set(xlim=(stretch[0] / unit, stretch[1] / unit), ylabel=with_unit(label, names[0], motion.system), xlabel=time)
     if count > 1:
