@@ -372,12 +372,14 @@ def test_the_impulse_of_a_long_motion_is_known_to_its_rounding():
     assert verdict.value < verdict.bound < 1e-9 * impulse
 
 
-@pytest.mark.plain(False)
 @pytest.mark.parametrize(
     ("machine", "law", "drive"),
     [
         (vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(), vc.Harmonic()),
-        (vc.PendulumCapsule(), vc.LuGre(bristle_stiffness=1e6, bristle_damping=100.0), vc.Harmonic()),
+        pytest.param(
+            *(vc.PendulumCapsule(), vc.LuGre(bristle_stiffness=1e6, bristle_damping=100.0), vc.Harmonic()),
+            marks=pytest.mark.plain(False),  # ten thousand steps
+        ),
         (vc.TwoMassCapsule(), vc.Coulomb(), vc.Square()),
         (vc.TwoBodyCrawler(), [vc.Exponential(), vc.Stribeck()], vc.Harmonic()),
     ],

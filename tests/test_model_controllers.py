@@ -196,6 +196,7 @@ def test_a_line_is_left_at_one_event_where_the_reference_turns_too_sharply():
     assert np.min(np.diff([event.time for event in motion.events])) > 0.1
 
 
+@pytest.mark.plain
 def test_a_line_that_the_command_cannot_keep_is_crossed():
     """From 10 the first passage asks for 3.58 of a command of 1: it turns round there, and again, before it stays."""
     motion = vc.simulate(switched(), periods=20, initial={"displacement": 10.0}, tolerance=1e-13)
