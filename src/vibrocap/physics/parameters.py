@@ -233,7 +233,7 @@ def parameters(cls: type[Record]) -> type[Record]:
 
 
 def _values(record: Any) -> tuple:
-    return tuple(getattr(record, name) for name in record.__match_args__)
+    return tuple(map(vars(record).__getitem__, record.__match_args__))
 
 
 def _same(record: Any, other: Any) -> bool:
