@@ -9,9 +9,8 @@ from benchmarks.faulty_records import FAULTS, bench, coloured, errors_of, faulty
 from benchmarks.imperfect_data import CONTACT, motion
 from vibrocap.identification.fit import fit, steady_fit
 from vibrocap.identification.inference.diagnosis import diagnosis
-from vibrocap.identification.inference.errors import RecordErrors
+from vibrocap.identification.inference.errors import RecordErrors, resolution, saturation
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.inference.measurement_faults import resolution, saturation
 from vibrocap.identification.inference.patterns import (
     Pattern,
     autoregression,

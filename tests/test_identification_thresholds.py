@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vibrocap.identification.inference.diagnosis import diagnosis
-from vibrocap.identification.inference.errors import RecordErrors
-from vibrocap.identification.inference.measurement_faults import (
+from vibrocap.identification.inference.errors import (
+    RecordErrors,
     outliers,
     quantisation,
     resolution,

@@ -198,15 +198,12 @@ class Passivity:
     @property
     def text(self) -> str:
         """The report in words."""
-        words = f"{self.law.name}: {self.verdict}. {self.condition}"
+        words, loss = f"{self.law.name}: {self.verdict}. {self.condition}", self.least_loss
         if self.cycle is not None:
-            words += (
-                f" A cycle of period {self.cycle.period:.3g} with speeds up to {self.cycle.fastest:.3g} gives "
-                f"{-self.cycle.energy:.3g} each time, {-100 * self.cycle.share:.3g} % of the power exchanged."
-            )
+            words += f" A cycle of period {self.cycle.period:.3g} with speeds up to {self.cycle.fastest:.3g} gives "
+            words += f"{-self.cycle.energy:.3g} each time, {-100 * self.cycle.share:.3g} % of the power exchanged."
         if self.speed_needed is not None:
             words += f" Below a speed of {self.speed_needed:.3g} none was found."
-        loss = self.least_loss
         if loss.rate < 0.0:
             words += f" The loss by its own stored energy falls to {loss.rate:.3g}, at velocity {loss.velocity:.3g}."
         return f"{words} Searched: {self.searched}."
@@ -304,8 +301,7 @@ def _real_cycle(recorded: RecordedLaw, chatter: Chatter, sizes: np.ndarray) -> C
     if len(recorded.rates) == 0:
         back = np.append(levels, -levels) if recorded.law.symmetric else levels
         return _measured(closed_cycle(recorded, back, np.ones(len(back)), (), ()))
-    best, swing = None, SWING
-    quickest = 0.0
+    best, swing, quickest = None, SWING, 0.0
     for velocity, share in zip(levels, shares, strict=True):
         rates = recorded.values(recorded.rates, velocity, chatter.state, math.copysign(1.0, velocity))
         quickest = max(quickest, share * float(np.max(np.abs(rates) / sizes)))
@@ -314,8 +310,7 @@ def _real_cycle(recorded: RecordedLaw, chatter: Chatter, sizes: np.ndarray) -> C
         cycle = _measured(closed_cycle(recorded, levels, shares * period, chatter.state, sizes))
         if cycle is None or (best is not None and cycle.share > KEPT * chatter.share):
             break
-        best = cycle
-        swing *= 2.0
+        best, swing = cycle, 2.0 * swing
     return best
 
 

@@ -95,10 +95,8 @@ class Regularisation(Dimensional):
         """The report in words."""
         widest, narrowest = self.runs[0], self.runs[-1]
         ends = f"{widest.value:.6g} at width {widest.width:.2g} and {narrowest.said('value', 6)} at"
-        words = (
-            f"{self.measure} is {self.exact.said('value', 6)} exactly, in {self.exact.steps} steps; smoothed by "
-            f"{self.shape} it is {ends} {narrowest.said('width', 2)}, in {narrowest.steps} steps."
-        )
+        words = f"{self.measure} is {self.exact.said('value', 6)} exactly, in {self.exact.steps} steps; smoothed by "
+        words += f"{self.shape} it is {ends} {narrowest.said('width', 2)}, in {narrowest.steps} steps."
         if self.order is not None and self.order_range is not None:
             low, high = self.order_range
             between = f"{low:.2g} and {said(high, narrowest.unit_of('width'), 2)}"

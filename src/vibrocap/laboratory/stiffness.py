@@ -71,19 +71,16 @@ class StiffnessReport:
             words.append("No internal states: the law brings no relaxation time.")
         else:
             for i in (0, len(self.speeds) - 1):
-                words.append(
-                    f"At speed {self.speeds[i]:.3g} its internal states relax in {self.relaxation_time[i]:.3g} "
-                    f"(over {self.relaxation_distance[i]:.3g}); explicit steps there up to {self.explicit_step[i]:.3g}."
-                )
+                relaxing = f"{self.relaxation_time[i]:.3g} (over {self.relaxation_distance[i]:.3g})"
+                words.append(f"At speed {self.speeds[i]:.3g} its internal states relax in {relaxing};")
+                words.append(f"explicit steps there up to {self.explicit_step[i]:.3g}.")
         if self.contact_stiffness > 0.0:
             own = f": {self.natural_frequency:.4g} rad per unit of time, damping ratio {self.damping_ratio:.3g}"
             contact = f"Presliding stiffness {self.contact_stiffness:.4g}, damping {self.contact_damping:.4g}"
             words.append(f"{contact}{'' if self.mass is None else own}.")
         if self.mass is not None and self.growth_rate > 0.0:
-            words.append(
-                f"Its falling branch lets disturbances of steady sliding grow at up to {self.growth_rate:.3g}, at "
-                f"speed {self.growth_speed:.3g}."
-            )
+            growing = f"at up to {self.growth_rate:.3g}, at speed {self.growth_speed:.3g}."
+            words.append(f"Its falling branch lets disturbances of steady sliding grow {growing}")
         return " ".join([*words, self.method])
 
 

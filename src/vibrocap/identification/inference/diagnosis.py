@@ -1,6 +1,6 @@
 """Diagnosis: the faults of the measurement or of the law that the errors of a fit point to, the largest first.
 
-First come faults that the columns show by themselves (`measurement_faults`), then causes compete that add a known
+First come faults that the columns show by themselves (`errors`), then causes compete that add a known
 pattern to the force (`patterns`).
 """
 
@@ -11,8 +11,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.identification.inference import patterns
-from vibrocap.identification.inference.errors import Cause, RecordErrors, noise_level, of, sampled, squares, together
-from vibrocap.identification.inference.measurement_faults import REMAINING, outliers, quantisation, saturation
+from vibrocap.identification.inference.errors import (
+    REMAINING,
+    Cause,
+    RecordErrors,
+    noise_level,
+    of,
+    outliers,
+    quantisation,
+    sampled,
+    saturation,
+    squares,
+    together,
+)
 from vibrocap.identification.inference.patterns import Pattern, basis_of, explained, probability, without
 
 FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
