@@ -141,10 +141,9 @@ def failed_fit(
     law_name: str, starts: tuple[Start, ...], samples: int, options: Mapping[str, Any], seconds: float
 ) -> Fit:
     """The `Fit` of which no start could be driven through the records."""
-    nothing = dict.fromkeys(("parameters", "nuisances", "records"), ())
     numbers = ("relative_rmse", "rmse", "held_out_relative_rmse", "effective_samples", "cost", "unit")
     how: dict[str, Any] = {"starts": starts, "seconds": seconds, "options": dict(options), "identifiability": None}
-    unknown = nothing | dict.fromkeys(numbers, math.nan)
+    unknown = dict.fromkeys(numbers, math.nan) | dict.fromkeys(("parameters", "nuisances", "records"), ())
     return Fit(law=None, law_name=law_name, status=SearchStatus.FAILED, samples=samples, **unknown, **how)
 
 

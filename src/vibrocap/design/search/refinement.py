@@ -102,8 +102,8 @@ class ClosedDesigns:
 
     def _closed(self, shares: np.ndarray) -> Refined | None:
         goal, samples = self.problem.goal, self.problem.samples
-        variants = self.problem.variants(self.problem.space.parameters(shares))
-        steady = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
+        variants = zip(self.problem.variants(self.problem.space.parameters(shares)), self.near, strict=True)
+        steady = [self._steady(values, near or self.near[0]) for values, near in variants]
         if steady[0] is None:
             return None
         solution, values = steady[0]

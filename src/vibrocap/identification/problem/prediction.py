@@ -193,11 +193,10 @@ GAP = "gap_position"  # the state of a joint with play
 
 def start_scales(law: Law, load: float) -> tuple:
     """Largest value of each internal state at the start."""
-    scales = law.internal_scales(load)
-    if GAP in law.internal:
-        half = 0.5 * law.gap * (1 - 1e-9)  # type: ignore[attr-defined]
-        return tuple(half if name == GAP else scale for name, scale in zip(law.internal, scales, strict=True))
-    return scales
+    scales = dict(zip(law.internal, law.internal_scales(load), strict=True))
+    if GAP in scales:
+        scales[GAP] = 0.5 * law.gap * (1 - 1e-9)  # type: ignore[attr-defined]
+    return tuple(scales.values())
 
 
 def unchecked(law: Law, values: Mapping[str, Any]) -> Law:
@@ -232,20 +231,20 @@ def _coordinates_beside(
     name: str, records: Sequence[Samples], level: float, lengths: Mapping[str, float]
 ) -> list[Coordinate]:
     """The coordinates of a term of a driven fit, or ArgumentError for an adhesion that no load tells from a level."""
+    of: dict[str, Any] = {"nuisance": True, "spread": 0.0}
     if name == DELAY:
         return [delay_coordinate(records)]
     if name == GAIN:
-        of: dict[str, Any] = {"nuisance": True, "meaning": "factor of the force sensor", "unit": "1"}
-        return [Coordinate(GAIN, "log", 1.0 / LARGEST_GAIN, LARGEST_GAIN, spread=0.0, **of)]
+        ends = 1.0 / LARGEST_GAIN, LARGEST_GAIN
+        return [Coordinate(GAIN, "log", *ends, **of, meaning="factor of the force sensor", unit="1")]
     if name != ADHESION:
         return [*ripple_coordinates(name, lengths[name], records, level)] if name in lengths else []
     loads = np.concatenate([np.atleast_1d(record.load) for record in records])
     least, most = float(np.min(loads)), float(np.max(loads))
     if not least < most:
         raise ArgumentError("terms", "adhesion needs normal forces that differ; with one load it is part of a level")
-    ends = (LEAST_LOAD - 1) * least, MOST_ADHESION * most
-    of = {"nuisance": True, "meaning": "load that the contact has of itself", "unit": "N"}
-    return [Coordinate(ADHESION, "linear", *ends, scale=0.1 * most, spread=0.0, **of)]
+    of |= {"scale": 0.1 * most, "meaning": "load that the contact has of itself", "unit": "N"}
+    return [Coordinate(ADHESION, "linear", (LEAST_LOAD - 1) * least, MOST_ADHESION * most, **of)]
 
 
 def nuisances(
@@ -275,10 +274,9 @@ def nuisances(
             for state, sign in states if len(states) <= 3 else [(ALL_STATES, -1)]:
                 # a state that changes sign with the motion cannot exceed its natural size, another may be far from it
                 reach = 1.0 if sign == -1 else 40.0
-                of: dict[str, Any] = {"record": record.name, "state": state, "nuisance": True, "unit": "1"}
-                of["meaning"] = "state of the contact at the first sample, over its natural size"
-                name = f"{own_name(START, record.name)}.{state}"
-                coordinates.append(Coordinate(name, "linear", -reach, reach, spread=0.3, **of))
+                of: dict[str, Any] = {"record": record.name, "state": state, "nuisance": True, "spread": 0.3}
+                of |= {"meaning": "state of the contact at the first sample, over its natural size", "unit": "1"}
+                coordinates.append(Coordinate(f"{own_name(START, record.name)}.{state}", "linear", -reach, reach, **of))
     return tuple(coordinates)
 
 
