@@ -40,7 +40,7 @@ def test_a_slide_that_is_not_looked_at_goes_on():
         series[:zeros], series[zeros] = 0.0, side * draw.uniform(0.0, 1.0, LANES)
         floats[kernel["VELOCITY_OF"][0] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        ahead, change = kernel["ahead_simd"](floats, 0, side, never, never | (zeros == 1), never | (zeros == 2), h)
+        ahead, change = kernel["ahead_simd"](floats, 0, side, never | (zeros == 1), never | (zeros == 2), h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         velocity = sum(c * times ** (k - zeros) for k, c in enumerate(series) if k >= zeros)
         away = sum(c * times**k for k, c in enumerate(series) if k >= 1)

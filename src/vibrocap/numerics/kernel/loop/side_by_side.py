@@ -130,7 +130,7 @@ def before_turning(floats, slow, h):
                 off = ~(lanes.slow[m] > 0.0)
                 none = off & ~off
                 side = lanes.side[c]
-                ahead, change = ahead_simd(floats, c, side, none, none, none, h)
+                ahead, change = ahead_simd(floats, c, side, none, none, h)
                 fine = fine & (off | ahead)
                 if SHARP and c == SHARP_CONTACT:
                     fine = fine & resolved_simd(floats, side, lanes.velocity[c], change, h, slow)
@@ -141,7 +141,7 @@ def before_turning(floats, slow, h):
     return h
 
 
-def ahead_simd(floats, c, side, stuck, one, two, h):
+def ahead_simd(floats, c, side, one, two, h):
     """Of contact c (where a slide lasts the step beyond doubt, bound of how far its velocity goes).
 
     It lasts where the velocity's first four terms stay above the sum of all others.
@@ -160,7 +160,7 @@ def ahead_simd(floats, c, side, stuck, one, two, h):
     second = side * where(two, v3, where(one, v2, v1)) * h
     third = side * where(two, v4, where(one, v3, v2)) * h * h
     fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
-    return (least_of_four(first, second, third, fourth) > 0.0) & ~stuck, change
+    return least_of_four(first, second, third, fourth) > 0.0, change
 
 
 def passing_simd(floats, h):
@@ -204,7 +204,8 @@ def first_events(floats, ints, plain, slow, longest, h):
                 stuck = own == 0.0
                 if bits(again & (stuck | two)) != 0:
                     direction, fine, stays = sticking_simd(floats, c, stuck, two, longest, h)
-            ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
+            ahead, change = ahead_simd(floats, c, own, one, two, h)
+            ahead = ahead & ~stuck
             if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
                 ahead = ahead | still_simd(floats, ints, c, h)
             for m in range(MANIFOLDS):

@@ -141,7 +141,7 @@ def step_simd(floats, ints, trace, running):
     if MAYBE_STIFF:
         store(floats, at.damped_step, where(damped & ~plain, longest, 0.0))
     if SLOWED:
-        follow_manifolds(floats, slow, settled, near, far, plain, h, where(slow, max(h, free), 0.0))
+        follow_manifolds(floats, slow, (settled, near, far), plain, h, where(slow, max(h, free), 0.0))
     move_simd(floats, ints, trace, plain, h)
     if SEVERAL or BRANCHES > 0:
         store(floats, at.event_contact, which)

@@ -55,7 +55,7 @@ def manifold_step(floats, ints):
         return longest
     pair = PAIR and alone.slow[0] > 0.0 and alone.slow[1] > 0.0
     wait, pause = alone.wait[0], alone.pause[0]
-    follow_manifolds(floats, True, settled, near, far or not lasting, False, longest, 0.0)
+    follow_manifolds(floats, True, (settled, near, far or not lasting), False, longest, 0.0)
     if pair:  # creep says nothing of slides
         alone.wait[0], alone.pause[0] = wait, pause
     return 0.0
@@ -115,7 +115,7 @@ def step_length(floats, ints, lane, remaining):
 def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     if slow_lanes(floats):
-        follow_manifolds(floats, True, True, True, False, True, h, 0.0)
+        follow_manifolds(floats, True, (True, True, False), True, h, 0.0)
     elif event == 0 and alone.decay_rate * h >= tried_from(floats):  # next to an event steps are explicit
         waiting = 0
         for m in range(MANIFOLDS):

@@ -70,11 +70,12 @@ def settled_lanes(floats, h, longest):
     return settled, near, far
 
 
-def follow_manifolds(floats, slow, settled, near, far, plain, h, free):
+def follow_manifolds(floats, slow, judged, plain, h, free):
     """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series.
 
-    free: length that the error alone allows a lane that is on a manifold, else 0. A contact on none bounds the steps
-    of its lane by its own rate: by those steps it would never enter, see worms of five bodies.
+    judged: what `settled_lanes` tells; free: length that the error alone allows a lane that is on a manifold, else 0. A
+    contact on none bounds the steps of its lane by its own rate: by those steps it would never enter, see worms of five
+    bodies.
     """
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
@@ -87,11 +88,12 @@ def follow_manifolds(floats, slow, settled, near, far, plain, h, free):
             if bits(slow | enters) == 0:
                 store(floats, at.wait[m], where(plain, wait - 1.0, wait))
             else:
-                follow_manifold(floats, m, slow, settled, near, far, plain, enters, h)
+                follow_manifold(floats, m, slow, judged, plain, enters, h)
 
 
-def follow_manifold(floats, m, slow, settled, near, far, plain, enters, h):
+def follow_manifold(floats, m, slow, judged, plain, enters, h):
     """The same of one manifold that some lane is on or enters."""
+    settled, near, far = judged
     was, wait = lanes.slow[m] > 0.0, lanes.wait[m]
     waiting = slow & unlike(settled | far)
     left = slow & unlike(plain | waiting)
