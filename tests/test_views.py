@@ -239,9 +239,10 @@ def test_every_command_with_json_is_in_the_table():
     assert with_json == {each.split()[0] for each in IN_SI}
 
 
-@pytest.mark.parametrize(
-    "command", [pytest.param(each, marks=[pytest.mark.slow] * (each == "calibrate")) for each in IN_SI]
-)
+MARKS = {"calibrate": pytest.mark.slow, "orbit within a bound": pytest.mark.plain}
+
+
+@pytest.mark.parametrize("command", [pytest.param(each, marks=MARKS.get(each, ())) for each in IN_SI])
 def test_json_of_every_command_has_one_shape(command, answer):
     for name, text in {"robot": ROBOT, "belt": BELT}.items():
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
