@@ -50,8 +50,8 @@ def pytest_runtest_protocol(item: pytest.Item):
     """
     from plain_kernels import UncompiledKernel
 
-    slow, plain = (item.get_closest_marker(name) for name in ("slow", "plain"))
-    UncompiledKernel.plain = slow is None and plain is not None and plain.args != (False,)
+    slow, longer, plain = (item.get_closest_marker(name) for name in ("slow", "exhaustive", "plain"))
+    UncompiledKernel.plain = plain is not None and plain.args != (False,) and not (slow or longer)
     return (yield)
 
 
