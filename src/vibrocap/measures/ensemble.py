@@ -279,7 +279,6 @@ def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mappin
 
 
 def _system_of_run(system: System, columns: Mapping[str, np.ndarray], run: int) -> System:
-    """The system of one run."""
     own = {path: column[run] for path, column in columns.items() if not path.startswith(INITIAL)}
     own = {path: value if isinstance(value, str) else float(value) for path, value in own.items()}
     return system.with_parameters(own)

@@ -40,7 +40,6 @@ class Gathered:
     scales: np.ndarray | None = None
 
     def some(self, runs: np.ndarray) -> "Gathered":
-        """That of these runs."""
         assert self.scales is not None
         arrays = {name: getattr(self, name)[runs] for name in ("results", "period", "scales")}
         return dataclasses.replace(self, mirrored=lambda: self.mirrored()[runs], **arrays)
@@ -111,7 +110,6 @@ class Gathered:
 
     @property
     def drift(self) -> np.ndarray:
-        """Change of the cyclic coordinate per drive period."""
         return self.displacement / self.periods
 
     @property
@@ -172,7 +170,6 @@ class Gathered:
 
 
 def _letters(sides: tuple[int, ...], complete: bool) -> str:
-    """The mode sequence, in letters, of a sequence of sides."""
     letters = [LETTERS[side] for side in sides]  # "...": there is no telling how the period ends
     return as_cycle(letters) if complete else "".join(letters) + "..."
 

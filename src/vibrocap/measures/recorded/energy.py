@@ -86,7 +86,7 @@ class EnergyBalance(Dimensional):
 
     @property
     def friction(self) -> Work:
-        """Work of friction: sliding and bristles together."""
+        """Work of friction at all contacts, `contact_storage` included."""
         return self.contact_sliding + self.bristle_loss + self.contact_storage
 
     def _over(self, divisor: float) -> "EnergyBalance":

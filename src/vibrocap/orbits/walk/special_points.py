@@ -221,7 +221,6 @@ def _change(segment: Segment, left: float, right: float) -> Found:
 
 
 def _range(segment: Segment) -> float:
-    """Width of the parameter's range."""
     low, high = (segment.residual.parameter(np.array([share])) for share in (0.0, 1.0))
     return abs(high - low)
 
@@ -324,7 +323,6 @@ def reversed_record(record: Found) -> Found:
 def special_point(
     residual: Residual, record: Found, after: int, points: list[BranchPoint], ways: np.ndarray
 ) -> SpecialPoint:
-    """The public record of what is special after a point of a branch."""
     return SpecialPoint(
         parameter=residual.parameter(record.point.x) if record.place is None else record.place,
         arclength=float(ways[after] + np.linalg.norm(record.point.x - points[after].x)),
