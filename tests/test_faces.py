@@ -31,7 +31,7 @@ def shown(tmp_path, monkeypatch, capsys):
     """A function that runs a command in a folder of its own and gives what it printed; films and pages are short."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("vibrocap.plotting.animation.FRAMES_PER_SECOND", 1)
-    monkeypatch.setattr("vibrocap.lab.bundle.browser_module", lambda forms: b"")  # test_lab.py compiles them
+    monkeypatch.setattr("vibrocap.numerics.api.browser_module", lambda forms: b"")  # test_lab.py compiles them
 
     def run(command, *options, refused=None):
         code = main([*command.split(), "case.toml", *options])

@@ -117,7 +117,7 @@ def ends_of(chromium, tmp_path, monkeypatch):
             opened.setdefault(machine, (i, case))
         places, (first, *_) = [i for i, _ in opened.values()], cases.values()
         monkeypatch.setattr(
-            "vibrocap.lab.bundle.browser_module",
+            "vibrocap.numerics.api.browser_module",
             lambda pairs: browser_module([pair if i in places else pair[:1] for i, pair in enumerate(pairs)]),
         )
         monkeypatch.setattr("vibrocap.lab.bundle.end_of", lambda case: end_of(case) if case is first else None)
