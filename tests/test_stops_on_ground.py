@@ -1,6 +1,8 @@
-"""A block between stops on the ground: independent solvers, closed forms, momentum, what a certificate refuses."""
+"""Stops on the ground, and several of one machine: independent solvers, closed forms, momentum, what a certificate
+refuses."""
 
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -8,6 +10,18 @@ import pytest
 import vibrocap as vc
 from planted import planted
 from thinned import exhaustive_but
+from vibrocap.mechanics import (
+    Contact,
+    Drive,
+    Machine,
+    Mass,
+    NonNegative,
+    Spring,
+    Stop,
+    coordinate,
+    parameter,
+    parameters,
+)
 
 pytestmark = pytest.mark.plain
 
@@ -185,3 +199,76 @@ def test_what_cannot_be_said_of_stops_is_refused():
     ):
         with pytest.raises(ValueError, match=said):
             vc.OscillatorWithStops(**given)
+
+
+@parameters
+class Struck(Machine):
+    """A capsule of mass 2 that strikes a wall, with masses 1 and 1/2 in it, between rigid stops of their own."""
+
+    restitution: NonNegative = parameter(0.8, "e", "restitution of the first mass and of the wall", "fraction")
+    restitution_2: NonNegative = parameter(0.0, "e_2", "restitution of the second mass", "fraction")
+    first = coordinate("z_1", "first mass from the capsule", "m")
+    second = coordinate("z_2", "second mass from the capsule", "m")
+    position = coordinate("X", "place of the capsule", "m")
+    name: ClassVar[str] = "struck"
+
+    def parts(self, q):
+        capsule = Mass("capsule", 2.0, x=q.position)
+        masses = Mass("first", 1.0, on=capsule, x=q.first), Mass("second", 0.5, on=capsule, x=q.second)
+        held = Spring(0.5, q.first), Spring(0.5, q.second), Drive(q.first), Drive(q.second), Contact(capsule, load=1.0)
+        inner = Stop(q.first, gap=0.3, restitution=self.restitution)
+        other = Stop(q.second, gap=0.1, back_gap=0.1, restitution=self.restitution_2)
+        wall = Stop(between=(None, capsule), gap=0.5, restitution=self.restitution)
+        return capsule, *masses, *held, inner, other, wall
+
+
+def after_a_blow(which, **states):
+    """States of a struck machine after a blow at a guard, and whether its second mass, pressed on, leaves its stop."""
+    machine, names = Struck(), list(Struck.states)
+    y = [states.get(name, 0.0) for name in names]
+    after = machine.after_switch(which, 0.0, tuple(y), 0.0, (0.1,))
+    pressing = states.get("touching_2", 0.0)
+    return dict(zip(names, after, strict=True)), machine.switches(0.0, after, pressing, (0.1,))[3] < 0.0
+
+
+def test_a_wall_gives_no_impulse_to_what_is_inside_and_bears_what_it_exerts():
+    """Absolute speeds of both masses stay; of a capsule at rest the wall bears the masses' inertia and friction."""
+    after, _ = after_a_blow(5, first_rate=0.2, second_rate=-0.3, velocity=1.0, position=0.5)
+    assert (after["velocity"], after["first_rate"], after["second_rate"]) == pytest.approx((-0.8, 2.0, 1.5))
+    still = tuple({"first": 0.2, "second": -0.4, "position": 0.5, "touching_3": 1.0}.get(n, 0.0) for n in Struck.states)
+    rates = dict(zip(Struck.states, Struck().rates(0.0, still, 0.7, (0.1,)), strict=True))
+    assert rates["velocity"] == 0.0
+    assert Struck().wall_force(0.0, still, 0.7, (0.1,)) == pytest.approx(
+        rates["first_rate"] + 0.5 * rates["second_rate"] + 0.1
+    )
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0, 0.0])
+def test_a_mass_at_rest_at_its_stop_takes_part_in_a_blow_at_another(side):
+    """In front it leaves, as the blow at the front of the first mass drives the capsule on; behind it is carried along.
+
+    The impulse is (1 + e) v over 1/m + 1/M, M what the capsule takes along.
+    """
+    place = {"second": 0.1 * side, "touching_2": side}
+    after, leaves = after_a_blow(0, first=0.3, first_rate=1.0, velocity=0.1, **place)
+    carrier = 2.5 if side < 0.0 else 2.0
+    gained = 1.8 / (1.0 + 1.0 / carrier) / carrier
+    assert leaves == (side > 0.0)
+    assert after["first_rate"] == pytest.approx(-0.8)
+    assert after["velocity"] == pytest.approx(0.1 + gained)
+    assert after["second_rate"] == pytest.approx(0.0 if side < 0.0 else -gained)
+
+
+@pytest.mark.slow
+def test_a_motion_with_several_rigid_stops_is_certified_and_counts_the_impacts_of_each():
+    """The second mass strikes twice a period, stays, and leaves once by itself and once by a blow at the first."""
+    system = vc.System(Struck(), vc.Coulomb(0.3, 0.3), vc.Harmonic(amplitude=1.2))
+    options = {"periods": 6, "initial": {"position": -9.0}}
+    motion = vc.simulate(system, **options)
+    assert motion.certificate.ok
+    struck = np.sum((motion.event_kinds == "impact") & (motion.event_times > 2 * motion.period))
+    opened = np.sum((motion.event_kinds == "stop_opened") & (motion.event_times > 2 * motion.period))
+    assert struck > opened > 0
+    assert vc.measured(motion, "impacts", window=4)["impacts"] == struck / 4.0
+    counted = vc.ensemble(system, {"drive.amplitude": [1.2]}, measures=["impacts"], window=4, **options)
+    assert counted["impacts"] == struck / 4.0

@@ -27,7 +27,7 @@ from vibrocap.measures.standard import COST, TRAVEL, known_measure, standard_mea
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, codes, replayed
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate, evaluated
 from vibrocap.physics.system import System
 
 MEANT = {  # what a measure is called elsewhere, by its name
@@ -95,10 +95,20 @@ def measured(
 
 
 def _switch_times(motion: Trajectory) -> list[np.ndarray]:
-    """When each guard of the machine fell to zero; of several that mean the same, all of them as of the first."""
+    """When each guard of the machine fell to zero: of those with one event the one that is least there."""
     recording = equations(motion.system)
-    names = motion.system.placed.switch_events[: len(recording.switches) - recording.law_switches]
-    return [motion.event_times[(motion.event_kinds == name) & (names.index(name) == i)] for i, name in enumerate(names)]
+    guards = recording.switches[recording.law_switches :]
+    names = motion.system.placed.switch_events[: len(guards)]
+    happened = np.isin(motion.event_kinds, names)
+    times, kinds, after = motion.event_times[happened], motion.event_kinds[happened], motion.event_states[happened]
+    piece = np.maximum(np.searchsorted(motion.piece_start, times) - 1, 0)
+    length = motion.piece_length[piece]
+    states, (time, parameters) = motion.piece_states(piece, length), motion.drive_at(piece, length)
+    again = 1 + np.flatnonzero(times[1:] == times[:-1])
+    states[:, again] = after[again - 1].T  # what another one at the instant has left
+    least = evaluated(guards, time, states, motion.sides(piece), parameters, times.shape)
+    least[np.array(names)[:, None] != kinds] = np.inf
+    return [times[least.argmin(axis=0) == i] for i in range(len(names))]
 
 
 def near_measure(name: object, table: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ from vibrocap.motion.trust import RESIDUE, ZERO, stands_still
 from vibrocap.numerics.api import RunResults
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluated
-from vibrocap.physics.events import IMPACT, STOP_OPENED
+from vibrocap.physics.mechanics.stops import sides
 from vibrocap.physics.system import System
 
 FEW_RETURNS = 2  # fewer are none to speak of
@@ -138,17 +138,18 @@ class Gathered:
         """Number of impacts on stops in the window: infinite where they accumulate, NaN for a machine without stops.
 
         Of a mass that comes to rest at a rigid stop in ever smaller rebounds only the first are counted as events: it
-        strikes the stop more often than it leaves it.
+        strikes the stop more often than it leaves it, and not just once, as it may between the ends of a window.
         """
-        names = self.system.placed.switch_events
-        if IMPACT not in names or "OCCURRED" not in dict(self.results.layout.gathered):
+        stops = [stop for stop in self.system.machine.derived.stops if stop.switches]
+        if not stops or "OCCURRED" not in dict(self.results.layout.gathered):
             return self.nowhere  # a run may also end where it would strike
-        counts = self.results.entries("OCCURRED")
-        names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
-        struck = counts[:, [name == IMPACT for name in names]].sum(axis=1)
-        opened = counts[:, [name == STOP_OPENED for name in names]].sum(axis=1)
-        rigid = IMPACT in self.system.placed.channels
-        return np.where((opened > 0.0) & (struck > opened), np.inf, struck) if rigid else struck
+        counts, impacts, first = self.results.entries("OCCURRED"), np.zeros(len(self.results)), 0
+        for stop in stops:
+            own = counts[:, first : first + len(sides(stop))]
+            opened, first = own[:, sides(stop).index(0.0)], first + len(sides(stop))
+            struck = own.sum(axis=1) - opened
+            impacts += np.where(stop.rigid & (opened > 0.0) & (struck > opened + 1.0), np.inf, struck)
+        return impacts
 
     @property
     def nowhere(self) -> np.ndarray:

@@ -15,7 +15,7 @@ push of the actuator. The row of time is the power that supports put in, for tim
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
@@ -267,16 +267,22 @@ class Derivation(Motion):
         results = {name: written(place.rate) for name, place in self.along.items()}
         return results | {self.rates[name]: a for name, a in self.accelerations.items()}
 
+    def pressing(self, name: str, accelerations: Mapping[str, Any]) -> Any:
+        """What presses along a coordinate that a rigid stop holds, beside these accelerations of the others."""
+        push = written(self.push(name))
+        for other, acceleration in accelerations.items():
+            if other != name:
+                push = sub(push, mul(written(self.inertia(name, other)), acceleration))
+        for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
+            push = sub(push, friction) if speed == self.rates[name] else push
+        return push
+
     def wall_force(self) -> Any:
         """Of a rigid stop on the ground that is touched: as much as the other forces need."""
         wall: Any = 0.0
         for _, stop, touching in self.switching:
             if stop.rigid and stop.on_ground:
-                name = stopped(self, stop)
-                force = -written(self.push(name))
-                for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
-                    force = add(friction, force) if speed == self.rates[name] else force
-                wall = add(wall, mul(mul(touching, touching), force))
+                wall = sub(wall, mul(mul(touching, touching), self.pressing(stopped(self, stop), self.accelerations)))
         return wall
 
     def _outer(self, way: Quantity) -> bool:

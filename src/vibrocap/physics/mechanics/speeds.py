@@ -38,6 +38,7 @@ from vibrocap.physics.names import numbered
 TIME, DRIVE = "time", "drive"
 FOLDED = 1e-4  # slope of a contact's path over the way of its body, below which it is singular: errors grow by 1e4
 WORDS = ("dynamic", "weight")  # for loads
+MOST_BOUNDED = 4  # coordinates with rigid stops: which of them hold in a blow is chosen among all their subsets
 PARTS = (Placed, Spring, Damper, Drag, Drive, Potential, Stop, Contact)
 
 
@@ -255,6 +256,8 @@ class Motion:
         for stop in (stop for stop in self.stops if not stop.elastic):
             one = any(not (stop.way - self.along[name]).moves for name in self.names)
             rules.append((not one, "a stop should bound one coordinate, which grows one to one with its stretch"))
+        bounded = {name for name in self.names for stop in self.stops if stop.rigid and stop.way.slope(name)}
+        rules.append((len(bounded) > MOST_BOUNDED, f"rigid stops should bound {MOST_BOUNDED} coordinates at most"))
         held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
         rules.append((held and len(self.contacts) > 1, "a rigid stop bounds a rubbing body, among several contacts"))
         rules.append((self.imposes and len(self.names) != 1, "a machine whose drive is a motion has one coordinate"))

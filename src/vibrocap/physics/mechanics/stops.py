@@ -1,17 +1,20 @@
 """Stops: elastic ones, and rigid ones, off which a body bounces and at which it may stay.
 
-What strikes a rigid stop with the rate s' of the stretch leaves it with -e s'. The blow acts along the slope of s, so
-that all speeds jump by M^-1 times it, unless the ground takes it; friction is finite and has no impulse then. A body
-that is pushed against a stop stays there, s' = 0, until the stop would have to pull.
+What strikes a rigid stop with the rate s' of the stretch leaves it with -e s'. The blow acts along the slope of s: all
+speeds jump by M^-1 times it; friction is finite and has no impulse then. A body that is pushed against a stop stays
+there, s' = 0, until the stop would have to pull. One that rests at a stop while another is struck stays there where the
+blow presses it on, with an impulse of that stop too, and leaves where it does not (Pfeiffer and Glocker 1996, ch. 8,
+with Newton's restitution).
 """
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.events import IMPACT, STOP_OPENED
-from vibrocap.physics.mechanics.formulas import add, div, mul, sub
+from vibrocap.physics.mechanics.formulas import add, div, mul
 from vibrocap.physics.mechanics.parts import MechanicsError, Stop, as_sum
 from vibrocap.physics.mechanics.sums import Sum, named, solved, total, written
 
@@ -127,16 +130,14 @@ def guards(motion: Any) -> tuple:
 
 def _pressed(motion: Any, stop: Stop, touching: Sum) -> Any:
     """1; at a rigid stop what presses against it, over its natural size: h less M u' along the stretch, at rest."""
-    name, free = stopped(motion, stop), 1.0 - touching * touching
-    still = motion.at(_at_rest(motion, stop, touching))
-    push = written(still.push(name))
-    for other, acceleration in motion.accelerations.items():
-        if other != name:
-            push = sub(push, mul(written(still.inertia(name, other)), acceleration))
-    for speed, friction in zip(motion.speeds, motion.inputs.frictions, strict=True):
-        push = sub(push, friction) if speed == motion.rates[name] else push
-    least = LEAST_PULL if stop.on_ground else 0.0
-    return add(written(free + (1.0 - free) * least), mul(written(touching), div(push, written(as_sum(stop.force)))))
+    free, still = 1.0 - touching * touching, motion.at(_at_rest(motion, stop, touching))
+    push = still.pressing(stopped(motion, stop), motion.accelerations)
+    least = written(free + (1.0 - free) * LEAST_PULL)
+    pressed = add(least, mul(written(touching), div(push, written(as_sum(stop.force)))))
+    if not _resting(motion, stop):
+        return pressed
+    stays = Sum.of(written(free + (1.0 - free) * _positive(touching * stop.way.rate / as_sum(stop.speed))))
+    return written(stays * Sum.of(pressed) - (1.0 - stays))  # the blow at another stop drives it away
 
 
 def _at_rest(motion: Any, stop: Stop, touching: Sum) -> Mapping[str, Any]:
@@ -146,22 +147,64 @@ def _at_rest(motion: Any, stop: Stop, touching: Sum) -> Mapping[str, Any]:
     wall = wall if stop.back_gap is None else wall - back * as_sum(stop.back_gap)
     if stop.on_ground:  # a state that touches nothing stays as it is
         free = 1.0 - touching * touching
-        return _moved(motion, stop, wall + free * stop.way.value, free * stop.way.rate)
-    return _moved(motion, stop, wall, Sum())
+        return _moved(motion, stop, wall + free * stop.way.value, free * stop.way.rate, _resting(motion, stop))
+    return _moved(motion, stop, wall, Sum(), _resting(motion, stop))
 
 
-def _moved(motion: Any, stop: Stop, stretch: Any, rate: Any) -> dict[str, Any]:
-    """All states once the stretch of a stop has this value and this rate; all other momenta stay, but at the ground."""
+def _resting(motion: Any, stop: Stop) -> dict[str, Sum]:
+    """Of the other coordinates with rigid stops, 1 where one is touched in front, -1 behind, 0 where none is."""
+    own, resting = stopped(motion, stop), dict[str, Sum]()
+    for _, other, touching in motion.switching:
+        if other.rigid and (name := stopped(motion, other)) != own:
+            resting[name] = resting.get(name, Sum()) + touching
+    return resting
+
+
+def _moved(motion: Any, stop: Stop, stretch: Any, rate: Any, held: Mapping[str, Sum]) -> dict[str, Any]:
+    """All states once the stretch of a stop has this value and this rate: speeds that other stops hold, where `held` is
+    not 0, stay, and the momenta of all other coordinates."""
     name, speeds = stopped(motion, stop), motion.rates
     after = {name: Sum.of(stretch) + (motion.states[name] - stop.way.value)}
     after[speeds[name]] = motion.speed[name] + (rate - stop.way.rate)
     states = {**motion.states, **after}
-    if not stop.on_ground:
-        still, others = motion.at(states), [other for other in motion.names if other != name]
-        rows = [[*(still.inertia(i, j) for j in others), motion.momentum(i) - still.momentum(i)] for i in others]
-        for rate_name, (change,) in zip(others, solved(rows, len(others)), strict=True):
-            states[speeds[rate_name]] = Sum.of(add(written(states[speeds[rate_name]]), change))
+    if others := [other for other in motion.names if other != name]:
+        still, rows = motion.at(states), []
+        for i in others:
+            free = 1.0 - held.get(i, Sum()) * held.get(i, Sum())
+            row = [still.inertia(i, j) if i == j else free * still.inertia(i, j) for j in others]
+            rows.append([*row, free * (motion.momentum(i) - still.momentum(i))])
+        for other, (change,) in zip(others, solved(rows, len(others)), strict=True):
+            states[speeds[other]] = Sum.of(add(written(states[speeds[other]]), change))
     return states
+
+
+def _struck(motion: Any, stop: Stop, stretch: Any, rate: Any) -> dict[str, Any]:
+    """The same after a blow, of which other stops take a part.
+
+    Which stops hold is the first choice that agrees with itself: those that hold push, what leaves moves away.
+    """
+    resting, speeds = _resting(motion, stop), motion.rates
+    choices = [names for k in range(1 + len(resting)) for names in itertools.combinations(resting, k)]
+    after, left = dict[str, Any](), Sum.of(1.0)
+    for names in choices:
+        states, fits = _moved(motion, stop, stretch, rate, {name: resting[name] for name in names}), left
+        if names != choices[-1]:
+            moved = motion.at(states)
+            for name, side in resting.items():
+                push = side * (motion.momentum(name) - moved.momentum(name))
+                on = side * (Sum.of(states[speeds[name]]) - motion.speed[name]) / as_sum(stop.speed)
+                agrees = side * side * _positive(push) if name in names else 1.0 - side * side * _positive(on)
+                fits = fits * Sum.of(written(agrees))
+        left, fits = left - fits, Sum.of(written(fits))
+        for key, value in states.items():
+            after[key] = Sum.of(value) if len(choices) == 1 else after.get(key, Sum()) + fits * Sum.of(value)
+    return after
+
+
+def _positive(x: Sum) -> Any:
+    """1 where a number is not negative, to rounding; else 0."""
+    more = written(x + LEAST_PULL)
+    return 0.5 + 0.5 * (more / sqrt(more * more))
 
 
 def outcomes(motion: Any) -> tuple[dict[str, Any], ...]:
@@ -172,11 +215,12 @@ def outcomes(motion: Any) -> tuple[dict[str, Any], ...]:
             if stop.elastic:
                 after_all.append({number: side})
             elif side == 0.0:
-                after_all.append({**_at_rest(motion, stop, touching), number: 0.0})
+                opened = {} if _resting(motion, stop) else _at_rest(motion, stop, touching)
+                after_all.append({**opened, number: 0.0})
             else:
                 rate, e = stop.way.rate, as_sum(stop.restitution)
                 bounces = Sum.of(rebounds(written(side * (e * rate) / as_sum(stop.speed))))
                 wall = as_sum(stop.gap) if side > 0.0 else -as_sum(stop.back_gap)
-                after = _moved(motion, stop, wall, -(bounces * e * rate))
+                after = _struck(motion, stop, wall, -(bounces * e * rate))
                 after_all.append({**after, number: side * (1.0 - bounces)})
     return tuple({key: written(value) for key, value in states.items()} for states in after_all)
