@@ -99,6 +99,8 @@ def _switch_times(motion: Trajectory) -> list[np.ndarray]:
     recording = equations(motion.system)
     guards = recording.switches[recording.law_switches :]
     names = motion.system.placed.switch_events[: len(guards)]
+    if not names:
+        return []
     happened = np.isin(motion.event_kinds, names)
     times, kinds, after = motion.event_times[happened], motion.event_kinds[happened], motion.event_states[happened]
     piece = np.maximum(np.searchsorted(motion.piece_start, times) - 1, 0)
