@@ -8,6 +8,7 @@ import inspect
 import itertools
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,6 +22,7 @@ from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+TRAVELS = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
 FEW, ROWS, KINDS = 27, 91, 26
 # what exports refuse of a case
 REFUSED = re.compile("CASE: .*MuJoCo")
@@ -87,6 +89,10 @@ def test_every_function_says_what_its_first_argument_should_be(first):
         (lambda: vc.fit(3, "coulomb"), "records should be vc.Record(...) or of read_records(...), got 3"),
         (lambda: vc.fit_motion(SYSTEM, 3, {}), "records should be vc.Record(...) or of read_records(...), got 3"),
         (lambda: vc.System(3, vc.Coulomb(), vc.Harmonic()), "machine should be a machine, got 3"),
+        (lambda: vc.orbit(SYSTEM, initial=3), 'initial should be a mapping such as {"velocity": 0.1}, got 3'),
+        (lambda: vc.read_case(TRAVELS, 3), 'changes should be a mapping by name, {"name": value}, got 3'),
+        (lambda: vc.frictional_limits(SYSTEM, velocities=3), "velocities should be a list, got 3"),
+        (lambda: vc.read_records(3), "path should be a path or a list, got 3"),
     ],
 )  # fmt: skip
 def test_what_is_of_another_kind_is_named(call, said):

@@ -8,11 +8,13 @@ A case is taken wherever a system is: with its start and its run, where the func
 
 import functools
 import inspect
+import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
-from vibrocap.arguments import ArgumentError, complaints_of, shown
+from vibrocap.arguments import ArgumentError, complaints_of, listed, shown
 from vibrocap.quantities.declared import Context
 from vibrocap.quantities.dimensional import walked
 from vibrocap.quantities.hints import call_hints
@@ -22,6 +24,8 @@ WANTED = {
     "system": "a System, vc.System(machine, friction, drive), or a case, vc.read_case(...)",
     "motion": "a motion, as vc.simulate gives it",
 }
+# Kinds of arguments that are nothing else.
+KINDS = {Mapping: 'a mapping by name, {"name": value}', Path: "a path", Iterable: "a list"}
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -42,6 +46,13 @@ def opened_in_si(function: Function) -> Function:
         given = args[0] if args else kwargs.get(first)
         if wanted and given is not None and not hasattr(type(given), "si_context"):
             raise ArgumentError(first, f"should be {wanted}, got {shown(given)}")
+        try:
+            return answered(args, kwargs)
+        except (TypeError, AttributeError):
+            _check_kinds(signature, {**dict(zip(signature.parameters, args, strict=False)), **kwargs})
+            raise
+
+    def answered(args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         context = _context((*args, *kwargs.values()))
         cases = any(hasattr(type(argument), "is_case") for argument in (*args, *kwargs.values()))
         if context is None and not cases:
@@ -64,6 +75,19 @@ def opened_in_si(function: Function) -> Function:
 
     opened.__module__ = "vibrocap"  # where it is found, also by pickle
     return opened  # type: ignore[return-value]
+
+
+def _check_kinds(signature: inspect.Signature, given: Mapping[str, Any]) -> None:
+    """ArgumentError for what is no mapping or no list where nothing else may be."""
+    for name, value in given.items():
+        hint = signature.parameters[name].annotation if name in signature.parameters else Any
+        members = typing.get_args(hint) if typing.get_origin(hint) in (typing.Union, types.UnionType) else (hint,)
+        plain = [typing.get_args(each)[0] if typing.get_origin(each) is typing.Annotated else each for each in members]
+        origins = [typing.get_origin(each) or each for each in plain]
+        kinds: Any = tuple(Iterable if each is Sequence else each for each in origins)  # such as an array
+        what = listed([words for kind, words in KINDS.items() if kind in kinds], " or ")
+        if what and {*kinds} <= {*KINDS, str, types.NoneType} and not isinstance(value, kinds):
+            raise ArgumentError(name, f"should be {what}, got {shown(value)}")
 
 
 def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None:
