@@ -32,13 +32,13 @@ def kernels_are_found_by_their_text():
 
     A kernel with a fault would be noted for equations that lead to the right one elsewhere.
     """
-    from plain_kernels import leave_plain
+    from plain_kernels import in_either_form
     from vibrocap.numerics import compiler
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compiler, "noted", lambda key: None)
         patch.setattr(compiler, "note", lambda key, text, entry, literal: None)
-        leave_plain(patch)
+        in_either_form(patch)
         yield
 
 
@@ -48,10 +48,10 @@ def pytest_runtest_protocol(item: pytest.Item):
 
     They are one source (`test_parity.py`). A test of a file so marked is compiled where it is marked `plain(False)`.
     """
-    from plain_kernels import UncompiledKernel
+    from plain_kernels import EitherKernel
 
     slow, longer, plain = (item.get_closest_marker(name) for name in ("slow", "exhaustive", "plain"))
-    UncompiledKernel.plain = plain is not None and plain.args != (False,) and not (slow or longer)
+    EitherKernel.plain = plain is not None and plain.args != (False,) and not (slow or longer)
     return (yield)
 
 

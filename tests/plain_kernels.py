@@ -91,42 +91,46 @@ def running_on(kernel: PlainKernel, **replaced: Callable) -> Iterator[None]:
         kernel.names.update(originals)
 
 
-class UncompiledKernel:
-    """A kernel that a test marked `plain` asked for: plain Python in such tests, compiled when another one calls it."""
+class EitherKernel:
+    """A kernel in two forms: plain Python in tests marked `plain`, whatever ran before, and compiled in all others.
 
-    plain = False  # whether a test so marked runs now
+    text: writes it; compiled: makes the machine code of a text, when the first test that is not so marked asks
+    """
 
-    def __init__(self, text: Linked, literal: bool = False, entry: str = ""):
-        self.text, self.literal, self.entry = text, literal, entry or entry_of(text)
+    plain = False  # whether a test marked `plain` runs now
+
+    def __init__(self, text: Callable[[], Linked], entry: str, compiled: Callable[[Callable[[], Linked]], Callable]):
+        self._text, self._entry, self._make = functools.cache(text), entry, compiled
+        if not EitherKernel.plain:
+            self._compiled = compiled(self._text)
 
     @functools.cached_property
     def _plain(self) -> Callable:
-        return plain_kernel(self.text)[self.entry]
+        return plain_kernel(self._text())[self._entry or entry_of(self._text())]
 
     @functools.cached_property
     def _compiled(self) -> Callable:
-        return compiled_kernel(self.text, self.literal, self.entry)
+        return self._make(self._text)
 
     def __call__(self, *arguments: Any) -> int:
-        if not UncompiledKernel.plain:
+        if not EitherKernel.plain:
             return self._compiled(*arguments)
         with np.errstate(all="ignore"):  # as machine code does
             return self._plain(*arguments)
 
     def bound_to(self, *arrays: np.ndarray) -> Callable[[int], int]:
-        return functools.partial(self, *arrays)
+        return functools.partial(self, *arrays) if EitherKernel.plain else self._compiled.bound_to(*arrays)
 
 
-def leave_plain(patch: Any) -> None:
-    """From now on kernels that tests marked `plain` ask for are not compiled, see `UncompiledKernel`."""
+def in_either_form(patch: Any) -> None:
+    """From now on motions, ensembles, steppers and laws under a motion run on `EitherKernel`."""
     kept = motion.kept_kernel
 
-    def kernel(text: Linked, literal: bool = False, entry: str = "") -> Callable:
-        make = UncompiledKernel if UncompiledKernel.plain else compiled_kernel
-        return make(text, literal, entry)
+    def kernel(text: Linked, literal: bool = False, entry: str = "") -> EitherKernel:
+        return EitherKernel(lambda: text, entry, lambda text: compiled_kernel(text(), literal, entry))
 
-    def kernel_of_records(text: Callable[[], Linked], *records: Any, literal: bool = False) -> Callable:
-        return kernel(text(), literal) if UncompiledKernel.plain else kept(text, *records, literal=literal)
+    def kernel_of_records(text: Callable[[], Linked], *records: Any, literal: bool = False) -> EitherKernel:
+        return EitherKernel(text, "", lambda text: kept(text, *records, literal=literal))
 
     for module in (motion, ensemble):
         patch.setattr(module, "kept_kernel", kernel_of_records)
