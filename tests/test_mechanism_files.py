@@ -57,7 +57,6 @@ def complaints(tables):
 # --- the same as by a class -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.plain(False)  # a kernel of the paper that another test has compiled has other bits than plain Python
 def test_the_capsule_of_the_paper_has_the_same_bits():
     case = read_case(EXAMPLES / "described-capsule.toml", periods=12)
     motion, own = case.simulate(), type(case.system.machine)
