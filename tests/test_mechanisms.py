@@ -487,7 +487,15 @@ class Bench(Machine):
     def parts(self, q):
         sledge, x, z = Mass("sledge", 2.0, x=q.position), self.rod * sin(q.angle), -self.rod * cos(q.angle)
         bob = Mass("bob", 1.0, on=sledge, x=x, z=z, inertia=1e-3, angle=q.angle)
-        return [sledge, bob, Spring(self.stiffness, q.position), Contact(sledge), Drive(q.position)]
+        tip = Point("tip", on=bob, x=0.2, z=0.1)
+        return [sledge, bob, tip, Spring(self.stiffness, q.position), Contact(sledge), Drive(q.position)]
+
+
+def test_a_point_turns_with_its_body():
+    *_, (x, z) = Bench(rod=0.3).evaluated("places", 0.0, (0.5, 0.0, 0.4, 0.0))
+    sine, cosine = np.sin(0.4), np.cos(0.4)
+    assert x == pytest.approx(0.5 + 0.3 * sine + 0.2 * cosine - 0.1 * sine, rel=1e-14)
+    assert z == pytest.approx(-0.3 * cosine + 0.2 * sine + 0.1 * cosine, rel=1e-14)
 
 
 @pytest.mark.parametrize(("stiffness", "rod", "length"), [(1e5, 0.0, 2e-4), (0.0, 0.2, 0.05), (0.0, 8.0, 1.0)])
