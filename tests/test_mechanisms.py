@@ -25,6 +25,7 @@ from vibrocap.mechanics import (
     Machine,
     Mass,
     NonNegative,
+    Point,
     Spring,
     coordinate,
     cos,
