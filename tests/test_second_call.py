@@ -47,9 +47,9 @@ def test_a_second_call_writes_no_kernel_and_imports_what_its_case_needs(tmp_path
     assert in_room(before, "numerics.codegen")
     assert not in_room(after, "numerics.codegen")
     assert in_room(after, "cli.commands") == {"simulate"}
-    assert in_room(after, "physics.friction") == {"law", "exponential"}
-    assert {"square", "scheduled", "fourier_series", "three_phase"}.isdisjoint(in_room(after, "physics.drives"))
-    assert {"lugre", "rows", "linkage_crawler"}.isdisjoint(in_room(after, "physics.machines"))
+    assert in_room(after, "physics.friction") == {"law", "curves"}
+    assert {"phases", "scheduled", "loadings"}.isdisjoint(in_room(after, "physics.drives"))
+    assert {"rows", "linkage_crawler", "vibrated_bodies"}.isdisjoint(in_room(after, "physics.machines"))
 
 
 def key(system, order=12, literal=False):
