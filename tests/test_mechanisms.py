@@ -32,6 +32,7 @@ from vibrocap.mechanics import (
     parameter,
     parameters,
     sin,
+    sqrt,
 )
 from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.motion.shapes import moving_shapes
@@ -490,6 +491,17 @@ class Bench(Machine):
         bob = Mass("bob", 1.0, on=sledge, x=x, z=z, inertia=1e-3, angle=q.angle)
         tip = Point("tip", on=bob, x=0.2, z=0.1)
         return [sledge, bob, tip, Spring(self.stiffness, q.position), Contact(sledge), Drive(q.position)]
+
+
+def test_what_has_no_place_at_zero_is_drawn_by_its_natural_size():
+    class Rail(Bench):
+        name: ClassVar[str] = "rail"
+
+        def parts(self, q):
+            sledge, *_, spring, contact, drive = super().parts(q)
+            return [sledge, Mass("bob", 1.0, on=sledge, z=sqrt(q.angle - 0.1)), spring, contact, drive]
+
+    assert drawn_length(vc.System(Rail(), vc.Coulomb(), vc.Harmonic(3.0, 12.0))) == pytest.approx(2e-4)
 
 
 def test_a_point_turns_with_its_body():

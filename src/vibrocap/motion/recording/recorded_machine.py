@@ -25,8 +25,11 @@ def drawn_length(system: System) -> float:
     units = system.machine.state_units
     moved = [size for name, size in zip(system.state_names, system.scales(), strict=True) if units.get(name) == "m"]
     machine = system.placed
-    shapes = machine.scene(0.0, (0.0,) * len(machine.states))
-    places = [*zip(*(point for shape in shapes for point in shape.points), strict=True)]
+    try:
+        shapes = machine.scene(0.0, (0.0,) * len(machine.states))
+    except (ArithmeticError, ValueError):  # there may be no such state
+        shapes = ()
+    places = zip(*(point for shape in shapes for point in shape.points), strict=True)
     reach = max((max(each) - min(each) for each in places), default=0.0)
     length = min(moved, default=1.0) or 1.0
     length = min(max(length, 0.1 * reach), reach) if reach else length
