@@ -61,6 +61,19 @@ def test_events_of_random_capsules_are_those_in_closed_form(number):
     assert motion.event_times == pytest.approx([time for time, _ in expected], abs=1e-8)
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-7])
+def test_a_wall_that_opens_is_not_struck_again(tolerance):
+    """Where the wall carries nothing to the tolerance only, the mass would go on by a force of that size."""
+    machine = vc.RigidStopCapsule(gap=0.1, back_gap=0.1, restitution=0.0, mass_ratio=2.5)
+    system = vc.System(machine, vc.Coulomb(0.3, 0.36), vc.Harmonic(amplitude=0.8, frequency=0.7))
+    options = {"periods": 3, "tolerance": tolerance}
+    motion = vc.simulate(system, **options)
+    at_stops = motion.event_kinds[np.isin(motion.event_kinds, ["impact", "stop_opened"])]
+    assert at_stops.tolist() == ["impact", "stop_opened"] * 6 + ["impact"]
+    lanes = vc.ensemble(system, {"machine.gap": [0.1]}, measures=["impacts"], window=3, **options)
+    assert lanes["impacts"][0] * 3.0 == pytest.approx(7.0, abs=1e-12)
+
+
 @pytest.mark.slow
 def test_an_impact_counts_once_with_stiff_bristles():
     """An implicit step that ends at the stop is made again until the guard vanishes at its end."""

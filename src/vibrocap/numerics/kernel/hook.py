@@ -43,9 +43,9 @@ def polished_step(floats, ints, lane, h, longest) -> tuple:
     return 1, h
 
 
-def repeated_step(floats, ints, lane, event, h) -> tuple:
-    """The same of the guard of a branch, which vanishes there to rounding; event 0: it does not."""
-    return event, h
+def made_again(floats, ints, lane, h) -> bool:
+    """Whether the step is implicit; then it is made again with this length, so that it is as exact as its end."""
+    return False
 
 
 def shorter_step(floats, ints, lane, h) -> float:
@@ -75,6 +75,14 @@ def branch_holds(floats, ints, trace, lane) -> bool:
 
 def first_switch(floats, lane, event, h) -> tuple:
     """(event, instant): the event known so far, or that of a branch that ends before."""
+    return event, h
+
+
+def polished_switch(floats, ints, lane, event, h, remaining, again) -> tuple:
+    """(event, length) of the step to a guard of a branch, which vanishes there to rounding; event 0: it does not.
+
+    again: whether the step was `made_again`
+    """
     return event, h
 
 

@@ -14,14 +14,18 @@ again would never get there. So how fast d falls is asked as well, and the run e
 too short to matter.
 """
 
+import math
+
 from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root, vanishing_order
+from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root, polynomial_slope, vanishing_order
 from vibrocap.numerics.kernel.codes import BEYOND_BOUND, BOUND_REACHED, FIRST_SWITCH, MACHINE_SWITCHED, SWITCHED
 from vibrocap.numerics.kernel.events.contact import DOUBT, jumped
 from vibrocap.numerics.kernel.events.transitions import too_many_events
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.step.taylor import series_state, series_value, taylor_step, through_points, write_state
 
+REPEATS = 7  # of a step, at most, until a guard vanishes at its end
+NEARLY = 0.1  # of a step: a change of length below which Newton's method is trusted
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
 
@@ -83,6 +87,32 @@ def first_switch(floats, lane, event, h):
             event = FIRST_SWITCH + i
             h = root
     return event, h
+
+
+def polished_switch(floats, ints, lane, event, h, remaining, again):
+    """Newton's method for the guard itself: its series leaves out what a force over the tolerance may be.
+
+    What is met at the root of the series alone, a wall that no longer presses, may be met again at once. So is what
+    the dense output of an implicit step tells, which is less exact than its end. Guards of the law in explicit steps
+    are clearly positive behind it, and a bound ends the run.
+    """
+    which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
+    if which < 0 or not (again or LAW_BRANCHES <= which < BRANCHES):
+        return event, h
+    for _ in range(REPEATS):
+        guards_at(floats, lane, h, out)
+        left = abs(floats[out + which])
+        slope = polynomial_slope(floats, lane.guard_row[which], LANES, ORDER, h)
+        enough = 0.25 * SLIGHT if again else SLIGHT
+        if left <= enough or left >= 0.5 * before or left >= -NEARLY * slope * h:
+            break
+        before = left
+        h -= floats[out + which] / slope
+        if h > remaining:
+            hook.made_again(floats, ints, lane, remaining)
+            return 0, remaining
+        hook.made_again(floats, ints, lane, h)
+    return 0 if again and floats[out + which] > SLIGHT else event, h
 
 
 def begin_branch(floats, ints, trace, lane, which):

@@ -195,7 +195,8 @@ def step(floats, ints, trace, lane):
     if event == 1:
         event, h = hook.polished_step(floats, ints, lane, h, longest)
     elif event >= PLACE_PASSED:
-        event, h = hook.repeated_step(floats, ints, lane, event, h)
+        again = hook.made_again(floats, ints, lane, h)
+        event, h = hook.polished_switch(floats, ints, lane, event, h, remaining, again)
     hook.on_piece(floats, ints, trace, lane, h)
     hook.watch_load(floats, ints, lane, h)
     if lane.stiff == 0:

@@ -136,6 +136,9 @@ def step_simd(floats, ints, trace, running):
             plain = plain & (clear | located | (sure & (leading > 0.0) & (changes == 0.0)))
             if bits(located) != 0:
                 h = where(located, h * root_simd(floats, leading, last, located), h)
+                if i >= LAW_BRANCHES:
+                    h = polished_simd(floats, ints, i, located, h)
+                    plain = plain & (h > 0.0)
                 event = event | located
                 which = where(located, 1.0 * (CONTACTS + i), which)
     if MAYBE_STIFF:
@@ -152,6 +155,19 @@ def step_simd(floats, ints, trace, running):
                 pin(floats, lane)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain | slow)
+
+
+def polished_simd(floats, ints, i, located, h):
+    """The steps, with those made longer or shorter that end where the series of guard i vanishes, until the guard does;
+    0 of a lane in which it does not."""
+    store(floats, at.step, h)
+    found = bits(located)
+    for lane in every_lane():
+        if (found >> lane) & 1:
+            left = lane.until - lane.time
+            event, polished = hook.polished_switch(floats, ints, lane, FIRST_SWITCH + i, lane.step, left, False)
+            lane.step = polished if event != 0 else 0.0
+    return load(floats, at.step)
 
 
 def within_piece(floats, row, h):

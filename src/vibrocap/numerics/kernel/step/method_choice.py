@@ -2,9 +2,7 @@
 
 import math
 
-from vibrocap.numerics.kernel import hook
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root, polynomial_slope
-from vibrocap.numerics.kernel.codes import FIRST_SWITCH
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root, polynomial_slope
 from vibrocap.numerics.kernel.generated import *
 from vibrocap.numerics.kernel.lane import at
 from vibrocap.numerics.kernel.step.implicit import (
@@ -24,8 +22,6 @@ REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again a
 TIMES_TO_REST = 2.0  # times the time to rest: the longest implicit step towards a reversal
 NEAR_EVENT = 4.0  # explicit steps to an event below which they are taken
 APPROACH = 0.75  # share of the way to an event that an implicit step may go
-REPEATS = 8  # of an implicit step, at most, until the guard vanishes at its end
-NEARLY = 0.1  # of a step: a change of length below which Newton's method is trusted
 EXPLICIT_STEPS = 8  # that are taken then, at least
 # In Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused. One lane makes it while the rest
 # waits, and its linear system grows with every contact.
@@ -160,29 +156,12 @@ def polished_step(floats, ints, lane, h, longest):
     return 0, h
 
 
-def repeated_step(floats, ints, lane, event, h):
-    """(event, length) of an implicit step that ends with an event within it, or with none.
-
-    The dense output is less exact than the end of a step. So the length is that at which the guard vanishes at the very
-    end, by Newton's method: what is met there is not to be met again at once. Where the guard is still positive there,
-    only the dense output saw an event.
-    """
+def made_again(floats, ints, lane, h):
     if lane.stiff == 0:
-        return event, h
-    which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
-    for repeat in range(REPEATS):
-        implicit_stages(floats, ints, lane, h)
-        implicit_series(floats, ints, lane, h)
-        if which < 0 or repeat == REPEATS - 1:
-            break
-        hook.guards_at(floats, lane, h, out)
-        left = abs(floats[out + which])
-        slope = polynomial_slope(floats, lane.guard_row[which], LANES, ORDER, h)
-        if left <= 0.25 * SLIGHT or left >= 0.5 * before or left >= -NEARLY * slope * h:
-            break
-        before = left
-        h -= floats[out + which] / slope
-    return 0 if which >= 0 and floats[out + which] > SLIGHT else event, h
+        return False
+    implicit_stages(floats, ints, lane, h)
+    implicit_series(floats, ints, lane, h)
+    return True
 
 
 def length_to_rest(floats, ints, lane, h, longest):
