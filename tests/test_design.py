@@ -22,8 +22,10 @@ from vibrocap.design.search.refinement import STEP as REGION_STEP
 from vibrocap.design.search.refinement import ClosedDesigns
 from vibrocap.design.search.uncertainty import CRITERIA, Samples, sample_points
 from vibrocap.design.search.variables import DesignSpace
+from vibrocap.motion.trust import residue
 from vibrocap.studies.plan.designs import Range
 from vibrocap.studies.plan.runs import Column
+from vibrocap.studies.plan.variation import residues, varied
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -507,6 +509,31 @@ def test_runs_that_lift_off_count_as_no_travel(biharmonic):
 
 
 DRIVEN_BY_TWO = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.5, 0.8, 0.5))
+
+
+def test_travel_is_judged_by_the_period_and_size_of_each_run(monkeypatch):
+    """The residue of settled runs under varied kinds, frequencies and sizes; a search and samples judge by theirs."""
+    crawler = vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.0, 1.0))
+    pairs = [("harmonic", 0.5, 1.0), ("square", 1.0, 2.0), ("harmonic", 4.0, 2.0), ("square", 0.1, 1.0)]
+    values = dict(zip(("drive.waveform", "drive.frequency", "machine.mass"), zip(*pairs, strict=True), strict=True))
+    own = [residue(varied(crawler, dict(zip(values, pair, strict=True))), "mean_velocity", 1e-6) for pair in pairs]
+    columns = {path: np.array(column, dtype=object if "form" in path else float) for path, column in values.items()}
+    assert residues(crawler, columns, len(pairs), "mean_velocity", 1e-6).tolist() == own
+    assert len(set(own)) == len(own)
+
+    def crawling(system, over, **settings):  # back, by what is residue above a frequency of 2 pi; the nominal run ahead
+        speed = np.full(len(over["drive.frequency"]), -1e-5)
+        speed[-1] = 1.0
+        return {"status": speed.astype(int) * 0, "settled": speed < 2.0, "mean_velocity": speed}
+
+    monkeypatch.setattr("vibrocap.design.robustness.ensemble", crawling)
+    spread = vc.robustness(DRIVEN_BY_TWO, {"drive.frequency": (1.0, 9.0)}, samples=64)
+    assert spread.wrong_way == np.mean(spread.parameters["drive.frequency"] < 2.0 * np.pi)
+    asked = {"periods": 300, "settle": 1e-6, "tolerance": 1e-8, "margin": 0.0, "threads": 1}
+    ranges = {"drive.frequency": (1.0, 9.0)}
+    problem = stated_problem(DRIVEN_BY_TWO, ranges, ["mean_velocity"], [None], (), [{}], **asked)
+    shares = np.array([[0.1], [0.9]])
+    assert problem.travels({"mean_velocity": np.full((2, 1), -1e-5)}, shares).tolist() == [[True], [False]]
 
 
 def test_wrong_way_and_the_worst_tenth():

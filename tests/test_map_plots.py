@@ -1,6 +1,5 @@
 """Pictures of studies, by what is in them: colours, hatches, limits and words; datasets of the layout of `sweep`."""
 
-import dataclasses
 import itertools
 import re
 
@@ -234,14 +233,18 @@ def test_complete_study_has_no_words_about_what_does_not_occur():
 
 
 def test_dead_band_comes_from_the_option_the_map_or_the_threshold():
-    assert study_view(study()).dead_band == 1.6e-6  # ten thresholds of the length over the period, 2 pi
-    assert study_view(study(dead_band=1e-4)).dead_band == 1e-4
-    assert study_view(study(dead_band=1e-4), dead_band=1e-3).dead_band == 1e-3
+    assert study_view(study()).band == "1.6e-06"  # ten thresholds of the length over the period, 2 pi
+    assert study_view(study(dead_band=1e-4)).band == "0.0001"
+    assert study_view(study(dead_band=1e-4), dead_band=1e-3).band == "0.001"
     drifts = study(dead_band=1e-4).rename(mean_velocity="drift")
-    assert study_view(drifts, "drift").dead_band == 1e-5  # the map's band is of velocities
+    assert study_view(drifts, "drift").band == "1e-05"  # the map's band is of velocities
     unasked = study()
     del unasked.attrs["settle"]
-    assert study_view(unasked).dead_band == 1e-6
+    assert study_view(unasked).band == "1e-06"
+    frequencies = study(x=np.linspace(0.5, 8.0, 16)).rename({MASS: "drive.frequency"})
+    view = study_view(frequencies)
+    np.testing.assert_allclose(view.panels[0].dead_band[:, 0], 1e-5 * frequencies["drive.frequency"] / (2.0 * np.pi))
+    assert view.band == f"8e-07{NBSP}to{NBSP}1.3e-05"
     view = study_view(study(), dead_band=1e-3)
     assert cells(view, view.panels[0])[10, 3] == Cell.NO_TRAVEL
 
@@ -361,10 +364,7 @@ def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
     assert kinds == "pendulum-capsule, exponential friction, harmonic drive"
     assert numbers.replace(NBSP, " ") == fixed
     assert numbers.count(" ") == fixed.count(", ")  # a line is broken between quantities, never within one
-    assert view.band == f"{view.dead_band:g}{NBSP}m/s"
-    assert cell_labels(dataclasses.replace(view, dead_band=9.0))[Cell.NO_TRAVEL].startswith(
-        f"no travel, |⟨X′⟩| ≤ 9{NBSP}m/s"
-    )
+    assert cell_labels(study_view(dataset, dead_band=9.0))[Cell.NO_TRAVEL].startswith(f"no travel, |⟨X′⟩| ≤ 9{NBSP}m/s")
     assert view.label == "mean velocity ⟨X′⟩ [m/s]"
 
 
@@ -410,17 +410,17 @@ def test_unit_of_a_measure_of_ones_own_stands_in_its_label():
 
 
 def test_border_is_drawn_along_the_walls_of_cells():
-    dataset = study(x=np.arange(16.0), y=np.arange(12.0))
+    dataset = study(x=np.arange(1.0, 17.0), y=np.arange(12.0))
     dataset["mode_sequence"][:] = "FB"
     dataset["mode_sequence"][8:] = "S"
     ax = figure(dataset, border="mode_sequence").axes[0]
     lines = [collection for collection in ax.collections if isinstance(collection, LineCollection)]
     assert len(lines) == 2  # black with a white rim
     segments = np.array(lines[0].get_segments())
-    assert set(segments[:, :, 0].ravel()) == {7.5}
+    assert set(segments[:, :, 0].ravel()) == {8.5}
     assert (segments[:, :, 1].min(), segments[:, :, 1].max(), len(segments)) == (-0.5, 11.5, 12)  # from wall to wall
     assert "border of mode sequence" in legend_of(figure(dataset, border="mode_sequence"))
-    dataset["mean_velocity"][:] = 5e-6 * np.sign(7.5 - dataset[MASS])  # less than the dead band of drifts
+    dataset["mean_velocity"][:] = 5e-6 * np.sign(8.5 - dataset[MASS])  # less than the dead band of drifts
     ax = figure(dataset.assign(drift=2.0 * np.pi * dataset["mean_velocity"]), "drift", "travel").axes[0]
     assert any(isinstance(lines, LineCollection) and len(lines.get_segments()) for lines in ax.collections)
     with pytest.raises(Refusal, match="--border: mean_velocity takes real values"):
@@ -432,7 +432,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
     [
         ("mean_velocity", None),
         ("mode_sequence", ["exponential", "lugre"]),
-        ("cost_of_transport", ["a", "b", "c"]),
+        ("cost_of_transport", ["coulomb", "dahl", "lugre"]),
         pytest.param("response_period", ["exponential", "lugre"], marks=pytest.mark.slow),
     ],
 )

@@ -251,7 +251,9 @@ def judged(problem: Problem, shares: np.ndarray, steady: Orbit) -> tuple[ClosedD
     if near is None or near.best is None:
         return None, f"its orbit: {steady.status.value}"
     if near.best.allowed:
-        return (near, "") if problem.travels(near.best.found) else (None, "its orbit does not travel")
+        found = {name: np.array([[value]]) for name, value in near.best.found.items()}
+        travels = problem.travels(found, near.best.shares[None]).all()
+        return (near, "") if travels else (None, "its orbit does not travel")
     if near.best.margins[-1] < 0.0:
         return None, f"largest multiplier {np.max(np.abs(steady.multipliers)):.6g}"
     margins = zip(problem.goal.constraints, near.best.margins, strict=False)
@@ -284,7 +286,9 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
 def stands(problem: Problem, every: Population) -> bool:
     """Whether designs settle within the constraints, and none of them travels as is asked."""
     settled = np.all(every.costs <= INFEASIBLE, axis=0)
-    return bool(np.any(settled)) and not np.any(problem.travels(every.found) & settled)
+    of = np.any(settled, axis=1)
+    found = {name: values[of] for name, values in every.found.items()}
+    return bool(np.any(of)) and not np.any(problem.travels(found, every.shares[of]) & settled[of])
 
 
 def ending(problem: Problem, every: Population, won: bool, rejected: Collection[str]) -> OptimumStatus:

@@ -12,11 +12,11 @@ from vibrocap.case.case import Case, CaseError
 from vibrocap.design.search.problem import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.design.search.variables import made_through, refusal_among, through_complaints
-from vibrocap.measures.ensemble import ensemble
+from vibrocap.measures.ensemble import ensemble, residues
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import standard_measures, undefined_measures
 from vibrocap.motion.simulate import initial_state
-from vibrocap.motion.trust import NOT_SETTLED, Trust, residue
+from vibrocap.motion.trust import NOT_SETTLED, Trust
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
 from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, NumbersInUnit
@@ -204,7 +204,7 @@ def robustness(
         raise
     unit, scale = measure_unit(system, measures[0])
     values = scale * runs[goal.measure].astype(float)
-    trust = Trust.of_runs(runs, scale * residue(system, goal.measure, settle))
+    trust = Trust.of_runs(runs, scale * residues(system, over, goal.measure, settle))
     directions = trust.direction(values)
     nominal_doubt = trust.doubt(-1) or ("no travel" if goal.travels and directions[-1] == 0.0 else "")
     directed = goal.travels and not nominal_doubt

@@ -18,6 +18,7 @@ from vibrocap.motion.evidence import certified
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_room, check_run, initial_state
 from vibrocap.motion.status import Status
+from vibrocap.motion.trust import residue
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluated
 from vibrocap.physics.closed_loop.sampling import MOST_SAMPLES
@@ -146,17 +147,14 @@ def _measured(
 ) -> dict[str, np.ndarray]:
     """Status and measures of runs that all have equations of one form."""
     runs = len(next(iter(columns.values())))
-    one = _system_of_run(system, columns, 0)
+    one, parameters = _one_form(system, columns)
     lacking = unavailable(needed, one) if one.cyclic != system.cyclic else ()
     needed = [measure for measure in needed if measure.name not in lacking]
     recording = equations(one)
-    parameters = np.tile(parameter_values(one), (runs, 1))
     states = np.tile(list(start.values()), (runs, 1))
     for path, column in columns.items():
         if path.startswith(INITIAL):
             states[:, recording.state_names.index(path.removeprefix(INITIAL))] = column
-        elif path in recording.parameter_paths:
-            parameters[:, recording.parameter_paths.index(path)] = column
     if budget.threshold > 0.0 and not recording.timed:
         budget = dataclasses.replace(budget, returns=True, asked=budget.asked | numerics.codes.ASK_EXTREMES)
     begin = numerics.EnsembleStart(recording, parameters, states)
@@ -186,6 +184,27 @@ def _measured(
             by_measure[name] = np.full(runs, "" if value.dtype.kind == "U" else np.nan, dtype=value.dtype)
             by_measure[name][finished] = value
     return by_measure | {name: np.full(runs, np.nan) for name in lacking}
+
+
+def residues(system: System, over: Mapping[str, Any], measure: str, threshold: float) -> np.ndarray:
+    """The residue (`motion.trust`) of a measure of each run that settled to a threshold [runs]; over: as `ensemble`."""
+    columns = _columns(system, over)
+    runs = len(next(iter(columns.values())))
+    left = np.empty(runs)
+    for members in _chunks(system, columns, runs):
+        one, parameters = _one_form(system, {path: column[members] for path, column in columns.items()})
+        left[members] = residue(one, measure, threshold, parameters)
+    return left
+
+
+def _one_form(system: System, columns: Mapping[str, np.ndarray]) -> tuple[System, np.ndarray]:
+    """(the system of the first run, the parameters [runs, parameters]) of runs that have equations of one form."""
+    one = _system_of_run(system, columns, 0)
+    paths = equations(one).parameter_paths
+    parameters = np.tile(parameter_values(one), (len(next(iter(columns.values()))), 1))
+    for path in columns.keys() & set(paths):
+        parameters[:, paths.index(path)] = columns[path]
+    return one, parameters
 
 
 def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.status import Status
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluated
 from vibrocap.physics.system import System
 
 RESIDUE = 10.0  # thresholds of settling by which a measure of a settled motion may be off, over its natural size
@@ -79,7 +79,7 @@ class Trust:
 
     def __getitem__(self, runs: slice) -> "Trust":
         settled = None if self.settled is None else self.settled[runs]
-        return Trust(self.status[runs], settled, self.residue)
+        return Trust(self.status[runs], settled, np.broadcast_to(self.residue, self.status.shape)[runs])
 
 
 def stands_still(changes: Any, threshold: float) -> Any:
@@ -87,15 +87,19 @@ def stands_still(changes: Any, threshold: float) -> Any:
     return np.max(np.abs(changes), axis=-1, initial=0.0) <= RESIDUE * threshold
 
 
-def residue(system: System, measure: str, threshold: float) -> float:
+def residue(system: System, measure: str, threshold: float, parameters: np.ndarray | None = None) -> Any:
     """How far a measure of a run that settled to a threshold may be from that of the steady motion, without units.
 
     Of travel: RESIDUE thresholds of the natural size of the coordinate that travels, over the period of the drive where
-    it is a speed. Of other measures 0: their natural size is not known.
+    it is a speed, each of the run's own parameters. Of other measures 0: their natural size is not known.
+
+    parameters: None, the system's own, which gives a number; or [runs, parameters], which gives an array [runs]
     """
-    if measure not in TRAVEL:
-        return 0.0
-    recording, parameters = equations(system), parameter_values(system)
-    *sizes, period = evaluate([*recording.scales, recording.period], 0.0, [], 1.0, parameters)
-    size = sizes[system.state_names.index(system.cyclic)] if system.cyclic is not None else 0.0
-    return RESIDUE * threshold * float(size / period if measure == "mean_velocity" else size)
+    rows = np.array([parameter_values(system)]) if parameters is None else parameters
+    left = np.zeros(len(rows))
+    if measure in TRAVEL and system.cyclic is not None:
+        recording = equations(system)
+        of_size = recording.scales[system.state_names.index(system.cyclic)], recording.period
+        size, period = evaluated(of_size, 0.0, [], 1.0, rows.T, left.shape)
+        left = RESIDUE * threshold * (size / period if measure == "mean_velocity" else size)
+    return float(left[0]) if parameters is None else left

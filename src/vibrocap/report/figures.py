@@ -138,7 +138,6 @@ def draw_map(travel: SteadyTravel, path: Path) -> Path:
         "of the settled motion",
         "1",
         "signed",
-        travel.panels[0].residue,
         (
             ViewAxis("machine.mass_ratio", travel.mass_ratio, r"mass ratio $\lambda$"),
             ViewAxis("machine.stiffness", travel.stiffness, r"spring $\rho$"),
@@ -154,9 +153,9 @@ def draw_map(travel: SteadyTravel, path: Path) -> Path:
 def _steady_panel(panel: SteadyPanel) -> StudyPanel:
     load = "N = 1, as printed" if panel.load == 1.0 else "dynamic load"
     least = types.SimpleNamespace(values=panel.least_load)
-    return StudyPanel(
-        f"{TITLES[panel.friction]}, {load}", panel.mean_velocity, panel.status, panel.settled, {"least_reaction": least}
-    )
+    title, band = f"{TITLES[panel.friction]}, {load}", np.full(panel.status.shape, panel.residue)
+    numbers = panel.mean_velocity, panel.status, panel.settled, band
+    return StudyPanel(title, *numbers, {"least_reaction": least})
 
 
 def draw_branches(travel: SteadyTravel, path: Path) -> Path:

@@ -25,12 +25,12 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.recorded.settling import usual_threshold
-from vibrocap.motion.trust import FINISHED, ZERO, Trust, residue
+from vibrocap.motion.trust import FINISHED, ZERO, Trust
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.planning import plan_complaints, with_load_watch
 from vibrocap.studies.plan.runs import Column, Grid, axis_of, even_in_logarithm
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import plainly, with_varied_parts
+from vibrocap.studies.plan.variation import plainly, residues, with_varied_parts
 
 if TYPE_CHECKING:
     import xarray
@@ -87,7 +87,7 @@ def adaptive_map(
     coarse: largest spacing of the coarse grid in steps of the finest, for both axes or (first, second)
     margin: cells on each side of a mixed one that are halved with it; 0: none
     dead_band: mean velocities, without units, up to this size are no travel (0, apart from -1 and 1), by default the
-        residue of runs that settle (1e-6 of others); a run that failed has -128
+        residue of each run that settles (1e-6 of others); a run that failed has -128
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
         its mode sequence from point to point, and would otherwise ask for all of them
     evaluate: function that runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble,
@@ -116,7 +116,8 @@ def adaptive_map(
         evaluate, attributes, measured = _ensemble(system, axes, by, measures, settings)
     elif settings:
         raise ValueError(f"{', '.join(settings)}: settings of the ensemble do not go with an evaluator of one's own")
-    band = float(attributes.get("dead_band", ZERO) if dead_band is None else dead_band)
+    if dead_band is not None or not attributes.get("settle"):
+        attributes["dead_band"] = ZERO if dead_band is None else float(dead_band)
 
     x, y = axes.values()
     levels = levels_of((len(x), len(y)), steps)
@@ -127,7 +128,13 @@ def adaptive_map(
         for start in range(0, len(new), tile):
             place = new[start : start + tile]
             i, j = np.unravel_index(place, computed.shape)
-            results = _checked_results(evaluate(x[i], y[j]), len(place), by, band)
+            results = _checked_results(evaluate(x[i], y[j]), len(place), by)
+            if "travel" in by and "travel" not in results:
+                if (band := attributes.get("dead_band")) is None:
+                    assert system is not None
+                    own = dict(zip(axes, (x[i], y[j]), strict=True))
+                    band = residues(system, own, len(place), "mean_velocity", attributes["settle"])
+                results["travel"] = _travel(results, band)
             if blocks and set(results) != set(blocks[0]):
                 raise ValueError(f"evaluate returned {', '.join(results)}, and before that {', '.join(blocks[0])}")
             codes[i, j], computed[i, j] = _codes(results, by, refine_unsettled, known), True
@@ -153,7 +160,6 @@ def adaptive_map(
         | {
             "title": "Adaptive map",
             "labels": " ".join(_compared(by, runs)),
-            "dead_band": band,
             "margin": int(margin),
             "refine_unsettled": str(refine_unsettled),
             "runs_computed": len(order),
@@ -194,24 +200,29 @@ def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str
     return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
 
 
-def _checked_results(returned: Mapping[str, Any], runs: int, by: Sequence[str], band: float) -> dict[str, np.ndarray]:
-    """What the evaluator returned, as arrays, with the direction of travel where that is asked for."""
+def _checked_results(returned: Mapping[str, Any], runs: int, by: Sequence[str]) -> dict[str, np.ndarray]:
+    """What the evaluator returned, as arrays."""
     results = {name: np.asarray(values) for name, values in returned.items()}
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
     for name, values in results.items():
         if values.shape != (runs,):
             wanted = f"{name} should hold one value per run, shape ({runs},)"
             raise ArgumentError("evaluate", f"{wanted}, got {values.shape}")
-    if "travel" in by and "travel" not in results and "mean_velocity" in results:
-        trust = Trust(results.get("status", np.full(runs, FINISHED)), None, band)
-        direction = trust.direction(results["mean_velocity"])
-        results["travel"] = np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
     for label in by:
+        if label == "travel" and label not in results and "mean_velocity" in results:
+            continue  # which has its sign
         if label not in results:
             raise ArgumentError("by", f"{label} should be among the results of evaluate, got {', '.join(results)}")
         if not discrete(results[label], label):
             raise ArgumentError("by", f"{label} takes real values and has no borders; choose a discrete measure")
     return results
+
+
+def _travel(results: Mapping[str, np.ndarray], residue: Any) -> np.ndarray:
+    """The direction of travel of each run; residue: mean velocities up to which there is none."""
+    velocity = results["mean_velocity"]
+    direction = Trust(results.get("status", np.full(len(velocity), FINISHED)), None, residue).direction(velocity)
+    return np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
 
 
 def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettled: bool, known: dict) -> np.ndarray:
@@ -285,7 +296,6 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
         return ensemble(system, dict(zip(axes, (x, y), strict=True)), measures=names, **used)
 
     attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
-    attributes["dead_band"] = residue(system, "mean_velocity", used["settle"]) if used["settle"] else ZERO
     return evaluate, attributes, {variable.name: variable for variable in variables(study)}
 
 

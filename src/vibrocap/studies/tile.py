@@ -17,7 +17,7 @@ from vibrocap.physics.system import System
 from vibrocap.studies.plan.planning import check_runs
 from vibrocap.studies.plan.runs import Block, tile_counts
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import varied
+from vibrocap.studies.plan.variation import kinds_apart
 from vibrocap.studies.variables import as_stored, variables
 
 RUNS = 4096  # of a tile: a second or so of work, and about 30 kB per measure
@@ -91,7 +91,7 @@ def measured_runs(
     specifications, kinds_vary = variables(study), any(map(is_kind, values))
     columns = {variable.name: variable.empty((runs,)) for variable in specifications}
     begun = 0
-    for system, over, members in _kinds(study.case.system, values, runs):
+    for system, over, members in kinds_apart(study.case.system, values, runs):
         initial = {name: x for name, x in study.case.initial.items() if name in system.state_names}
         if not over:  # kinds alone vary: all these runs are alike
             name = system.state_names[0]
@@ -123,26 +123,6 @@ def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
     if path.startswith(INITIAL):
         return initial.get(name, 0.0) if name in system.state_names else np.nan
     return system.parameter(path) if path in system.parameter_paths else np.nan
-
-
-def _kinds(
-    system: System, values: Mapping[str, np.ndarray], runs: int
-) -> Iterator[tuple[System, dict[str, np.ndarray], np.ndarray]]:
-    """(system, what varies, places of these runs) for each group of runs of the same kinds, with values at the same."""
-    labels: dict[str, list[str | None]] = {}  # the kind; for other paths whether there is a value
-    for path, array in values.items():
-        if array.dtype == object or np.isnan(array).any():
-            label = [None if x is None or x != x else x if is_kind(path) else "given" for x in array.tolist()]
-            labels |= {path: label} if is_kind(path) or None in label else {}
-    groups: dict[tuple, list[int]] = {(): list(range(runs))} if not labels else {}
-    for place, words in enumerate(zip(*labels.values(), strict=True)):
-        groups.setdefault(words, []).append(place)
-    for words, places in groups.items():
-        members, chosen = np.array(places), dict(zip(labels, words, strict=True))
-        kinds = {path: word for path, word in chosen.items() if is_kind(path) and word is not None}
-        missing = {path for path, word in chosen.items() if word is None}
-        over = {path: array[members] for path, array in values.items() if not is_kind(path) and path not in missing}
-        yield varied(system, kinds | {path: array[0] for path, array in over.items()}), over, members
 
 
 def tile_runs_by_time(study: Study, out: Path, threads: int | None = None) -> int | None:

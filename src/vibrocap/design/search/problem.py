@@ -19,11 +19,11 @@ from vibrocap.measures.during_run import resolved, unavailable
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import COST
 from vibrocap.motion.simulate import initial_state
-from vibrocap.motion.trust import TRAVEL, residue
+from vibrocap.motion.trust import TRAVEL
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
-from vibrocap.studies.plan.variation import varied
+from vibrocap.studies.plan.variation import residues, varied
 
 SENSES = ("maximise", "minimise")
 MINIMISED = (COST, "time_to_settle")  # which nobody wants large
@@ -245,14 +245,18 @@ class Problem:
         """The values of a design itself, then with each sample of what is uncertain."""
         return [design, *(self.samples.variants(design) if self.samples else [])]
 
-    def travels(self, measured: Mapping[str, Any]) -> Any:
+    def travels(self, measured: Mapping[str, Any], shares: np.ndarray) -> np.ndarray:
         """Whether motions travel by more than the residue of settled runs; True where no goal asks for travel.
 
-        measured: measures of the goals by name, numbers or arrays
+        measured: measures of the goals by name, [designs, starts]; shares: of the designs [designs, variables]
         """
-        asked = [goal.measure for goal in self.goals if goal.asks_for_travel]
-        sizes = [(np.abs(measured[name]), residue(self.system, name, self.settle)) for name in asked]
-        return np.logical_and.reduce([np.isfinite(size) & (size > left) for size, left in sizes])
+        travel, values = np.ones((len(shares), 1), dtype=bool), self.space.values(shares)
+        for goal in self.goals if len(shares) else ():
+            if goal.asks_for_travel:
+                size = np.abs(measured[goal.measure])
+                left = residues(self.system, values, len(shares), goal.measure, self.settle)
+                travel = travel & np.isfinite(size) & (size > left[:, None])
+        return travel
 
     def record(self, seed: int, **further: Any) -> dict[str, Any]:
         """All that decides the populations of a search with a seed, for its store."""

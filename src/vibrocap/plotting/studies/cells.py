@@ -46,7 +46,7 @@ def cells(view: View, panel: Panel) -> np.ndarray:
     if view.kind != "discrete":
         kinds[np.isinf(panel.values)] = Cell.INFINITE
     if view.kind == "signed":
-        still = np.abs(panel.values) <= view.dead_band
+        still = np.abs(panel.values) <= panel.dead_band
         if view.points is None and still.ndim == 2:
             still &= ~_changes_sign(panel.values, still)
         kinds[still] = Cell.NO_TRAVEL
@@ -260,8 +260,8 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
     order = np.argsort(view.points[0], kind="stable") if view.points else slice(None)
     heights, ticks = _heights(view)
     handles: list[Any] = []
+    x = view.points[0] if view.points else axis.values
     for panel, height, colour in zip(view.panels, heights, COLOURS, strict=False):
-        x = view.points[0] if view.points else axis.values
         kinds, waiting = cells(view, panel), unsettled(view, panel)
         shown = (kinds == Cell.VALUE) | (kinds == Cell.NO_TRAVEL)
         joined = np.where(shown, height, np.nan)[order]
@@ -287,9 +287,9 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
     if text := unsettled_label(view):
         handles.append(Line2D([], [], marker="o", markersize=3, markerfacecolor="white", label=text, **grey))
     if words := labels.get(Cell.NO_TRAVEL):
-        band = ax.axhspan(-view.dead_band, view.dead_band, color=GREY, linewidth=0.8, zorder=0)
-        band.set_label(words)
-        handles.append(band)
+        bands = [panel.dead_band[order] for panel in view.panels]
+        look = {"color": GREY, "linewidth": 0.8, "zorder": 0, "label": words}
+        handles += [ax.fill_between(x[order], -band, band, **look) for band in bands][:1]
     elif view.kind == "signed":
         ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     if ticks:

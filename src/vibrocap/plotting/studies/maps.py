@@ -30,7 +30,7 @@ from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.studies import cells as runs
 from vibrocap.plotting.studies.cells import dot_handles, draw_dots, draw_lines
-from vibrocap.plotting.studies.view import Panel, View, study_view, travel_of
+from vibrocap.plotting.studies.view import BAND, Panel, View, study_view, travel_of
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -304,7 +304,7 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
     way = travel_of(dataset, view.measure)
     if name == "travel" and name not in dataset and way:
-        sign = np.sign(dataset[way].where(abs(dataset[way]) > view.dead_band, 0.0))
+        sign = np.sign(dataset[way].where(abs(dataset[way]) > dataset[BAND], 0.0))
         dataset = dataset.assign(travel=sign)
     try:
         segments = border(dataset.load(), name).segments

@@ -14,12 +14,15 @@ import numpy as np
 from vibrocap.arguments import Complaints, Refusal, suggestion
 from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import TRAVEL, ZERO, residue
+from vibrocap.motion.trust import TRAVEL, ZERO
+from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.plotting.look.labels import bracketed, case_words, percent, symbol_text, value_text, whole
 from vibrocap.studies.plan.runs import even_in_logarithm
+from vibrocap.studies.plan.variation import residues, with_varied_parts
 from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
 MOST_PANELS = 6
+BAND = "dead_band"
 # few different values, each with a meaning
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10
@@ -84,6 +87,7 @@ class Panel:
     values: np.ndarray  # numbers, or words
     status: np.ndarray  # index into list(Status); -1: not run
     settled: np.ndarray  # True everywhere where the study did not ask
+    dead_band: np.ndarray  # sizes of a signed measure up to this are no travel
     dataset: Any  # the same runs with all their variables
 
     def other(self, name: str) -> np.ndarray:
@@ -96,7 +100,6 @@ class View:
     """A measure of a study over its axes.
 
     kind: "signed" (travel), "plain" (any other number) or "discrete" (words, whole numbers with a meaning)
-    dead_band: sizes of a signed measure up to this are no travel
     points: coordinates [runs] along the axes where the runs do not lie on a grid, else None
     """
 
@@ -104,7 +107,6 @@ class View:
     meaning: str
     unit: str
     kind: str
-    dead_band: float
     axes: tuple[ViewAxis, ...]
     panels: tuple[Panel, ...]
     points: tuple[np.ndarray, ...] | None
@@ -123,8 +125,10 @@ class View:
 
     @property
     def band(self) -> str:
-        """Up to where a size is no travel, with its unit."""
-        return whole(f"{self.dead_band:g} {'' if self.unit == '1' else self.unit}".strip())
+        """Up to where a size is no travel, with its unit; over all runs where these differ."""
+        bands = np.concatenate([panel.dead_band.ravel() for panel in self.panels])
+        ends = dict.fromkeys(f"{end(bands):.2g}" for end in (np.min, np.max))
+        return whole(f"{' to '.join(ends)} {'' if self.unit == '1' else self.unit}".strip())
 
 
 def study_view(
@@ -134,7 +138,7 @@ def study_view(
 
     measure: a variable, by default the first measure that the study took
     at: values at which dimensions are fixed, by path; the nearest value of the axis is taken
-    dead_band: sizes of travel up to this are none; by default the residue of settled motions
+    dead_band: sizes of travel up to this are none; by default the residue of each settled motion
     Raises Refusal for a measure or a path that the study does not have, and where dimensions are left over.
     """
     complaints = Complaints()
@@ -146,6 +150,8 @@ def study_view(
     complaints += view_axes
     if complaints:
         raise Refusal(*complaints)
+    case = case_of(dataset)
+    runs = runs.assign({BAND: _dead_band(runs, case, travel_of(dataset, asked) or TRAVEL[0], dead_band)})
 
     gridded = all(dim in dataset.coords for dim in runs["status"].dims)
     if gridded:
@@ -157,14 +163,6 @@ def study_view(
         facets, dims = [], tuple(runs["status"].dims)
         axes, points = _scattered(runs)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(runs, facets))
-    case, settle = case_of(dataset), dataset.attrs.get("settle")
-    travel = travel_of(dataset, asked) or "mean_velocity"
-    known = residue(case.system, travel, float(settle)) if settle and case else ZERO
-    band = float(f"{known:.2g}")
-    if travel == "mean_velocity":  # that of an adaptive map is of mean velocities alone
-        band = float(dataset.attrs.get("dead_band", band))
-    if travel in names and (size := dataset[travel].attrs.get("dimensionless_unit")) is not None:
-        band = float(f"{band * float(size):.2g}")
     if asked in TRAVEL:
         kind = "signed"
     else:
@@ -175,13 +173,28 @@ def study_view(
         str(dataset[asked].attrs.get("long_name", asked.replace("_", " "))),
         str(dataset[asked].attrs.get("units", "1")),
         kind,
-        float(band if dead_band is None else dead_band),
         axes,
         panels,
         points,
         case_label(runs, case, fixed),
         runs_label(runs, case),
     )
+
+
+def _dead_band(runs: Any, case: Case | None, travel: str, asked: float | None) -> Any:
+    """Up to where a measure of travel is none, of every run."""
+    status, settle = runs["status"], runs.attrs.get("settle")
+    unit = float(runs[travel].attrs.get("dimensionless_unit", 1.0)) if travel in runs else 1.0
+    size: Any = asked
+    if size is None and travel == "mean_velocity" and BAND in runs.attrs:  # of mean velocities alone
+        size = unit * float(runs.attrs[BAND])
+    elif size is None and settle and case:
+        paths = [str(path) for path in runs.coords if "." in str(path) and not str(path).startswith(INITIAL)]
+        values = {path: runs[path].broadcast_like(status).transpose(*status.dims).values.ravel() for path in paths}
+        values = {path: x.astype(object) if _has_words(x) else x.astype(float) for path, x in values.items()}
+        system = with_varied_parts(case.system, paths)
+        size = unit * residues(system, values, status.size, travel, float(settle)).reshape(status.shape)
+    return status.copy(data=np.broadcast_to(unit * ZERO if size is None else size, status.shape))
 
 
 def travel_of(dataset: Any, measure: str) -> str | None:
@@ -255,7 +268,7 @@ def _panel(part: Any, measure: str, axes: Sequence[ViewAxis], title: str) -> Pan
     known = bool(part.attrs.get("settle"))
     settled = part["settled"].values.astype(bool) if known else np.ones(values.shape, bool)
     shown = np.array(values.tolist(), dtype=str) if _has_words(values) else values.astype(float)
-    return Panel(title, shown, part["status"].values.astype(int), settled, part)
+    return Panel(title, shown, part["status"].values.astype(int), settled, part[BAND].values, part)
 
 
 def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ...]]:

@@ -4,12 +4,15 @@ A path names a parameter ("machine.mass_ratio"), a kind ("friction.law") or an i
 """
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
+
+import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_dict
 from vibrocap.case.sections import as_given, is_kind, is_part, kind_key, kind_paths, kinds_of
+from vibrocap.motion.trust import residue
 from vibrocap.physics.dimensions.carry_over import carried, lacking, lacking_per_load
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.dimensions.scales import Scales
@@ -83,6 +86,37 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
     if missing:
         raise CaseError(missing, "the system")
     return System.of_parts(parts, system.units)
+
+
+def kinds_apart(
+    system: System, values: Mapping[str, np.ndarray], runs: int
+) -> Iterator[tuple[System, dict[str, np.ndarray], np.ndarray]]:
+    """(system, what varies, places of these runs) for each group of runs of the same kinds, with values at the same."""
+    labels: dict[str, list[str | None]] = {}  # the kind; for other paths whether there is a value
+    for path, array in values.items():
+        if array.dtype == object or np.isnan(array).any():
+            label = [None if x is None or x != x else x if is_kind(path) else "given" for x in array.tolist()]
+            labels |= {path: label} if is_kind(path) or None in label else {}
+    groups: dict[tuple, list[int]] = {(): list(range(runs))} if not labels else {}
+    for place, words in enumerate(zip(*labels.values(), strict=True)):
+        groups.setdefault(words, []).append(place)
+    for words, places in groups.items():
+        members, chosen = np.array(places), dict(zip(labels, words, strict=True))
+        kinds = {path: word for path, word in chosen.items() if is_kind(path) and word is not None}
+        missing = {path for path, word in chosen.items() if word is None}
+        over = {path: array[members] for path, array in values.items() if not is_kind(path) and path not in missing}
+        yield varied(system, kinds | {path: array[0] for path, array in over.items()}), over, members
+
+
+def residues(system: System, values: Mapping[str, np.ndarray], runs: int, measure: str, threshold: float) -> np.ndarray:
+    """The residue (`motion.trust`) of a measure of runs with these values that settled to a threshold: array [runs]."""
+    from vibrocap.measures import ensemble
+
+    left = np.empty(runs)
+    for one, over, members in kinds_apart(system, values, runs):
+        own = ensemble.residues(one, over, measure, threshold) if over else residue(one, measure, threshold)
+        left[members] = own
+    return left
 
 
 def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
