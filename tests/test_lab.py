@@ -25,6 +25,7 @@ from vibrocap.lab.forms import form_of
 from vibrocap.lab.page import SCRIPTS, WORKER, functions, page, source
 from vibrocap.lab.written import mirrored, rules
 from vibrocap.measures.during_run import measure_table
+from vibrocap.motion.shapes import moving_shapes
 from vibrocap.numerics.linker import plain_kernel
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
@@ -191,6 +192,30 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     wanted = vc.ensemble(system, {"drive.amplitude": [1.7]}, **settings)
     assert found["measured"]["response"] == wanted["response_period"][0] > 0
     assert found["measured"]["values"]["mean_velocity"] == pytest.approx(wanted["mean_velocity"][0], rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.slow
+@needs_node
+def test_a_page_draws_the_shapes_of_a_film(node):
+    """Those that a table takes along too, which are farther in each period than in the one before."""
+    system = vc.System(vc.DrillString(), vc.Coulomb(), vc.Harmonic(0.3, 0.5))
+    case = vc.Case(system, periods=3)
+    made = bundle(Contents((system,), (Preset("drill", "drill", "", case),)))
+    found = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), [form] = opened(made), model = new Model(made);
+    const { parameters, initial, tolerance } = model.request();
+    const dense = new Dense(recordedRun(form, parameters, initial, 3, tolerance, limits));
+    const { data: seen, width, rows } = dense.rows(0, dense.end, 200), drawn = width - dense.coordinates, all = [];
+    for (let i = 0; i < rows * width; i += width) all.push([seen[i], ...seen.slice(i + drawn, i + width)]);
+    print(all);
+    """,
+        made,
+    )
+    times, *coordinates = np.array(found).T
+    motion = case.simulate()
+    film = [x for shape in moving_shapes(motion, times) for point in shape.points for x in point]
+    assert coordinates == pytest.approx(np.array(film), abs=1e-8)
 
 
 @pytest.mark.slow

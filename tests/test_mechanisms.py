@@ -27,6 +27,7 @@ from vibrocap.mechanics import (
     NonNegative,
     Point,
     Spring,
+    Support,
     coordinate,
     cos,
     parameter,
@@ -509,6 +510,36 @@ def test_a_point_turns_with_its_body():
     sine, cosine = np.sin(0.4), np.cos(0.4)
     assert x == pytest.approx(0.5 + 0.3 * sine + 0.2 * cosine - 0.1 * sine, rel=1e-14)
     assert z == pytest.approx(-0.3 * cosine + 0.2 * sine + 0.1 * cosine, rel=1e-14)
+
+
+@parameters
+class CarriedCrawler(Machine):
+    """A body on a belt that moves evenly, with an inner mass whose motion the drive imposes."""
+
+    speed: NonNegative = parameter(0.5, "v_b", "speed of the belt", unit="m/s")
+    name = "carried-crawler"
+    effort = "displacement"
+    ride = coordinate("x", "place on the belt", "m", rate="centre_velocity")
+
+    def parts(self, q):
+        belt = Support("belt", x=self.speed * q.time)
+        body = Mass("body", 2.0, x=q.ride, on=belt)
+        return [belt, body, Mass("inner mass", 1.0, on=body, x=q.imposed(q.drive)), Contact(body, on=belt, load=1.0)]
+
+
+@pytest.mark.parametrize("machine", [vc.DrillString(), CarriedCrawler()])
+@pytest.mark.parametrize("phase", [0.0, 0.3])
+def test_what_a_table_takes_along_is_drawn_where_it_is_since_the_start(machine, phase):
+    """A drive that is drawn is where it is in its period, also on the segments of one with corners."""
+    imposed = machine.imposes_motion
+    drive = vc.Trapezoid(amplitude=0.4, frequency=1.0) if imposed else vc.Harmonic(amplitude=0.4)
+    motion = vc.simulate(vc.System(machine, vc.Coulomb(), drive), periods=3.0, start=vc.Start(phase=phase))
+    times, since = motion.time, motion.time + phase * motion.period
+    shapes = {each.shape.name: each.points[0, 0] for each in moving_shapes(motion, times)}
+    speed, body, state = (0.5, "body", "ride") if imposed else (machine.table_speed, "disc", "twist")
+    assert shapes[body] == pytest.approx(speed * since + motion.at(times, state), abs=1e-12)
+    if imposed:
+        assert shapes["inner mass"] - shapes[body] == pytest.approx(motion.at(times, "drive"), abs=1e-12)
 
 
 @pytest.mark.parametrize(("stiffness", "rod", "length"), [(1e5, 0.0, 2e-4), (0.0, 0.2, 0.05), (0.0, 8.0, 1.0)])

@@ -55,14 +55,15 @@ class Form:
 def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     """The form of a system, its kernels translated; tolerance: of its motions, which decides their order."""
     recording = equations(system)
-    shapes, load = recorded_scene(system)
+    shapes, drifts, load = recorded_scene(system)
     observed = {name: recording.observables[name] for name in OBSERVED}
     follows = "reaction" in recording.observables and system.machine.follows_load
     observed["load"] = recording.observables["reaction"] if follows else load
     observed |= {f"{name}_power": power for name, power in zip(recording.channels, recording.powers, strict=True)}
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
     # all on the graph of the load, which begins with the nodes of their own
-    functions = [*(type(expression)(load.graph, expression.index) for expression in observed.values()), *drawn]
+    functions = [type(expression)(load.graph, expression.index) for expression in observed.values()]
+    functions += [*drawn, *drifts.values()]
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
     room = recorded_room(system)
     bounds = [bound for place in room.values() for bound in place]
@@ -98,6 +99,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
             {"kind": x.kind, "name": x.name, "points": len(x.points), "size": list(x.size), "box": x.box}
             for x in shapes
         ],
+        "drifts": list(drifts),  # of which coordinates stand behind them, by how much they are farther every period
         "tolerance": looser,
         "motion": _places(motion),
         "ensemble": _places(ensemble) | result_record(system, ensemble),

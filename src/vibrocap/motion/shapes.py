@@ -20,18 +20,19 @@ class MovingShape:
 
 def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
     """The shapes of the machine at times of a motion, in the order in which they are drawn."""
-    shapes, _ = recorded_scene(motion.system)
+    shapes, drifts, _ = recorded_scene(motion.system)
     index = motion.piece_at(times)
     local, parameters = motion.drive_at(index, times - motion.piece_start[index])
-    # a table that turns evenly is where it is since the start, a drive that is drawn where it is in its period
-    begun = motion.start_time - motion.start_phase * motion.period
-    since = local if motion.system.machine.imposes_motion else times - begun
-    states = motion.states(times)
-    moving = []
-    for shape in shapes:
-        places = [coordinate for point in shape.points for coordinate in point]
-        rows = evaluated(places, since, states, 1.0, parameters, times.shape)
-        moving.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
+    periods = np.rint((times - motion.start_time - local) / motion.period + motion.start_phase)
+    drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
+    rows = evaluated(drawn, local, motion.states(times), 1.0, parameters, times.shape)
+    for i, drift in drifts.items():
+        rows[i] += periods * evaluated([drift], local, motion.states(times), 1.0, parameters, times.shape)[0]
+    ends = np.cumsum([2 * len(shape.points) for shape in shapes])
+    moving = [
+        MovingShape(shape, own.reshape(len(shape.points), 2, len(times)))
+        for shape, own in zip(shapes, np.split(rows, ends[:-1]), strict=True)
+    ]
     for box in [moved for moved in moving if moved.shape.kind == "box"]:
         inside = [moved for moved in moving if moved.shape.kind == "disc" and moved.shape.box == box.shape.name]
         far = [float(np.abs(shape.points[0, 0] - box.points[0, 0]).max()) + shape.shape.size[0] for shape in inside]

@@ -180,20 +180,29 @@ class Lab {
 
   // What the scene shows of a row.
   now(row) {
-    const { shown } = this, { cyclic, states, length } = shown.form, state = cyclic >= 0 ? states[cyclic] : null;
-    const [ahead, reach] = this.spread, position = state ? shown.of(row, state) : 0;
+    const { shown } = this, { cyclic, states, length } = shown.form;
     return {
       sides: shown.sides(row), friction: shown.of(row, "friction"), load: shown.of(row, "load"),
       perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row), walls: this.walls,
-      camera: state ? this.camera(position, row[0]) / length + ahead : 0, reach, origin: (this.model.state.initial[state] ?? 0) / length,
+      camera: this.camera(row), reach: this.reach, origin: (this.model.state.initial[states[cyclic]] ?? 0) / length,
       unit: this.units.factor("position") * length, slope: this.slope,
     };
   }
 
-  // Where the machine would be if it travelled evenly: the camera moves so.
-  straight(time) {
-    const { shown } = this, name = shown.form.states[shown.form.cyclic], xs = shown.column(name), span = shown.end - shown.from;
-    return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
+  // The middle of the contacts in a row, of a machine that travels or that a table takes along.
+  middle(row) {
+    const { shown } = this, { cyclic, drifts, length, scene, states } = shown.form;
+    if (cyclic < 0 && !drifts.length) return 0;
+    const places = shown.shapes(row).filter((_, i) => scene[i].kind === "contact");
+    return places.length ? places.reduce((sum, [x]) => sum + x, 0) / places.length : shown.of(row, states[Math.max(cyclic, 0)]) / length;
+  }
+
+  // The camera moves as the machine would if it travelled evenly, and a little with it.
+  camera(row) {
+    const { shown } = this, { data, width, rows } = shown.rows, share = (row[0] - shown.from) / (shown.end - shown.from || 1);
+    const [first, last] = (shown._ends ??= [0, rows - 1].map((i) => this.middle(data.subarray(i * width, (i + 1) * width))));
+    const straight = first + (last - first) * share;
+    return straight + 0.1 * (this.middle(row) - straight);
   }
 
   // How much farther out the walls of each box are than at its size, so that what slides in it stays inside, by name.
@@ -214,25 +223,19 @@ class Lab {
     return shown._walls;
   }
 
-  // Of the contacts: how far their middle is ahead of the position, and how far one or a wall gets from the camera, at least one length.
-  get spread() {
-    const { shown } = this;
-    if (!shown._spread) {
-      const { data, width, rows } = shown.rows, { length } = shown.form, moves = shown.form.cyclic >= 0, places = [];
-      let place = shown.names.length, far = 1;
-      for (const { kind, points } of shown.form.scene) { if (kind === "contact") places.push(place); place += 2 * points; }
-      const at = moves ? 2 + shown.form.cyclic : -1, n = places.length || 1;
-      const ahead = moves ? places.reduce((sum, each) => sum + data[each] - data[at] / length, 0) / n : 0;
+  // How far a contact or a wall gets from the camera, at least one length.
+  get reach() {
+    const { shown } = this, { data, width, rows } = shown.rows;
+    if (!shown._reach) {
+      let far = 1;
       for (let i = 0; i < rows * width; i += width) {
-        const middle = moves ? this.camera(data[i + at], data[i]) / length + ahead : 0;
-        for (const each of places) far = Math.max(far, Math.abs(data[i + each] - middle));
+        const row = data.subarray(i, i + width), camera = this.camera(row);
+        shown.shapes(row).forEach(([x], k) => { if (shown.form.scene[k].kind === "contact") far = Math.max(far, Math.abs(x - camera)); });
       }
-      shown._spread = [ahead, far + Math.max(0, ...Object.values(this.walls))];
+      shown._reach = far + Math.max(0, ...Object.values(this.walls));
     }
-    return shown._spread;
+    return shown._reach;
   }
-
-  camera(position, time) { return position - (position - this.straight(time)) * 0.9; }
 
   // The largest value of a force over the stretch on show.
   largest(name) {

@@ -3,7 +3,7 @@
 import copy
 import dataclasses
 import math
-from typing import Any
+from collections.abc import Iterable
 
 from vibrocap.motion.recording.equations import equations, put_on_segment, with_symbols
 from vibrocap.numerics.expressions.graph import Expression, Graph
@@ -37,38 +37,48 @@ def drawn_length(system: System) -> float:
     return min((step * decade for step in (1.0, 2.0, 5.0, 10.0)), key=lambda each: abs(math.log(each / length)))
 
 
-def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
-    """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own.
+def recorded_scene(system: System) -> tuple[tuple[Shape, ...], dict[int, Expression], Expression]:
+    """(shapes of the machine, drifts, its constant or mean load), on a graph that begins with the equations' own.
 
-    Points are where they are drawn, in units of `drawn_length`.
+    Points are where they are drawn in the first period, in units of `drawn_length`. Drifts: how much farther some of
+    their coordinates, by number, are in each period than in the one before, as a table that turns evenly moves on.
     """
-    graph, machine = _recorded_machine(system)
+    graph, recorded = _recorded_system(system)
+    machine, own = recorded.placed, recorded.machine
     length = drawn_length(system)
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
-    shapes = tuple(
-        dataclasses.replace(
-            shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.places(length)), aside=()
-        )
-        for shape in machine.scene(graph.node("time"), y)
+
+    def coordinates(shapes: Iterable[Shape]) -> list[Expression]:
+        return [graph.expression(x) for shape in shapes for point in shape.places(length) for x in point]
+
+    shapes = machine.scene(graph.node("time"), y)
+    drawn = iter(coordinates(shapes))
+    places = tuple(
+        dataclasses.replace(shape, points=tuple((next(drawn), next(drawn)) for _ in shape.points), aside=())
+        for shape in shapes
     )
-    return shapes, graph.expression(machine.loads()[0])
+    still = own.driven_by(None, (None,) * len(own.signals))  # what moves by itself
+    period = graph.expression(recorded.drive.period)
+    pairs = zip(coordinates(still.scene(0.0, y)), coordinates(still.scene(period, y)), strict=True)
+    drifts = {i: later - first for i, (first, later) in enumerate(pairs) if later.index != first.index}
+    return places, drifts, graph.expression(machine.loads()[0])
 
 
 def recorded_room(system: System) -> dict[str, tuple[Expression, Expression]]:
     """Between which values states may begin, by name (`Machine.room`), recorded on such a graph too."""
-    graph, machine = _recorded_machine(system)
+    graph, recorded = _recorded_system(system)
     return {
         name: (graph.expression(max(low, -FAR) if isinstance(low, float) else low), graph.expression(high))
-        for name, (low, high) in machine.room().items()
+        for name, (low, high) in recorded.placed.room().items()
     }
 
 
-def _recorded_machine(system: System) -> tuple[Graph, Any]:
-    """The machine in its environment with symbols for its numbers, on a graph that begins with the equations' own."""
+def _recorded_system(system: System) -> tuple[Graph, System]:
+    """A system with symbols for its numbers, on a graph that begins with the equations' own."""
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
     recorded = System.unchecked({part: with_symbols(part, values, symbols) for part, values in system.parts.items()})
     if recording.corners is not None:
         put_on_segment(recorded, graph, recording.corners.place)
-    return graph, recorded.placed
+    return graph, recorded

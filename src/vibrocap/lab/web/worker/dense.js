@@ -25,7 +25,7 @@ class Dense {
   // What is done while the kernel is ready to look at this motion.
   looking(work) {
     const { motion, form } = this, { sizes, at } = form.motion, table = motion.drive ? motion.drive.table : [];
-    const start = sizes.piece + this.seen;
+    const first = sizes.piece + this.seen - this.coordinates, start = sizes.piece + this.seen + form.drifts.length;
     return form.engine.within(sizes, start + table.length, (floats, ints, trace, ...places) => {
       trace.set(table, start);
       ints[at.TABLE_START] = BigInt(start);
@@ -34,13 +34,19 @@ class Dense {
       floats.set(motion.scales, at.SCALE);
       floats[at.PERIOD] = motion.period;
       const [a, b, c] = places, { take_piece, look_at } = form.kernel;
-      const seen = trace.subarray(this.size, start);
+      const seen = trace.subarray(this.size, this.size + this.seen), drawn = trace.subarray(first, start);
+      let before = 0; // whole periods
       this.take = (i) => {
+        before = motion.pieces[i * this.size];
         trace.set(motion.pieces.subarray(i * this.size, (i + 1) * this.size));
         take_piece(a, b, c, 0);
       };
       // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
-      this.look = (share) => { look_at(a, b, c, share, this.size); return seen; };
+      this.look = (share) => {
+        look_at(a, b, c, share, this.size);
+        form.drifts.forEach((place, k) => { drawn[place] += before * drawn[this.coordinates + k]; });
+        return seen;
+      };
       return work(seen);
     });
   }
