@@ -3,7 +3,6 @@
 import dataclasses
 import itertools
 import math
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from cases import printed, printed_json
 from law_instances import LAWS
 from thinned import slow_but
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
-from vibrocap.mechanics import Contact, Drive, Machine, Mass, Positive, coordinate, parameter, parameters
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
@@ -129,23 +127,6 @@ def test_drag_has_a_closed_form_each_way(drag):
         assert speed == pytest.approx(expected, rel=1e-11)
 
 
-@pytest.mark.slow
-def test_fins_alone_make_a_symmetric_capsule_travel():
-    """Without them its steady motion is its own mirror image; with them it is not, and drifts where drag is less."""
-    law = vc.Coulomb(0.02, 0.02)
-    plain = capsule("weight", law, linear_drag=0.2)
-    assert plain.mirrored
-    finned = capsule("weight", law, linear_drag=0.2, linear_drag_back=0.8)
-    assert not finned.mirrored
-    assert not capsule("weight", law, quadratic_drag=0.2, quadratic_drag_back=0.0).mirrored
-    there, here = (vc.orbit(each, initial={"angle": 0.3}) for each in (finned, plain))
-    assert here.symmetric
-    assert there.closes
-    assert there.drift > 1e-3
-    turned = capsule("weight", law, linear_drag=0.8, linear_drag_back=0.2)
-    assert vc.orbit(turned, initial={"angle": -0.3}).drift == pytest.approx(-there.drift, abs=1e-9)
-
-
 # --- what holds for every machine and law -----------------------------------------------------------------------------
 
 
@@ -188,8 +169,9 @@ def sample(system, draw):
     return t, (*y, *(value for internal in further for value in internal), *first), sides[0]
 
 
-def balance_of_energy_and_momentum(system):
-    """Asserts that energy and momentum change by what the channels and forces say, at states drawn at random."""
+@pytest.mark.parametrize("system", IN_TURN, ids=LABELS_IN_TURN)
+def test_energy_and_momentum_balance_with_all_channels(system):
+    """They change by what the channels and forces say, at states drawn at random."""
     recording, values = equations(system), parameter_values(system)
     energy, momentum = (recording.observables[name] for name in ("energy", "momentum"))
     count = len(system.machine.contact_states)
@@ -219,11 +201,6 @@ def balance_of_energy_and_momentum(system):
         assert pushed == pytest.approx(force, abs=1e3 * np.finfo(float).eps * size)
 
 
-@pytest.mark.parametrize("system", IN_TURN, ids=LABELS_IN_TURN)
-def test_energy_and_momentum_balance_with_all_channels(system):
-    balance_of_energy_and_momentum(system)
-
-
 @pytest.mark.parametrize("load", [1.0, "weight", "dynamic"])
 @pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
 def test_reaction_is_the_weight_towards_the_ground_and_the_lift_of_the_bob(load, law):
@@ -247,69 +224,13 @@ def test_a_contact_at_rest_is_held_exactly(system):
         assert flow.contacts[0].friction == flow.contacts[0].held
 
 
-def test_weightless_pendulum_does_not_fall():
-    still = vc.System(
-        vc.PendulumCapsule(stiffness=0.0), vc.Coulomb(0.0, 0.0), vc.Constant(), environment=vc.Environment(gravity=0.0)
-    )
-    rates = still.rates(0.0, (0.7, 0.0, 0.0, 0.0), 1)
-    assert rates == (0.0, 0.0, 0.0, 0.0)
-
-
-@parameters
-class TwoMasses(Machine):
-    """A mass pushed to and fro in a capsule by the drive; its place is counted in the capsule."""
-
-    capsule: Positive = parameter(1.4, "M", "mass of the capsule", "mass")
-    inner: Positive = parameter(0.6, "m", "mass in it", "mass")
-    normal_load: Positive = parameter(2.0, "N", "load", "load")
-
-    name: ClassVar = "two-masses"
-    displacement = coordinate("z", "place of the mass", "m")
-    position = coordinate("X", "place of the capsule", "m")
-    in_capsule: ClassVar = True
-
-    def parts(self, q):
-        capsule = Mass("capsule", self.capsule, x=q.position)
-        inner = Mass("mass", self.inner, on=capsule if self.in_capsule else None, x=q.displacement)
-        return capsule, inner, Drive(inner.along - capsule.along), Contact(capsule, load=self.normal_load)
-
-
-@parameters
-class TwoMassesOverGround(TwoMasses):
-    """The same; its place is counted over the ground."""
-
-    in_capsule: ClassVar = False
-
-
-@pytest.mark.parametrize("kind", [TwoMasses, TwoMassesOverGround])
-def test_gravity_pulls_at_every_mass_on_the_line(kind):
-    machine, outside = (
-        kind(),
-        vc.Environment(inclination=0.3, gravity=2.0, linear_drag=0.1, quadratic_drag=0.2, force=0.7),
-    )
-    system = vc.System(machine, vc.Coulomb(0.1, 0.2), vc.Harmonic(), environment=outside)
-    balance_of_energy_and_momentum(system)
-    along, drive, speed, inner = 2.0 * math.sin(0.3), 1.8, 0.4, -0.3
-    y = (0.0, inner - speed if kind is TwoMasses else inner, 0.0, speed)
-    flow = system.flow(0.0, y, 1)
-    push = 0.7 - 0.1 * speed - 0.2 * speed**2
-    body = (push - drive - 0.2) / machine.capsule - along
-    mass = drive / machine.inner - along
-    expected = (mass - body if kind is TwoMasses else mass), speed, body
-    assert flow.rates[1:] == pytest.approx(expected, rel=ROUNDING)
-    whole = push - 2.0 * along if kind is TwoMasses else push - drive - machine.capsule * along  # of the capsule alone
-    assert flow.outer_force == pytest.approx(whole, rel=ROUNDING)
-    at_rest = system.flow(0.0, (0.0, 0.0, 0.0, 0.0), 0)
-    assert at_rest.contacts[0].held == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
-    assert at_rest.rates[3] == 0.0
-    assert at_rest.rates[1] == pytest.approx(drive / machine.inner - along, rel=ROUNDING)
-
-
 # --- symmetry, starts -------------------------------------------------------------------------------------------------
 
 
-def test_a_slope_or_a_force_breaks_the_half_period_symmetry_and_drag_does_not():
+def test_a_slope_a_force_or_fins_break_the_half_period_symmetry_and_drag_does_not():
     assert capsule(linear_drag=0.2, quadratic_drag=0.1).mirrored
+    assert not capsule(linear_drag=0.2, linear_drag_back=0.8).mirrored
+    assert not capsule(quadratic_drag=0.2, quadratic_drag_back=0.0).mirrored
     assert not capsule(inclination=0.01).mirrored
     assert not capsule(force=0.01).mirrored
 

@@ -20,7 +20,7 @@ from thinned import slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.source import generated_source
-from vibrocap.numerics.expressions.graph import Graph, evaluate
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import where
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.physics.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
@@ -242,7 +242,7 @@ class Real:
 @pytest.mark.parametrize("name", EXPRESSIONS)
 @pytest.mark.parametrize("x0", [0.8, 0.35])
 def test_recurrences(name, x0):
-    """x' = 1 + x/3 has the solution (x0 + 3) exp(s/3) - 3, so every expression is a known function of s."""
+    """x' = 1 + x/3 has the solution (x0 + 3) exp(s/3) - 3, so every expression is a known function of s; and its partial derivative."""
     expression, t0 = EXPRESSIONS[name], 0.4
     graph = Graph()
     x, t = graph.node("state", 0), graph.node("time")
@@ -257,6 +257,10 @@ def test_recurrences(name, x0):
         exact = mp.taylor(
             lambda s: expression(Real((x0 + 3) * mp.exp(s / 3) - 3), Real(t0 + s)).value, mp.mpf(0), ORDER
         )
+        slope = mp.diff(lambda y: expression(Real(y), Real(t0)).value, x0)
+    assert evaluate([derivative(recorded, 0)], t0, [x0], 1.0, ())[0] == pytest.approx(
+        float(slope), rel=1e-13, abs=1e-14
+    )
     exact = np.array([float(value) for value in exact])
     intermediate = np.zeros((len(graph.nodes), ORDER + 1))  # rounding is relative to what the terms were made of
     for key, value in names.items():
@@ -344,4 +348,4 @@ def test_recorded_physics_cannot_branch():
     with pytest.raises(TypeError, match="cannot branch"):
         abs(1.0) if x else 0.0
     with pytest.raises(TypeError):
-        x > 0.0  # noqa: B015
+        x > 0.0
