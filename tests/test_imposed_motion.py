@@ -70,7 +70,7 @@ TWO_PHASES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given", exhaustive_but([0, 3], [pytest.param(phase) for phase in TWO_PHASES]))
+@pytest.mark.parametrize("given", exhaustive_but([0], [pytest.param(phase) for phase in TWO_PHASES]))
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)
@@ -104,7 +104,7 @@ def test_an_even_two_phase_motion_is_one_of_a_continuum():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("forward", "back", "expected"),
-    [(0.1, 0.2, 0.485158081300), (0.3, 0.6, 0.345848422333), (0.5, 1.0, 0.201452203334)],
+    exhaustive_but([1], [(0.1, 0.2, 0.485158081300), (0.3, 0.6, 0.345848422333), (0.5, 1.0, 0.201452203334)]),
 )
 def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
     """X'' = cos(t) - p sgn X': the independent values, and the closed form where back friction holds (p- >= 1)."""
@@ -135,7 +135,7 @@ def test_the_force_of_the_actuator_is_that_of_newton(environment):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("motion", ["angle", "displacement"])
+@pytest.mark.parametrize("motion", exhaustive_but([1], ["angle", "displacement"]))
 def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
     """The torque that the imposed motion takes, given to the free machine, makes that motion again: both equations."""
     imposed = vc.System(vc.PendulumCrawler(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))
@@ -172,9 +172,6 @@ def test_an_imposed_velocity_is_known_to_the_tolerance():
         assert motion.certificate.ok, motion.certificate.failures
         assert motion.certificate.least_velocity > -0.2 * tolerance  # 0.07 at most in 240 random motions
         assert motion.state["position"] == pytest.approx(fine.state["position"], abs=10 * tolerance)
-    results = vc.ensemble(system, {"drive.amplitude": [0.712, 0.8]}, periods=10, window=10, tolerance=1e-6)
-    travel = results["mean_velocity"][0] * fine.end
-    assert travel == pytest.approx(fine.state["position"], abs=10 * 1e-6)
 
 
 def test_what_cannot_be_imposed_is_refused_by_name():
@@ -184,7 +181,6 @@ def test_what_cannot_be_imposed_is_refused_by_name():
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
 
 
-@pytest.mark.slow
 def test_measures_of_what_an_imposed_motion_takes():
     """The largest |force| and power of z = h cos(omega t) where the body is held: m z'' and m z'' z'."""
     amplitude, frequency, inner = 0.4, 1.7, 1.0

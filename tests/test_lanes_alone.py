@@ -75,7 +75,7 @@ SYSTEMS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but(range(1, 4), [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but([2, 3], [*SYSTEMS]))
 def test_every_measure_of_a_lane_is_that_of_the_motion_alone(name):
     """Works add up in each of them, those of impacts, of drag and of further contacts among them."""
     system, path, values, start, periods = SYSTEMS[name]

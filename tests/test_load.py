@@ -4,16 +4,16 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize_scalar
 
 import vibrocap as vc
 from cases import printed_json
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, case_from_text, case_text
 from vibrocap.cli.main import main
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics import api as numerics
+from vibrocap.numerics.api import Budget, EnsembleStart, Form, ensemble_run
+from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.variation import varied
@@ -41,52 +41,10 @@ def capsule(load="dynamic", law=None, amplitude=1.2, **parameters):
     return vc.System(vc.PendulumCapsule(normal_load=load, **parameters), law, drive)
 
 
-def second_row(load):
-    law = vc.Exponential(coulomb_coefficient=0.03, static_coefficient=0.06, decay_rate=10.0)
-    return capsule(load, law, amplitude=1.8, mass_ratio=4.0)
-
-
 def test_state_is_that_of_an_independent_solver():
     motion = vc.simulate(capsule(), periods=40, initial=START, tolerance=1e-11)
     known = {"angle": 0.188621822995, "angle_rate": 1.310110531562, "velocity": 0.236601626718}
     assert {name: motion.state[name] for name in known} == pytest.approx(known, abs=1e-11)
-
-
-@pytest.mark.slow
-def test_mean_load_of_a_steady_motion_is_the_weight():
-    for system in (second_row("dynamic"), capsule(law=vc.LuGre())):
-        results = vc.ensemble(
-            system,
-            over={"drive.frequency": np.array([0.8, 1.0, 1.3])},
-            initial=START,
-            periods=400,
-            settle=1e-11,
-            tolerance=1e-12,
-            measures=("mean_reaction", "least_reaction", "largest_reaction"),
-        )
-        assert np.all(results["settled"])
-        # The window is one response period; the momentum at its ends differs by what is not settled.
-        assert results["mean_reaction"] == pytest.approx(system.machine.mass_ratio + 1.0, abs=1e-10)
-        assert np.all((results["least_reaction"] < 3.0) & (results["largest_reaction"] > 4.0))
-
-
-def bracket(mass_ratio, coefficient):
-    """Least 1 - s mu over all angles, with what the machine says."""
-    machine = vc.PendulumCapsule(mass_ratio=mass_ratio, normal_load="dynamic")
-
-    def clear(angle):
-        _, slope = machine.contacts(0.0, (angle, 0.0, 0.0, 0.0), 0.0)[0].reaction
-        return 1.0 - coefficient * abs(slope)
-
-    angles = np.linspace(0.0, np.pi / 2, 64)
-    start = angles[np.argmin([clear(angle) for angle in angles])]
-    return minimize_scalar(clear, bounds=(start - 0.05, start + 0.05), method="bounded", options={"xatol": 1e-9}).fun
-
-
-def test_bound_of_the_paradox_is_that_of_theory():
-    found = brentq(lambda mass_ratio: bracket(mass_ratio, 0.45), 0.01, 0.2, xtol=1e-12)
-    assert found == pytest.approx(0.048292805, abs=1e-8)
-    assert 2.0 * np.sqrt(found * (found + 1.0)) == pytest.approx(0.45, abs=1e-8)
 
 
 def test_light_capsule_lifts_off():
@@ -144,7 +102,7 @@ def test_start_in_the_region_of_the_paradox_is_a_status(drive, status):
 
 @pytest.mark.parametrize(
     ("law", "mass_ratio", "end"),
-    slow_but([], [(vc.LuGre(), 0.05, 4.5105962213216), (vc.LuGre(), 0.08, 4.5595456357635)]),
+    slow_but([], exhaustive_but([0], [(vc.LuGre(), 0.05, 4.5105962213216), (vc.LuGre(), 0.08, 4.5595456357635)])),
 )
 def test_bristles_come_to_the_paradox(law, mass_ratio, end):
     """The divisor 1 - s mu falls to zero like the root of the time left, N grows beyond all bounds: no small steps.
@@ -204,15 +162,14 @@ def test_a_constant_load_that_hides_a_lift_off_is_said(tmp_path, capsys):
     assert vc.simulate(vc.System(vc.Oscillator(), law, vc.Harmonic()), periods=1).certificate.least_reaction is None
 
 
-@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=lambda law: law.name)
 @pytest.mark.parametrize("velocity", [0.0, 0.3])
-def test_a_load_that_is_negative_at_the_start_is_refused(law, velocity):
+def test_a_load_that_is_negative_at_the_start_is_refused(velocity):
     """Upright and as fast as that, the bob pulls with rate^2 where the weight is 3.5."""
     start = {"angle_rate": 2.0, "velocity": velocity}
     with pytest.raises(ValueError, match=r"initial: the normal load is negative at the start, -0\.5: .*angle_rate 2"):
-        vc.simulate(capsule(law=law), initial=start)
-    assert vc.simulate(capsule(WEIGHT, law), initial=start, periods=0.01).status.ok
-    assert vc.simulate(capsule(law=law), initial=start | {"angle_rate": 1.8}, periods=0.01).status.ok
+        vc.simulate(capsule(), initial=start)
+    assert vc.simulate(capsule(WEIGHT), initial=start, periods=0.01).status.ok
+    assert vc.simulate(capsule(), initial=start | {"angle_rate": 1.8}, periods=0.01).status.ok
 
 
 @pytest.mark.parametrize("first", [1, 2])
@@ -233,7 +190,7 @@ def test_the_load_of_every_contact_is_asked_at_the_start(first, standing):
 # three periods; and how much higher it is at the starts of steps, between which the dip lies.
 @pytest.mark.parametrize(
     ("law", "amplitude", "hidden"),
-    slow_but([0], [(vc.Exponential(), 2.033690010115348, 0.05), (vc.LuGre(), 2.038711113022009, 0.02)]),
+    exhaustive_but([0], [(vc.Exponential(), 2.033690010115348, 0.05), (vc.LuGre(), 2.038711113022009, 0.02)]),
 )
 @pytest.mark.slow
 def test_runs_that_would_lift_off_are_told_from_those_that_touch_zero(law, amplitude, hidden):
@@ -252,9 +209,9 @@ def test_runs_that_would_lift_off_are_told_from_those_that_touch_zero(law, ampli
         assert vc.measured(one, "hidden_lift_off", window=3)["hidden_lift_off"] == lifts
         assert bool(one.certificate.warnings) == bool(lifts)
     states = np.array([[START.get(name, 0.0) for name in system.state_names]])
-    budget, parameters = numerics.Budget(3, 1e-6, 100, 10_000), np.array([parameter_values(near)])
-    assert numerics.ensemble_run(
-        numerics.EnsembleStart(equations(near), parameters, states), budget, numerics.Form(lanes=1, plain=True)
+    budget, parameters = Budget(3, 1e-6, 100, 10_000), np.array([parameter_values(near)])
+    assert ensemble_run(
+        EnsembleStart(equations(near), parameters, states), budget, Form(lanes=1, plain=True)
     ).lifted == [1.0]
 
 
@@ -268,6 +225,41 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
     ):
         plan = planned_study(capsule(load), {"machine.mass_ratio": [0.2, 2.5]}, measures=measures, **settings)
         assert plan.measures == (*measures, *watch)
+
+
+@pytest.mark.slow
+def test_a_tangent_takes_the_steps_of_its_motion():
+    """That of the position is no tangent that anything depends on, and asked for steps of 1e-7 of a period.
+
+    The derivatives of a load that is a quotient are quotients by the same divisor, and were looked at as if they could
+    hide in a step: of a light capsule with bristles, whose load ends, 2 10^6 steps were taken in ten minutes.
+    """
+    system = vc.System(vc.PendulumCapsule(mass_ratio=0.2, normal_load="dynamic"), vc.LuGre(), vc.Harmonic())
+    recorded, row = equations(system), np.array(parameter_values(system))[None]
+    start, budget = np.zeros((1, 10)), Budget(1, 1e-6, 1000, 500)
+    start[0, [0, 1, 7]] = -1.0, -1.0, 1.0
+    alone = ensemble_run(EnsembleStart(recorded, row, start[:, :5]), budget, Form(order=6))
+    along = ensemble_run(EnsembleStart(variational_equations(recorded), row, start), budget, Form(order=6))
+    assert along.status == alone.status
+    assert along.head("taylor_steps") == alone.head("taylor_steps")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mass_ratio", "end"), [(0.03, 0.217156157262), (0.07, 0.210985337175)])
+def test_a_light_capsule_with_bristles_comes_to_its_lift_off(mass_ratio, end):
+    """At the end by DOP853 at 1e-12 on the equations of docs/model.md, in steps of at most 1e-3.
+
+    It went by steps of 1e-14 as soon as it was fast: a bound of its load passed infinity, whatever the step.
+    """
+    numbers = {"mass_ratio": mass_ratio, "stiffness": 2.0, "damping": 0.5}
+    system = vc.System(
+        vc.PendulumCapsule(normal_load="dynamic", **numbers), vc.LuGre(), vc.Harmonic(amplitude=1.8, frequency=1.0)
+    )
+    start = {"angle": -0.7, "angle_rate": 1.0, "velocity": 2.6}
+    run = vc.simulate(system, periods=2, initial=start, tolerance=1e-10, max_steps=1000)
+    assert run.status is vc.Status.LIFT_OFF
+    assert all(verdict.ok for verdict in run.certificate.verdicts), run.certificate.failures
+    assert run.end == pytest.approx(end, abs=1e-8)
 
 
 # --- in SI ------------------------------------------------------------------------------------------------------------

@@ -18,7 +18,6 @@ import pytest
 
 import vibrocap as vc
 from independent import motion as independent_motion
-from renumbered import renumbered
 from thinned import exhaustive_but, slow_but
 from vibrocap.measures.gathered import loses_at_switches
 from vibrocap.motion.recording.equations import equations, parameter_values
@@ -308,36 +307,6 @@ def test_random_systems_against_an_independent_solver(seeds):
             off = [abs(motion.state[name] - value) for name, value in expected.state.items()]
             assert max(off) <= STEPS * tolerance, (seed, tolerance)
             assert Counter(e.kind for e in motion.events if sticks[e.contact - 1]) == words, (seed, tolerance)
-
-
-# As taken by two contacts; a third has Coulomb's.
-LAWS = {
-    "power first": (droop(1.5), vc.Coulomb()),
-    "power last": (vc.Coulomb(), droop(1.2)),
-    "power on bristles": (vc.LuGre(stribeck_exponent=1.7), vc.Exponential()),
-    "square and bristles": (droop(2.0), vc.LuGre()),
-    "smooth power": (vc.Exponential(), vc.SmoothedTanh(stribeck_exponent=1.5, smoothing_velocity=0.01)),
-    "uneven and hysteresis": (vc.anisotropic(vc.Coulomb)(0.1, 0.18, back_ratio=1.4), vc.BoucWen()),
-    "sharp": (droop(3.0), vc.Stribeck(0.15, 0.45, 1e-3, 2.0)),
-    "springs": (vc.Dahl(), vc.ElastoPlastic()),
-    "age": (vc.RateAndStateAgeing(), vc.Coulomb()),
-}
-PAIRS = [(name, law) for name in list(MACHINES)[:5] for law in LAWS if (name, law) != ("linkage", "age")]
-
-
-# Kept: every law at least once, every machine.
-@pytest.mark.plain
-@pytest.mark.parametrize(("name", "laws"), slow_but([0], exhaustive_but({19, *range(0, len(PAIRS), 5)}, PAIRS)))
-def test_bodies_may_be_numbered_either_way(name, laws):
-    """The same ends, events and steps, whichever contact is the first. The linkage on age is certified neither way."""
-    machine, drive = MACHINES[name]
-    pair = [*LAWS[laws], vc.Coulomb()][: len(machine.contact_states)]
-    one, other = (run(*values, drive, 1e-8) for values in ((machine, pair), (renumbered(machine), pair[::-1])))
-    assert np.abs(one.sections - other.sections)[:, : len(machine.states)].max() <= STEPS * 1e-8
-    assert len(one.events) == len(other.events)
-    steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]
-    # As many as 29 where contact 1 was apart. Contacts of a worm share a state: its rows stand in another order.
-    assert max(steps) - min(steps) <= (16 if machine.imposes_distances else 1)
 
 
 def test_what_a_law_stores_and_forgets_is_known_of_any_contact():

@@ -5,6 +5,7 @@ hand; two of its tolerances agree to 1e-10.
 """
 
 import dataclasses
+import itertools
 import json
 import math
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 import vibrocap as vc
 from independent import motion as independent_motion
+from test_contact_modes import assert_consistent
 
 MOTIONS = json.loads(Path(__file__).with_name("reference_motions.json").read_text(encoding="utf-8"))["motions"]
 LAWS = {"LM": vc.LuGre, "EM": vc.Exponential}
@@ -120,13 +122,29 @@ def test_the_table_holds_what_the_solver_computes():
         assert len(kinds) - kinds.count("stick") == turns
 
 
+def assert_phases_are_between_events(motion):
+    """Pieces lie end to end, phases too, and every change of side is an event of its kind, at rest."""
+    assert motion.piece_start[1:] == pytest.approx((motion.piece_start + motion.piece_length)[:-1], rel=1e-14)
+    assert motion.end == pytest.approx(motion.periods * motion.period, rel=1e-14)
+    expected = {(1, 0): "stick", (-1, 0): "stick", (0, 1): "slip_forward", (0, -1): "slip_back"}
+    changes = [event for event in motion.events if event.kind != "graze"]
+    pairs = list(itertools.pairwise(motion.phases))
+    assert [after.start for _, after in pairs] == pytest.approx([event.time for event in changes], rel=1e-14)
+    for event, (before, after) in zip(changes, pairs, strict=True):
+        assert before.end == after.start
+        assert event.kind == expected.get((before.side, after.side), "reversal")
+        assert event.state["velocity"] == 0.0
+
+
 @pytest.mark.parametrize("row", CASES)
 def test_random_systems(row):
-    """States within 1e-8 of the independent solver's, the same events, the same time spent stuck."""
+    """States within 1e-8 of the independent solver's, the same events, the same time spent stuck; a clean certificate."""
     system = system_of(row)
     start = dict(zip(system.state_names, row["initial"], strict=True))
     motion = vc.simulate(system, periods=row["periods"], initial=start, tolerance=1e-10)
-    assert motion.status.ok
+    assert_consistent(motion)
+    assert_phases_are_between_events(motion)
+    assert motion.certificate.estimated_error <= 1e-6
     for name, expected in zip(system.state_names, row["final"], strict=True):
         assert abs(motion.state[name] - expected) <= 1e-8, name
     kinds = [event.kind for event in motion.events]

@@ -111,27 +111,6 @@ def test_random_systems_end_where_implicit_steps_do(seed, implicit):
         assert len(run.piece_start) <= 1.01 * len(other.piece_start)
 
 
-@pytest.mark.parametrize("seed", exhaustive_but([37], range(40)))
-@pytest.mark.slow
-def test_random_systems_end_in_lanes_as_alone(seed):
-    """Within tolerances of motions at 1e-12, at two amplitudes; so do the same runs among others that are not stiff."""
-    system, start = random_system(seed)
-    amplitudes = system.drive.amplitude * np.array([1.0, 0.8])
-    stiffness = np.full(2, system.friction.bristle_stiffness)
-    tight = [motion(system.with_parameters({"drive.amplitude": amplitude}), start, 1e-12) for amplitude in amplitudes]
-    for tolerance in (1e-6, 1e-9):
-        settings = {"measures": [], "initial": start, "periods": PERIODS, "tolerance": tolerance, "final_states": True}
-        over = {"drive.amplitude": amplitudes, "friction.bristle_stiffness": stiffness}
-        results = vc.ensemble(system, over, **settings)
-        among = {"drive.amplitude": np.repeat(amplitudes, 4), "friction.bristle_stiffness": np.full(8, 50.0)}
-        among["friction.bristle_stiffness"][::4] = stiffness
-        mixed = vc.ensemble(system, among, **settings)
-        for name in system.state_names:
-            ends = results[f"final.{name}"]
-            assert ends == pytest.approx([each.state[name] for each in tight], abs=END * tolerance, rel=0.0)
-            assert list(mixed[f"final.{name}"][::4]) == list(ends)
-
-
 # Of the others one contact rests to rounding, where the number of its events is rounding, too.
 ROWS = [seed for seed in range(34) if seed not in (7, 28)]
 

@@ -2,13 +2,12 @@
 
 import collections
 import pickle
-import random
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import exhaustive_but, slow_but
+from thinned import slow_but
 
 MACHINE, DRIVE = vc.PendulumCapsule(), vc.Harmonic()
 TOLERANCE = 1e-11
@@ -221,45 +220,3 @@ def test_a_velocity_of_rounding_size_is_a_rest_at_the_start(law):
         results = vc.ensemble(system, over, measures=["stick_fraction"], initial=start, periods=1)
         np.testing.assert_allclose(results["stick_fraction"], 1.0, rtol=1e-14)
         assert runs[0].state == {"position": -0.2, "sliding_velocity": 0.0}
-
-
-def random_system(seed):
-    """A machine, a law and a drive at random; None where they do not go together."""
-    draw = random.Random(seed)
-    level = draw.uniform(0.05, 0.25)
-    curve = vc.Stribeck(level, level * draw.uniform(1, 3), draw.uniform(0.05, 0.3), 2.0)
-    drop = vc.Coulomb(level, level * draw.uniform(1, 3))
-    laws = [drop, drop, vc.Exponential(), curve, vc.LuGre(), vc.MaxwellSlip(), vc.ElastoPlastic()]
-    machine = draw.choice(
-        [
-            *(vc.Oscillator(belt_speed=draw.choice([0.0, 0.2])), vc.PendulumCapsule(), vc.TwoMassCapsule()),
-            *(
-                vc.VibroImpactCapsule(),
-                vc.RigidStopCapsule(restitution=draw.choice([0.0, 0.5])),
-                vc.OscillatorWithStops(),
-            ),
-            *(vc.TwoBodyCrawler(mass_2=1.5), vc.TwoBlockRow(belt_speed=0.3), vc.ThreeBlockRow(), vc.TwoBodyWorm()),
-            *(vc.RotorCapsule(), vc.PendulumCapsule(normal_load="dynamic")),
-        ]
-    )
-    size, frequency = draw.uniform(0.3, 2.0), draw.uniform(0.3, 1.3)
-    drives = [vc.Harmonic(size, frequency), vc.OnOff(size, -0.3, frequency, 0.4), vc.Trapezoid()]
-    drives.append(vc.Biharmonic(size, frequency, 0.5 * size, 0.5))
-    try:
-        system = vc.System(machine, draw.choice(laws), draw.choice(drives))
-        return system if vc.simulate(system, periods=4).status.ok else None
-    except ValueError:
-        return None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "seeds",
-    exhaustive_but([8], [range(i, 120, 24) for i in range(24)]),
-    ids=lambda seeds: f"from {seeds[0]}",
-)
-def test_a_hundred_systems_are_continued_at_events_of_every_kind(seeds):
-    systems = [system for system in map(random_system, seeds) if system is not None]
-    assert len(systems) >= 3
-    for system in systems:
-        assert_split_anywhere(system, 3.9, number=8)

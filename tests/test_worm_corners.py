@@ -1,14 +1,10 @@
 """Worms whose distances change at another rate from one instant on: every contact takes its new side at a corner."""
 
-import dataclasses
 import math
 
-import numpy as np
 import pytest
 
 import vibrocap as vc
-from independent import motion as independent_motion
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 BRISTLES = {"coulomb_coefficient": 0.1, "static_coefficient": 0.2}
 TRIANGLE = vc.Triangle(amplitude=0.3, rise=0.6)
@@ -34,39 +30,6 @@ def test_a_contact_with_bristles_keeps_its_velocity_at_a_corner():
     rest = vc.simulate(EXAMPLE, start=begun, periods=2.4, tolerance=1e-10)
     for name in ("position", "centre_velocity"):
         assert rest.state[name] == pytest.approx(motion.state[name], abs=GROWN * 1e-10 * 2.0 / 1.5)
-
-
-@pytest.mark.exhaustive  # its kernels
-def test_orbits_and_ensembles_of_worms_with_corners():
-    """The example's drift, as in its fifth period, travel at other strokes, and derivatives through corners."""
-
-    def travelled(amplitude, first, last):
-        system = dataclasses.replace(EXAMPLE, drive=dataclasses.replace(TRIANGLE, amplitude=amplitude))
-        ends = [independent_motion(system, START, n).state["position"] if n else 0.0 for n in (first, last)]
-        return ends[1] - ends[0]
-
-    little = {"coulomb_coefficient": 0.02, "static_coefficient": 0.03}  # so that a period forgets not all
-    forgetful = dataclasses.replace(EXAMPLE, friction=vc.LuGre(**little))
-    map_, push = StroboscopicMap(forgetful), 1e-5
-    for velocity in (-0.05, 0.02):
-        orbit = [
-            independent_motion(forgetful, {"centre_velocity": start}, 1).state
-            for start in (velocity - push, velocity + push)
-        ]
-        ends = [np.array([state["position"], state["centre_velocity"]]) for state in orbit]
-        images = map_.images(np.array([[0.0, velocity, 0.0, 0.0]]), map_.parameters()[None])
-        assert images.jacobian[0][:2, 1] == pytest.approx((ends[1] - ends[0]) / (2.0 * push), abs=2e-6)
-    orbit = vc.orbit(EXAMPLE, initial=START)
-    assert orbit.drift == pytest.approx(0.5874, abs=5e-5)
-    assert orbit.drift == pytest.approx(travelled(0.3, 4, 5), abs=1e-9)
-    assert orbit.stable
-    assert orbit.motion().certificate.ok
-    amplitudes = [0.15, 0.3, 0.45]
-    together = vc.ensemble(
-        EXAMPLE, {"drive.amplitude": amplitudes}, initial=START, periods=3, window=3, tolerance=1e-10
-    )
-    travel = together["mean_velocity"] * 3.0 * TRIANGLE.period
-    assert travel == pytest.approx([travelled(amplitude, 0, 3) for amplitude in amplitudes], abs=GROWN * 1e-10 * 2.0)
 
 
 @pytest.mark.slow  # its kernel
