@@ -1,4 +1,4 @@
-"""Motions of the pendulum capsule with a closed form (docs/model.md); those of other machines stand with their tests."""
+"""Motions of the pendulum capsule with a closed form (docs/model.md); others stand beside their machines."""
 
 import math
 

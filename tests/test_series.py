@@ -242,7 +242,10 @@ class Real:
 @pytest.mark.parametrize("name", EXPRESSIONS)
 @pytest.mark.parametrize("x0", [0.8, 0.35])
 def test_recurrences(name, x0):
-    """x' = 1 + x/3 has the solution (x0 + 3) exp(s/3) - 3, so every expression is a known function of s; and its partial derivative."""
+    """x' = 1 + x/3 has the solution (x0 + 3) exp(s/3) - 3, so every expression is a known function of s.
+
+    Its partial derivative is that of the same function, too.
+    """
     expression, t0 = EXPRESSIONS[name], 0.4
     graph = Graph()
     x, t = graph.node("state", 0), graph.node("time")
@@ -348,4 +351,4 @@ def test_recorded_physics_cannot_branch():
     with pytest.raises(TypeError, match="cannot branch"):
         abs(1.0) if x else 0.0
     with pytest.raises(TypeError):
-        x > 0.0
+        x > 0.0  # noqa: B015

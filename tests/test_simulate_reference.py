@@ -138,7 +138,7 @@ def assert_phases_are_between_events(motion):
 
 @pytest.mark.parametrize("row", CASES)
 def test_random_systems(row):
-    """States within 1e-8 of the independent solver's, the same events, the same time spent stuck; a clean certificate."""
+    """States within 1e-8 of the independent solver's, the same events, the same time spent stuck; certified."""
     system = system_of(row)
     start = dict(zip(system.state_names, row["initial"], strict=True))
     motion = vc.simulate(system, periods=row["periods"], initial=start, tolerance=1e-10)
