@@ -11,13 +11,14 @@ from systems import capsule
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
-from vibrocap.orbits.attractors.basins import Basins, at_next_section, basins
+from vibrocap.orbits.attractors.basins import Basins, at_next_section, basins, share_error
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.closing import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.plotting.steady.basins import UNVALUED_STYLES, basin_figure
 from vibrocap.plotting.studies.cells import Cell
 from vibrocap.plotting.studies.maps import CELL_STYLES, UNSETTLED
+from vibrocap.ranges import cell_middles
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 
@@ -95,6 +96,40 @@ def test_bad_input_is_refused(arguments, complaint):
 
 
 # --- basins ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "least", "most"),
+    [
+        ("along an axis", 0.8, 1.2),
+        ("rectangle", 0.8, 1.2),
+        ("disc", 0.7, 1.3),
+        ("line", 0.2, 1.3),
+        ("riddled", 0.8, 1.4),
+    ],
+)
+def test_error_of_a_share_is_that_of_known_areas(kind, least, most):
+    """Over shapes at places by chance, the errors of their shares spread as is stated."""
+    draw, middles = np.random.default_rng(5), cell_middles(0.0, 1.0, 64)
+    x, y = np.meshgrid(middles, middles, indexing="ij")
+    errors, stated = [], []
+    for _ in range(100):
+        (a, c), (b, d), radius, slope = (
+            draw.uniform(0.2, 0.4, 2),
+            draw.uniform(0.6, 0.8, 2),
+            0.3 * draw.uniform(0.6, 1),
+            1.4,
+        )
+        inside, area = {
+            "along an axis": (x < a, a),
+            "rectangle": ((x > a) & (x < b) & (y > c) & (y < d), (b - a) * (d - c)),
+            "disc": ((x - a - 0.15) ** 2 + (y - b + 0.2) ** 2 < radius**2, np.pi * radius**2),
+            "line": (x + slope * (y - 0.5) * (c - 0.2) < b, b),
+            "riddled": (draw.uniform(size=x.shape) < a, a),
+        }[kind]
+        errors.append(np.mean(inside) - area)
+        stated.append(share_error(inside))
+    assert least < np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(stated))) < most
 
 
 @pytest.mark.slow

@@ -51,8 +51,7 @@ class Attractor(Dimensional):
 
     motion: its class, with its drift, orbit or exponents; starts: how many lead to it; share: of all starts
     error: standard error of the share, as of the share of the ranges that leads to it: of spread starts at most that of
-        random ones, sqrt(s (1 - s)/n); of a plane of n cells sqrt(b/12)/n, where the border of the basin cuts b of
-        them, each at a place by chance
+        random ones, sqrt(s (1 - s)/n); of a plane see `basins.share_error`
     twin: index of its mirror-image solution among the attractors, its own where it is symmetric; None where the system
     has no
         such symmetry or no start was seen to lead to the twin
