@@ -3,11 +3,12 @@
 import json
 import re
 import tracemalloc
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import sobol_indices
+from scipy.stats import norm, sobol_indices
 
 import vibrocap as vc
 from thinned import exhaustive_but
@@ -22,9 +23,11 @@ from vibrocap.design.search.refinement import STEP as REGION_STEP
 from vibrocap.design.search.refinement import ClosedDesigns
 from vibrocap.design.search.uncertainty import CRITERIA, Samples, sample_points
 from vibrocap.design.search.variables import DesignSpace
+from vibrocap.measures.measure import Derived
 from vibrocap.motion.trust import residue
 from vibrocap.studies.plan.designs import Range
 from vibrocap.studies.plan.runs import Column
+from vibrocap.studies.plan.study import part_fingerprint
 from vibrocap.studies.plan.variation import residues, varied
 
 START = [{"angle": np.pi / 3}]
@@ -66,6 +69,31 @@ def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
     ):
         with pytest.raises(ValueError, match=said):
             optimise(biharmonic, **asked | change)
+
+
+def test_record_of_a_search_holds_all_that_decides_it():
+    """Functions, distributions, measures and parts of one's own too, in which two searches may look alike."""
+    (law,) = vc.load_parts(Path(__file__).parents[1] / "examples/own_parts/friction/hyperbolic.py")
+
+    def record(over=FREQUENCY_AND_PHASE, measure="mean_velocity", deviation=0.1, through=None, law=law):
+        system = vc.System(vc.TwoMassCapsule(), law(), vc.Biharmonic(1.5, 0.8, 0.5))
+        asked = {"periods": 300, "settle": 1e-6, "tolerance": 1e-8, "margin": 0.0, "threads": 1, "through": through}
+        asked["uncertain"] = {"machine.damping": norm(0.3, deviation)}
+        return stated_problem(system, over, [measure], [None], (), [{}], **asked).record(0)
+
+    def differing(one, other):
+        return [name for name in {**one, **other} if one.get(name) != other.get(name)]
+
+    measures = [vc.Measure("turned", "its size", Derived(function, ("drift",))) for function in (abs, lambda x: -x)]
+    names = ("drive.frequency", "machine.stiffness")
+    functions = [lambda a, b: dict(zip(names, (a, b), strict=True)), lambda a, b: dict(zip(names, (b, a), strict=True))]
+    own = [record({"a": (1.0, 2.0), "b": (1.0, 2.0)}, through=function) for function in functions]
+    assert differing(record(), record()) == []
+    assert differing(record(), record(deviation=0.2)) == ["uncertain"]
+    assert set(differing(*own)) == {"through", "over"}
+    assert differing(*(record(measure=measure) for measure in measures)) == ["measures"]
+    assert record()["parts"] == {f"friction.law = {law.name}": part_fingerprint(law)}
+    assert "parts" not in record(law=vc.Coulomb)
 
 
 @pytest.mark.slow

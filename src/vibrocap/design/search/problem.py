@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaints, check_one_of, check_whole, is_number, is_positive, shown
-from vibrocap.case.case import Case, CaseError, case_text
+from vibrocap.case.case import Case, CaseError
 from vibrocap.design.search.uncertainty import CRITERIA, Samples, samples_of, uncertain_quantities
 from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures import of_measure
@@ -23,6 +23,8 @@ from vibrocap.motion.trust import TRAVEL
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
+from vibrocap.studies.plan.runs import Column, Grid
+from vibrocap.studies.plan.study import Study, code_version, function_fingerprint
 from vibrocap.studies.plan.variation import residues, varied
 
 SENSES = ("maximise", "minimise")
@@ -259,13 +261,14 @@ class Problem:
         return travel
 
     def record(self, seed: int, **further: Any) -> dict[str, Any]:
-        """All that decides the populations of a search with a seed, for its store."""
-        from vibrocap import __version__
-
+        """All that decides the populations of a search with a seed, for its store; code of one's own is part of it."""
+        choices = tuple(variable for variable in self.space.variables if isinstance(variable, Column))
+        study = Study(Case(self.system), Grid(choices), self.measures, code=code_version(drawn=True)).record()
+        through = {"through": function_fingerprint(self.space.through)} if self.space.through else {}
         goal = self.goal.words if len(self.goals) == 1 else [goal.words for goal in self.goals]
         return {
-            "version": __version__,
-            "case": case_text(Case(self.system)),
+            **{name: study[name] for name in ("case", "code", "measures", "parts") if name in study},
+            **through,
             "over": self.space.record(),
             "goal": goal,
             "starts": [dict(start) for start in self.starts],

@@ -339,7 +339,9 @@ class Samples:
     @property
     def words(self) -> list[str]:
         """All that decides the samples, for the record of a search."""
-        return [self.criterion, str(len(self)), *(quantity.words for quantity in self.quantities)]
+        values = np.array([*sampled(self.quantities, self.points).values()])
+        digest = hashlib.sha256(values.tobytes()).hexdigest()
+        return [self.criterion, str(len(self)), *(quantity.words for quantity in self.quantities), digest]
 
 
 def samples_of(quantities: Sequence[Uncertain], samples: int, criterion: str) -> Samples:

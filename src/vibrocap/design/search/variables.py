@@ -141,8 +141,8 @@ class DesignSpace:
             words[x.path] = f"{kind}{x.low!r}:{x.high!r}" if isinstance(x, Range) else list(x.values)
         if self.through is None:
             return words
-        ends = self.values(np.linspace(0.0, 1.0, 3)[:, None] * np.ones(len(self.variables)))
-        return words | {path: list(map(float, x)) for path, x in ends.items()}
+        places = np.random.default_rng(0).random((3, len(self.variables)))
+        return words | {path: list(map(float, x)) for path, x in self.values(places).items()}
 
 
 def made_through(through: Callable[..., Any], own: Mapping[str, np.ndarray], many: int) -> dict[str, np.ndarray]:
