@@ -11,12 +11,14 @@ import pytest
 import vibrocap as vc
 from benchmarks.mujoco_contact import contact_case, loss_case
 from law_instances import LAW_NAMES, LAWS
+from mechanisms import BeltRow, Washboard
 from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
 from vibrocap.contracts.samples import instances
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.measures.recorded.travel import drift
+from vibrocap.mechanics import Contact
 from vibrocap.motion.recording.recorded_machine import drawn_length
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.dimensions.scales import PendulumScales
@@ -67,11 +69,26 @@ def test_every_body_stands_where_the_scene_has_it(machine):
     assert len(start.get("qpos").split()) == len(list(root.iter("joint"))) - 2 * len(list(root.iter("fixed")))
 
 
-@pytest.mark.parametrize("name", OTHERS)
-def test_a_machine_without_a_mechanism_is_refused_by_name(name):
-    system = system_of(machines()[name](), vc.Exponential())
-    with pytest.raises(ValueError, match=f"^machine: the {name} has no MuJoCo model"):
-        mujoco_model(Case(system))
+class Rough(Washboard):
+    """Without the dampers, of which MuJoCo has no drag."""
+
+    def parts(self, q):
+        block, drive, _, _, contact = super().parts(q)
+        return block, drive, contact
+
+
+class Loaded(Rough):
+    """Its load repeats along the ground, not its friction."""
+
+    def contact(self, block, factor):
+        return Contact(block, load=factor)
+
+
+@pytest.mark.parametrize("machine", [*(machines()[name]() for name in OTHERS), BeltRow(), Rough(), Loaded()])
+def test_a_machine_without_a_mechanism_is_refused_by_name(machine):
+    """A belt of its own motion, friction by place and a load by place were left out without a word."""
+    with pytest.raises(ValueError, match=f"^machine: the {machine.name} has no MuJoCo model"):
+        mujoco_model(Case(system_of(machine, vc.Exponential())))
 
 
 def test_what_else_cannot_be_said_is_refused_by_name():

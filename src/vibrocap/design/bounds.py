@@ -11,14 +11,19 @@ import numpy as np
 from vibrocap.arguments import ArgumentError
 from vibrocap.design.search.problem import measure_unit
 from vibrocap.measures.during_run import measured
+from vibrocap.motion.recording.equations import equations, parameters_at
+from vibrocap.motion.trajectory import GAUSS_NODES, gauss
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.closing.orbit import Orbit
-from vibrocap.physics.drives.drive import Drive, Piecewise, Wave, segment_table
+from vibrocap.physics.drives.drive import Piecewise, Wave, segment_table
+from vibrocap.physics.mechanics.forms import BELT
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Number, NumberInUnit
 from vibrocap.results import Result
 
 SPEEDS = np.logspace(-12.0, 12.0, 481)  # at which the least friction is looked for, then between the best three
-INSTANTS = 4096  # of a period, at which a smooth drive is looked at for its turning points
+CELLS = 512  # of a period, in each of which a stroke turns round once at most
+ROUNDING = 1e-12  # of the largest move in a cell: less is none
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -70,11 +75,12 @@ def performance_bounds(system: System) -> tuple[PerformanceBound, ...]:
 
     Cost of transport: a sliding contact i takes at least R_i |v_i| of power, R_i being its least friction at any speed;
     over a period all bodies travel by D, so that the drive gives at least the sum of R_i |D|. It holds for set-valued
-    laws under constant loads on level ground that does not move, where no force pulls from outside.
+    laws under constant loads, where all rub on level ground that does not move, and nothing but the drive gives energy.
 
-    Mean velocity: of a body with an inner mass whose stroke L is imposed, mu = m/(M + m) and isotropic Coulomb friction
-    that slows both masses together by k, sqrt(mu k L/2), for motions whose common centre of mass stops once in each
-    stroke (Chernousko 2002). Motions that never let it stop may be faster.
+    Mean velocity: of a body that an imposed motion moves by mu L past the common centre of mass (an inner mass of the
+    stroke L, mu = m/(M + m)), and isotropic Coulomb friction that slows both masses together by k, sqrt(mu k L/2), for
+    motions whose common centre stops once in each stroke (Chernousko 2002). Motions that never let it stop may be
+    faster.
 
     Raises ValueError where no bound of the system is known, with the reason for each.
     """
@@ -92,10 +98,12 @@ def _least_cost(system: System) -> PerformanceBound | str:
         return f"{name}: of laws with a memory the force at a speed may be less than their steady one"
     if system.machine.follows_load:
         return f"{name}: where the load follows the motion, a body may slide while it is light"
-    if system.machine.ground_speed() != 0.0:
-        return f"{name}: the ground moves, and gives energy"
+    if BELT in system.machine.channels:
+        return f"{name}: the ground moves, or what a part is bound to, and gives energy"
+    if not system.machine.over_ground:
+        return f"{name}: not all contacts are with the ground"
     around = system.environment
-    if around is not None and (around.inclination != 0.0 or around.force != 0.0):
+    if _pulled(system) or (around is not None and (around.inclination != 0.0 or around.force != 0.0)):
         return f"{name}: gravity or a force from outside may give energy"
     if system.cyclic is None:
         return f"{name}: the machine does not travel"
@@ -103,6 +111,12 @@ def _least_cost(system: System) -> PerformanceBound | str:
     unit, scale = measure_unit(system, "cost_of_transport")
     source = "friction times distance; reached by a body that never slides back"
     return PerformanceBound("cost_of_transport", "least", least * scale, unit, scale, "all steady motions", source)
+
+
+def _pulled(system: System) -> bool:
+    """Whether more than drive and friction acts along the line, on level ground: at a place like any other."""
+    y = tuple(np.sqrt(np.arange(2.0, 2.0 + len(system.machine.states))))
+    return system.machine.outer_force(0.0, y, 0.0, (0.0,) * len(system.laws)) != 0.0
 
 
 def _least_friction(law: Any, load: float) -> float:
@@ -134,8 +148,8 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
     machine, law = system.machine, system.friction
     if not machine.imposes_motion or len(system.laws) > 1:
         return f"{name}: no stroke is imposed on one inner mass"
-    if system.environment is not None:
-        return f"{name}: something besides level ground acts on the machine"
+    if system.environment is not None or _pulled(system) or not machine.over_ground or machine.ground_speed() != 0.0:
+        return f"{name}: something besides level ground at rest acts on the machine"
     if law.kind != "set-valued" or machine.follows_load:
         return f"{name}: friction is not that of a set-valued law under a constant load"
     load = system.law_loads[0]
@@ -143,33 +157,46 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
     fast = [abs(law.force(side * speed, (), side, load)[0]) for side in (1.0, -1.0) for speed in (1e-12, 1.0, 1e12)]
     if max(*fast, law.holding_limit(load)) - kinetic > 1e-12 * kinetic or law.holding_centre(load) != 0.0:
         return f"{name}: friction is not the same at all speeds, at rest and in both directions"
-    stroke = _stroke(system.drive)
+    stroke = _stroke(system)
     if isinstance(stroke, str):
         return f"{name}: {stroke}"
-    total = machine.momentum(0.0, (0.0, 1.0))  # at the speed 1 of the common centre
-    value = math.sqrt(stroke * kinetic / (2.0 * total * total))  # mu = 1/total, as masses are in units of the inner one
+    value = math.sqrt(0.5 * stroke * kinetic / machine.momentum(0.0, (0.0, 1.0)))  # its speed 1: the mass of all
     unit, scale = measure_unit(system, "mean_velocity")
     words = "motions whose centre of mass stops once in each stroke", "Chernousko 2002: sqrt(mu k L/2)"
     return PerformanceBound("mean_velocity", "largest", value * scale, unit, scale, *words)
 
 
-def _stroke(drive: Drive) -> float | str:
-    """From the least to the largest displacement of a drive that rises and falls once in a period."""
-    if isinstance(drive, Piecewise):
-        ends = itertools.pairwise([0.0, *(row[0] for row in segment_table(drive))])
-        times = np.concatenate([np.linspace(start, end, 65)[:-1] for start, end in ends]) * drive.period
-    elif isinstance(drive, Wave):
-        times = np.linspace(0.0, drive.period, INSTANTS, endpoint=False)
-    else:
+def _stroke(system: System) -> float | str:
+    """How far an imposed motion moves the body past the common centre, where it turns round twice in a period."""
+    if not isinstance(system.drive, (Wave, Piecewise)):
         return "the drive has no period of its own"
-    values = np.array([drive.value(t) for t in times])
-    steps = np.sign(np.diff(np.append(values, values[0])))
-    steps = steps[steps != 0.0]
-    if np.count_nonzero(steps != np.roll(steps, 1)) != 2:
-        return "the drive has more than one stroke in a period"
-    length, step = 0.0, drive.period / len(times)
-    for sign in (1.0, -1.0):
-        near = float(times[int(np.argmax(sign * values))])
-        least = _least_between(lambda t, sign=sign: -sign * drive.value(t), near - step, near + step, 1e-12 * step)
-        length += max(sign * drive.value(near), -least)
-    return length
+    recording, period, ends = equations(system), system.drive.period, [1.0]
+    if isinstance(system.drive, Piecewise):
+        ends = [row[0] for row in segment_table(system.drive)]
+    count = 1 + CELLS // len(ends)
+    cells = [np.linspace(*between, count)[:-1] for between in itertools.pairwise([0.0, *ends])]
+    knots = period * np.append(np.concatenate(cells), 1.0)
+    still = (0.0,) * len(system.state_names)
+
+    def speed(times: np.ndarray, inside: np.ndarray) -> np.ndarray:
+        """Of the body past the centre, in the segments in which these other times lie."""
+        parameters = parameters_at(system, inside)
+        return evaluate([recording.contacts[0].velocity], times, still, 1.0, parameters)[0] + 0.0 * times
+
+    def turn(cell: int) -> Any:
+        inside = middles[cell : cell + 1]
+        return brentq(lambda t: speed(np.array([t]), inside)[0], knots[cell], knots[cell + 1])
+
+    from scipy.optimize import brentq
+
+    middles = 0.5 * (knots[1:] + knots[:-1])
+    turns = [turn(int(i)) for i in np.flatnonzero(speed(knots[:-1], middles) * speed(knots[1:], middles) < 0.0)]
+    knots = np.sort(np.append(knots, turns))
+    nodes, weights = gauss(GAUSS_NODES)
+    half, middles = 0.5 * np.diff(knots), 0.5 * (knots[1:] + knots[:-1])
+    at = (middles[:, None] + np.outer(half, nodes)).ravel()
+    steps = half * (speed(at, np.repeat(middles, len(nodes))).reshape(len(half), -1) @ weights)
+    ways = np.sign(steps[np.abs(steps) > ROUNDING * np.max(np.abs(steps))])
+    if np.count_nonzero(ways != np.roll(ways, 1)) != 2:
+        return "the body has more than one stroke past the common centre in a period, or none"
+    return float(np.ptp(np.cumsum(steps)))

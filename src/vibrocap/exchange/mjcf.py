@@ -158,8 +158,9 @@ def _mechanism(system: System, start: tuple) -> Mechanism:
         what = "should be a slope alone: drag and forces from outside have no part in a MuJoCo model"
         raise ArgumentError("environment", what)
     mechanism = system.placed.mechanism(0.0, start)
-    if mechanism is None:
-        what = "has no MuJoCo model: imposed motions, stops and motions in a plane have no exact parts there"
+    if mechanism is None or not machine.over_ground:
+        what = "imposed motions, stops, motions in a plane and what depends on time or place have no exact parts there"
+        what = f"has no MuJoCo model: {what}"
         raise ArgumentError("machine", f"the {machine.name} {what}")
     if machine.ground_speed() != 0.0:
         raise ArgumentError("machine.belt_speed", "should be 0: the friction of a MuJoCo joint is that on fixed ground")

@@ -13,8 +13,9 @@ from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 from vibrocap.physics.elementary import cos, sin
-from vibrocap.physics.mechanics.parts import Damper, Mass, Point, Support, as_sum
+from vibrocap.physics.mechanics.parts import Contact, Damper, Mass, Point, Support, as_sum
 from vibrocap.physics.mechanics.quantities import Quantity
+from vibrocap.physics.mechanics.speeds import TIME
 from vibrocap.physics.mechanics.sums import Sum, total, written
 
 APART = 5.0  # of the middles of neighbours that would stand in one another, where no gap has opened
@@ -106,6 +107,10 @@ class Shape:
 def mechanism_of(motion: Any) -> tuple | None:
     """Fields of bodies and links, on slides and on hinges of the length 1; None where a part has no place there."""
     if motion.imposes or motion.stops or motion.own or any(isinstance(body, Point) for body in motion.bodies):
+        return None
+    if any(each.slope(TIME) for part, each in motion.everything() if not isinstance(part, (Contact, Support))):
+        return None
+    if motion.moving_loads and not all(c.load == "dynamic" and not c.scaled for c in motion.contacts):
         return None
     used: set[int] = set()
     dampers = [damper for damper in motion.dampers if isinstance(damper, Damper)]
