@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import command
 from thinned import exhaustive_but
-from vibrocap.cli import main as cli
+from vibrocap.cli.terminal import INCOMPLETE
 from vibrocap.orbits.walk.kinds import BranchEnd, ModeChange, SpecialKind, same_cycle
 
 pytestmark = pytest.mark.slow
@@ -77,23 +78,15 @@ def test_travel_begins_and_ends_where_symmetric_orbits_change_their_stability(di
 
 def test_brute_force_agrees_with_every_stable_part(diagram):
     """From both sides and various starts a simulation settles on a stable orbit of the diagram, and on no other."""
-    rng = np.random.default_rng(5)
-    values = np.linspace(1.01, 2.99, 34)
-    starts = [(angle, rate) for angle in (-1.5, -0.4, 0.4, 1.5) for rate in (-1.0, 1.0)]
-    rows = [(value, *start, rng.uniform(-0.5, 0.5)) for value in values for start in starts]
-    columns = np.array(rows).T
-    over = dict(zip((OVER, "initial.angle", "initial.angle_rate", "initial.velocity"), columns, strict=True))
-    results = vc.ensemble(
-        diagram.system, over, measures=["drift"], periods=5000, settle=1e-8, tolerance=1e-11
-    )  # fmt: skip
+    values = np.linspace(1.01, 2.99, 12)
+    grid = np.stack(np.meshgrid(values, [-1.5, -0.4, 0.4, 1.5], [-1.0, 1.0], indexing="ij"), axis=-1).reshape(-1, 3)
+    over = dict(zip((OVER, "initial.angle", "initial.angle_rate"), grid.T, strict=True))
+    results = vc.ensemble(diagram.system, over, measures=["drift"], periods=5000, settle=1e-8, tolerance=1e-11)
     assert results["settled"].all()
-    drifts = results["drift"].reshape(len(values), -1)
-    for value, drift in zip(values, drifts, strict=True):
-        known = [orbit for branch in diagram.branches for orbit in branch.orbits_at(value) if orbit.stable]
-        assert len(known) == 1
-        expected = known[0].drift
-        assert np.allclose(np.abs(drift), abs(expected), rtol=0.0, atol=1e-6)
-        if expected != 0.0:
+    for value, drift in zip(values, results["drift"].reshape(len(values), -1), strict=True):
+        (known,) = [orbit for branch in diagram.branches for orbit in branch.orbits_at(value) if orbit.stable]
+        assert np.allclose(np.abs(drift), abs(known.drift), rtol=0.0, atol=1e-6)
+        if known.drift != 0.0:
             assert {True, False} == set((drift > 0.0).tolist())  # both twins are reached
 
 
@@ -139,9 +132,11 @@ def test_a_branch_passes_where_a_reversal_crosses_the_section():
         assert abs(point.parameter - place) <= point.error < 1e-10
 
 
+WILD = system_with("exponential", **{"machine.stiffness": 0.6, "machine.damping": 0.3, OVER: 1.2})
+
+
 def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():
-    wild = system_with("exponential", **{"machine.stiffness": 0.6, "machine.damping": 0.3, OVER: 1.2})
-    branch = vc.branch(wild, OVER, (1.1, 1.3), initial=START, settle_periods=30)
+    branch = vc.branch(WILD, OVER, (1.1, 1.3), initial=START, settle_periods=30)
     assert len(branch) == 0
     assert branch.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
     assert "Give an `orbit`" in str(branch)
@@ -155,41 +150,31 @@ def test_a_system_out_of_the_range_starts_at_its_nearer_end():
 
 
 def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
-    case = tmp_path / "case.toml"
-    case.write_text(
-        '[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "exponential"\n[drive]\nwaveform = "harmonic"\n'
-        "[initial]\nangle = 1.0\n[run]\nperiods = 10\n",
-        encoding="utf-8",
+    case, lifts, chaos = (tmp_path / f"{name}.toml" for name in ("case", "lifts", "chaos"))
+    vc.save_case(system_with("exponential"), case, initial=START)
+    over = ("--over", "drive.amplitude=1.2:1.9", "--points", "10")
+    record = json.loads(
+        failed(capsys, "was not followed to its end (too many points)", "branch", case, *over, "--json")
     )
-    arguments = ["branch", str(case), "--over", "drive.amplitude=1.2:1.9", "--points", "10"]
-    assert cli.main(arguments) == 3
-    output = capsys.readouterr()
-    assert "too many points. Raise `points`" in output.out
-    assert "was not followed to its end (too many points)" in output.err
-    assert cli.main([*arguments, "--json"]) == 3
-    first = json.loads(capsys.readouterr().out)["branches"][0]
+    first = record["branches"][0]
     assert len(first["parameter"]) == 19  # ten each way, what was computed until then
     assert first["ends"] == ["too many points", "too many points"]
     assert all("Raise `points`" in advice for advice in first["advice"])
-    chaos = tmp_path / "chaos.toml"
-    chaos.write_text(
-        '[machine]\nkind = "pendulum-capsule"\nstiffness = 0.6\ndamping = 0.3\n[friction]\nlaw = "exponential"\n'
-        '[drive]\nwaveform = "harmonic"\namplitude = 1.2\n[initial]\nangle = 1.0\n[run]\nperiods = 10\n',
-        encoding="utf-8",
-    )
-    lifts = tmp_path / "lifts.toml"  # no orbit can close there, whatever the transient
-    lifts.write_text(
-        '[machine]\nkind = "pendulum-capsule"\nnormal_load = "dynamic"\n[friction]\nlaw = "exponential"\n'
-        '[drive]\nwaveform = "harmonic"\namplitude = 20.0\n[initial]\nangle = 1.0\n[run]\nperiods = 10\n',
-        encoding="utf-8",
-    )
-    assert cli.main(["branch", str(lifts), "--over", "drive.amplitude=15:25"]) == 3
-    assert "No steady motion closed at the start" in capsys.readouterr().err
-    assert cli.main(["orbit", str(chaos), "--settle-periods", "300", "--json"]) == 3
-    record = json.loads(capsys.readouterr().out)
-    assert record["status"] == "not settled"
-    assert record["class"]["kind"] == "chaotic"
+    dynamic = {"machine.normal_load": "dynamic", OVER: 20.0}  # no orbit can close there, whatever the transient
+    vc.save_case(system_with("exponential", **dynamic), lifts, initial=START)
+    failed(capsys, "No steady motion closed at the start", "branch", lifts, "--over", "drive.amplitude=15:25")
+    vc.save_case(WILD, chaos, initial=START)
+    record = json.loads(failed(capsys, "", "orbit", chaos, "--settle-periods", "300", "--json"))
+    assert (record["status"], record["class"]["kind"]) == ("not settled", "chaotic")
     assert "largest Lyapunov exponent" in record["class"]["reason"]
+
+
+def failed(capsys, complaint, *arguments):
+    """What a command prints whose work is incomplete."""
+    assert command(*arguments) == INCOMPLETE
+    output = capsys.readouterr()
+    assert complaint in output.err
+    return output.out
 
 
 @pytest.mark.slow

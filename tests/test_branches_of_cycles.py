@@ -3,7 +3,6 @@
 Slow: the oscillator's tangents need kernels of their own.
 """
 
-import json
 import math
 
 import numpy as np
@@ -11,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 import vibrocap as vc
+from cases import printed_json
 from thinned import exhaustive_but
-from vibrocap.cli import main as cli
 from vibrocap.orbits.walk.kinds import BranchEnd
 
 pytestmark = pytest.mark.slow
@@ -97,23 +96,12 @@ def test_a_block_that_comes_to_rest_has_no_branch():
 
 
 def test_command_follows_cycles(tmp_path, capsys):
-    case = tmp_path / "belt.toml"
-    case.write_text(
-        '[machine]\nkind = "oscillator"\nmass = 1.0\nstiffness = 2.0\ndamping = 0.0\nbelt_speed = 0.1\n'
-        '[friction]\nlaw = "coulomb"\nstatic_coefficient = 1.5\ncoulomb_coefficient = 1.0\n'
-        '[drive]\nwaveform = "constant"\n[run]\nperiods = 10\n',
-        encoding="utf-8",
-    )
-    picture = tmp_path / "belt.png"
-    arguments = ["branch", str(case), "--over", "machine.belt_speed=0.05:0.3", "--json", "--plot", str(picture)]
-    assert cli.main(arguments) == 0
-    (branch,) = json.loads(capsys.readouterr().out)["branches"]
+    case, picture = tmp_path / "belt.toml", tmp_path / "belt.png"
+    vc.save_case(belt(), case)
+    over = ("--over", "machine.belt_speed=0.05:0.3", "--plot", picture)
+    (branch,) = printed_json(capsys, "branch", case, *over)["branches"]
     assert branch["period"] == pytest.approx(sum(closed_form(speed=np.array(branch["parameter"]))), abs=1e-10)
     assert picture.stat().st_size > 10_000
-    assert cli.main(["branch", str(case), "--over", "machine.damping=0:2"]) == 3
-    output = capsys.readouterr()
-    assert "ends at 0.71015" in output.out
-    assert "was not followed to its end" in output.err
 
 
 @pytest.mark.slow

@@ -9,12 +9,9 @@ import pytest
 import scipy.stats
 
 import vibrocap as vc
-from benchmarks.laboratories import UNKNOWN, known_system, laboratory
-from cases import printed, refused
-from thinned import exhaustive_but
+from cases import printed, printed_json, refused
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
-from vibrocap.cli.main import main
 from vibrocap.design.calibration.calibration import CalibratedParameter, Calibration
 from vibrocap.design.calibration.table import read_table
 from vibrocap.design.calibration.table_model import outlying
@@ -53,20 +50,9 @@ def table(speeds) -> dict:
 
 
 @pytest.mark.slow
-def test_exact_table_gives_the_parameters_back(bench, speeds):
-    """Without noise: to what runs that settle within 1e-7 leave."""
-    exact = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds}
-    calibration = vc.calibrate(bench, exact, WITHIN, starts=16)
-    for path, value in TRUTH.items():
-        assert calibration[path].value == pytest.approx(value, rel=1e-4)
-    assert calibration.case().system.parameter("machine.damping") == calibration["machine.damping"].value
-    assert calibration.doubt is None
-
-
-@pytest.mark.slow
 def test_intervals_are_those_of_the_slopes(bench, table):
     """Least squares: covariance (J^T J)^-1 with slopes by runs of our own, Student's quantile for 10 spare values."""
-    calibration = vc.calibrate(bench, table, WITHIN, starts=16)
+    calibration = vc.calibrate(bench, table, WITHIN, starts=8)
     centre, columns = {parameter.path: parameter.value for parameter in calibration.parameters}, []
     for path, value in centre.items():
         ends = []
@@ -92,45 +78,31 @@ def test_intervals_are_those_of_the_slopes(bench, table):
 @pytest.mark.slow
 def test_what_the_table_does_not_tell(bench, table):
     """A spring whose bounds are so near each other that the speeds hardly differ: any value between them agrees."""
-    calibration = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=16)
+    calibration = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=8)
     spring = calibration["machine.stiffness"]
-    assert spring.verdict is Verdict.UNDETERMINED
-    assert (spring.low, spring.high) == (2.0, 2.0 + 1e-6)
+    assert (spring.verdict, spring.low, spring.high) == (Verdict.UNDETERMINED, 2.0, 2.0 + 1e-6)
     assert calibration["machine.damping"].verdict is Verdict.DETERMINED
 
 
 @pytest.mark.slow
 def test_rows_that_are_held_out_judge_the_fit(bench, table):
-    calibration = vc.calibrate(bench, table, WITHIN, held_out=[0, 5, 11], starts=16)
-    kept = {name: np.delete(column, [0, 5, 11]) for name, column in table.items()}
-    alone = vc.calibrate(bench, kept, WITHIN, starts=16)
-    assert [parameter.value for parameter in calibration.parameters] == [
-        parameter.value for parameter in alone.parameters
-    ]
-    assert calibration.held_out_misfit == pytest.approx(
-        np.mean(calibration.residuals["mean_velocity"][[0, 5, 11]] ** 2), rel=1e-9
-    )
-    assert 0.0 < calibration.held_out_misfit < 6.0  # chi^2 of 3 over 3: 6 with a probability of 4e-4
+    out = [0, 5, 11]
+    calibration = vc.calibrate(bench, table, WITHIN, held_out=out, starts=8)
+    kept = {name: np.delete(column, out) for name, column in table.items()}
+    alone = vc.calibrate(bench, kept, WITHIN, starts=8)
+    assert [each.value for each in calibration.parameters] == [each.value for each in alone.parameters]
+    misfit = np.mean(calibration.residuals["mean_velocity"][out] ** 2)
+    assert calibration.held_out_misfit == pytest.approx(misfit, rel=1e-9)
+    assert 0.0 < misfit < 6.0  # chi^2 of 3 over 3: 6 with a probability of 4e-4
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("column", "factor", "tolerance"),
-    [
-        ("mean_velocity", 1.7, 0.1),
-        ("mean_velocity", -1.0, 0.05),
-        ("drive.frequency", 0.5 / np.pi, 0.1),
-        ("drive.frequency", 2.0 * np.pi, 0.1),
-    ],
-    ids=["another unit", "turned about", "Hz", "rad/s"],
+    ("column", "factor", "tolerance"), [("mean_velocity", -1.0, 0.05), ("drive.frequency", 0.5 / np.pi, 0.1)]
 )
 def test_wrong_column_is_named(bench, table, column, factor, tolerance):
-    """No damping and friction within the bounds explain it, the factor does; no parameter is determined."""
-    wrong = table | {column: factor * table[column]}
-    if column == "mean_velocity":
-        wrong["mean_velocity_error"] = abs(factor) * table["mean_velocity_error"]
-    calibration = vc.calibrate(bench, wrong, WITHIN, starts=16)
-    assert calibration.doubt is not None
+    """Turned about, or in Hz: no damping and friction within the bounds explain it, the factor does."""
+    calibration = vc.calibrate(bench, table | {column: factor * table[column]}, WITHIN, starts=8)
     assert (calibration.doubt.column, calibration.doubt.kind) == (column, "factor")
     assert calibration.doubt.size == pytest.approx(1.0 / factor, rel=tolerance)
     if factor < 0.0:
@@ -161,11 +133,9 @@ def test_rows_that_stand_out_are_those_that_a_fit_of_the_others_does_not_predict
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("with_errors", [True, False])
-def test_an_outlier_is_named_and_determines_nothing(bench, table, with_errors):
-    wrong = table | {"mean_velocity": table["mean_velocity"] + 0.05 * (np.arange(12) == 3)}
-    kept = wrong if with_errors else {name: wrong[name] for name in ("drive.frequency", "mean_velocity")}
-    calibration = vc.calibrate(bench, kept, WITHIN, starts=16)
+def test_an_outlier_is_named_and_determines_nothing(bench, table):
+    wrong = {"drive.frequency": FREQUENCIES, "mean_velocity": table["mean_velocity"] + 0.05 * (np.arange(12) == 3)}
+    calibration = vc.calibrate(bench, wrong, WITHIN, starts=8)
     assert calibration.rows_outlying == [4]
     assert calibration.facts["outlier"].startswith("row 4: ")
     assert not any(parameter.verdict is Verdict.DETERMINED for parameter in calibration.parameters)
@@ -173,13 +143,12 @@ def test_an_outlier_is_named_and_determines_nothing(bench, table, with_errors):
 
 @pytest.mark.slow
 def test_verdicts_know_the_misfit(bench, table):
-    """The same table with errors ten times too small: a misfit of a hundred is no noise."""
-    calibration = vc.calibrate(bench, table | {"mean_velocity_error": np.full(12, 0.1 * ERROR)}, WITHIN, starts=16)
+    """The same table with errors ten times too small: a misfit of a hundred is no noise, and widens the intervals."""
+    calibration = vc.calibrate(bench, table | {"mean_velocity_error": np.full(12, 0.1 * ERROR)}, WITHIN, starts=8)
     assert calibration.misfit > 30.0
-    assert [parameter.verdict for parameter in calibration.parameters] == [Verdict.DOUBTED] * 2
-    assert all(
-        TRUTH[parameter.path] in parameter for parameter in calibration.parameters
-    )  # the intervals have widened by its root
+    for parameter in calibration.parameters:
+        assert parameter.verdict is Verdict.DOUBTED
+        assert TRUTH[parameter.path] in parameter
 
 
 def test_the_command_names_rows_that_have_not_settled_and_the_cure(tmp_path, capsys):
@@ -195,23 +164,27 @@ def test_the_command_names_rows_that_have_not_settled_and_the_cure(tmp_path, cap
 
 
 @pytest.mark.slow
-def test_parameters_that_share_a_factor(bench):
-    """Both levels of friction 30 % higher, as one unknown."""
+def test_exact_table_gives_the_parameters_back(bench):
+    """Both levels of friction 30 % higher, as one unknown; without noise, to what settling within 1e-7 leaves."""
     tied = "friction.coulomb_coefficient,friction.static_coefficient"
     truth = {"friction.coulomb_coefficient": 0.065, "friction.static_coefficient": 0.26, "machine.damping": 1.3}
     over = {"drive.frequency": FREQUENCIES}
     exact = vc.ensemble(bench.with_parameters(truth), over, periods=400, settle=1e-9, tolerance=1e-10)["mean_velocity"]
     table = over | {"mean_velocity": exact}
-    calibration = vc.calibrate(bench, table, {tied: "factor:0.5:2", "machine.damping": (0.5, 3.0)}, starts=16)
-    assert calibration[tied].value == pytest.approx(1.3, rel=1e-3)
+    calibration = vc.calibrate(bench, table, {tied: "factor:0.5:2", "machine.damping": (0.5, 3.0)}, starts=8)
+    assert calibration[tied].value == pytest.approx(1.3, rel=1e-4)
     for path, value in truth.items():
-        assert calibration.system.parameter(path) == pytest.approx(value, rel=1e-3)
+        assert calibration.case().system.parameter(path) == pytest.approx(value, rel=1e-4)
+    assert calibration.doubt is None
 
 
 @pytest.mark.slow
 def test_levels_of_friction_that_meet_are_trusted(bench):
-    """No law has a static level below the Coulomb level: differences are taken on the side where it has one."""
-    block = vc.System(bench.machine, vc.Coulomb(0.07, 0.07), bench.drive)
+    """No law has a static level below the Coulomb level: differences are taken on the side where it has one.
+
+    A point that a part refuses is worse than any motion, however small the errors are.
+    """
+    block = bench.with_parameters({"friction.coulomb_coefficient": 0.07, "friction.static_coefficient": 0.07})
     runs = {"drive.frequency": FREQUENCIES}
     speeds = vc.ensemble(block, runs, periods=400, settle=1e-9, tolerance=1e-10)["mean_velocity"]
     table = runs | {"mean_velocity": speeds, "mean_velocity_error": np.full(12, 1e-6)}
@@ -219,8 +192,8 @@ def test_levels_of_friction_that_meet_are_trusted(bench):
     calibration = vc.calibrate(block, table, levels, starts=8)
     assert not calibration.not_trusted
     coulomb, static = calibration.parameters
-    assert (coulomb.verdict, static.verdict) == (Verdict.DETERMINED, Verdict.BOUNDED_ABOVE)
-    assert 0.07 in coulomb
+    assert coulomb.value == pytest.approx(0.07, abs=1e-8)
+    assert static.verdict is Verdict.BOUNDED_ABOVE
     assert static.low < 0.07 + 1e-6
 
 
@@ -228,27 +201,10 @@ def test_levels_of_friction_that_meet_are_trusted(bench):
 def test_intervals_end_where_a_part_refuses(bench, speeds):
     """Speeds with errors of a tenth say little of the static level; below the Coulomb level there is no such law."""
     table = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds, "mean_velocity_error": np.full(12, 0.1)}
-    calibration = vc.calibrate(
-        bench.with_parameters(TRUTH), table, {"friction.static_coefficient": (0.01, 0.6)}, starts=16
-    )
-    static = calibration["friction.static_coefficient"]
+    within = {"friction.static_coefficient": (0.01, 0.6)}
+    (static,) = vc.calibrate(bench.with_parameters(TRUTH), table, within, starts=8).parameters
     assert static.low == pytest.approx(TRUTH["friction.coulomb_coefficient"], rel=1e-6)
     assert static.verdict in (Verdict.BOUNDED_ABOVE, Verdict.UNDETERMINED)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0], [1, 9]))
-def test_synthetic_laboratories(seed):
-    """The others are a benchmark of 100 (`benchmarks/laboratories.py`)."""
-    table, truth, wrong = laboratory(seed)
-    calibration = vc.calibrate(known_system(), table, UNKNOWN)
-    if wrong is None:
-        assert calibration.doubt is None
-        held = [truth[parameter.path] in parameter for parameter in calibration.parameters]
-        assert sum(held) >= 4  # of five at 95 %: fewer with a probability of 2 %
-    else:
-        assert calibration.doubt is not None
-        assert calibration.doubt.column == wrong
 
 
 @pytest.mark.parametrize(
@@ -337,38 +293,26 @@ def test_bad_questions_are_named_before_any_work(bench, asked, said):
 def test_conditions_in_si_say_their_unit(capsys, tmp_path):
     text = Path("examples/bench-in-si-speeds.csv").read_text(encoding="utf-8")
     (tmp_path / "speeds.csv").write_text(text.replace("frequency_Hz", "frequency"), encoding="utf-8")
-    asked = ["calibrate", "examples/bench-in-si.toml", "--to", str(tmp_path / "speeds.csv")]
-    assert main([*asked, "--over", "friction.coulomb_coefficient=0.02:0.2"]) == 2
-    said = "drive.frequency: has no unit in a case in SI; give drive.frequency_Hz"
-    assert said in " ".join(capsys.readouterr().err.split())
+    asked = ["calibrate", "examples/bench-in-si.toml", "--to", tmp_path / "speeds.csv"]
+    said = refused(capsys, *asked, "--over", "friction.coulomb_coefficient=0.02:0.2")
+    assert "drive.frequency: has no unit in a case in SI; give drive.frequency_Hz" in " ".join(said.split())
 
 
 def test_picture_of_rows_residuals_and_intervals(bench):
     """Of rows in errors of 0.001; an untrusted row has no prediction, and the interval of a value below 0 its ends."""
-    table = read_table(ANY_TABLE, bench, Complaints())
-    predicted = np.linspace(0.099, 0.101, 12)
-    predicted[2] = np.nan
-    calibration = Calibration(
-        system=bench,
-        parameters=(
-            CalibratedParameter("machine.damping", 1.0, 0.9, 1.3, 0.1, Verdict.DETERMINED),
-            CalibratedParameter("drive.second_amplitude", -2.0, -2.2, -1.2, 0.3, Verdict.WIDE),
-        ),
-        correlation=np.eye(2),
-        directions=(),
-        measured=table,
-        predicted={"mean_velocity": predicted},
-        residuals={"mean_velocity": (0.1 - predicted) / ERROR},
-        misfit=4.0,
-        held_out_misfit=2.0,
-        rms={},
-        held_out=(1,),
-        doubt=None,
-        outliers=(4,),
-        not_trusted={"not settled": (2,)},
-        initial={},
+    predicted = np.where(np.arange(12) == 2, np.nan, np.linspace(0.099, 0.101, 12))
+    parameters = (
+        CalibratedParameter("machine.damping", 1.0, 0.9, 1.3, 0.1, Verdict.DETERMINED),
+        CalibratedParameter("drive.second_amplitude", -2.0, -2.2, -1.2, 0.3, Verdict.WIDE),
     )
-    rows, residuals, intervals = vc.figure(calibration).axes
+    calibration = Calibration(
+        system=bench, parameters=parameters, correlation=np.eye(2), directions=(), initial={},
+        measured=read_table(ANY_TABLE, bench, Complaints()), predicted={"mean_velocity": predicted},
+        residuals={"mean_velocity": (0.1 - predicted) / ERROR}, misfit=4.0, held_out_misfit=2.0, rms={},
+        held_out=(1,), doubt=None, outliers=(4,), not_trusted={"not settled": (2,)},
+    )  # fmt: skip
+    figure = vc.figure(calibration)
+    rows, residuals, intervals = figure.axes
     drawn = {line.get_label(): line.get_xydata() for line in rows.get_lines()}
     assert drawn["predicted (held out)"].tolist() == [[2.0, predicted[1]]]
     assert drawn["fitted"][:, 0].tolist() == [1.0, *range(3, 13)]
@@ -378,7 +322,6 @@ def test_picture_of_rows_residuals_and_intervals(bench):
     ends = [line.get_xdata() for line in intervals.get_lines() if len(line.get_xdata()) == 2][:2]
     assert np.concatenate(ends) == pytest.approx([-10.0, 30.0, -10.0, 40.0])
     assert vc.plot(calibration).get_ylabel() == "mean velocity"
-    figure = vc.figure(calibration)
     texts = (text.get_text() for part in (figure, *figure.subfigs) for text in part.texts)
     assert any("Row 5 is an outlier." in " ".join(text.split()) for text in texts)
 
@@ -386,25 +329,20 @@ def test_picture_of_rows_residuals_and_intervals(bench):
 @pytest.mark.slow
 def test_command_writes_a_case_in_si(tmp_path, capsys):
     """The example's truth: 0.0575 and 0.095 N m s/rad."""
-    asked = ["calibrate", "examples/bench-in-si.toml", "--to", "examples/bench-in-si-speeds.csv"]
+    asked = ["calibrate", "examples/bench-in-si.toml", "--to", "examples/bench-in-si-speeds.csv", "--starts", "8"]
     asked += ["--over", "friction.coulomb_coefficient=0.02:0.2", "--over", "machine.damping_N_m_s_per_rad=0.02:0.3"]
-    asked += ["--starts", "32", "--periods", "400", "--json", "--out", str(tmp_path), "--plot", str(tmp_path / "a.svg")]
-    assert main(asked) == 0
+    record = printed_json(capsys, *asked, "--out", tmp_path, "--plot", tmp_path / "a.svg")
     assert "mean velocity [m/s]" in (tmp_path / "a.svg").read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
-    record = json.loads(capsys.readouterr().out)
     assert record["rows_not_trusted"] == {}
     assert 0.0 < record["rms"]["mean_velocity"]["value"] < 0.01
-    numbers = {each["path"]: each for each in record["parameters"]}
-    for path, truth in (("friction.coulomb_coefficient", 0.0575), ("machine.damping_N_m_s_per_rad", 0.095)):
-        low, value, high = (numbers[path][end] for end in ("low", "value", "high"))
-        if isinstance(low, dict):
-            assert {each["unit"] for each in (low, value, high)} == {"N m s/rad"}
-            low, value, high = (each["value"] for each in (low, value, high))
-        assert low < truth < high
-        case = vc.read_case(tmp_path / "calibrated.toml")
-        assert case.system.parameter(path) == pytest.approx(value, rel=1e-12)
+    friction, damping = record["parameters"]
+    assert friction["low"] < 0.0575 < friction["high"]
+    assert {damping[end]["unit"] for end in ("low", "value", "high")} == {"N m s/rad"}
+    assert damping["low"]["value"] < 0.095 < damping["high"]["value"]
+    calibrated = vc.read_case(tmp_path / "calibrated.toml").system
+    for row, value in ((friction, friction["value"]), (damping, damping["value"]["value"])):
+        assert calibrated.parameter(row["path"]) == pytest.approx(value, rel=1e-12)
     rows = (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 25
     measured, predicted, residual = map(float, rows[1].split(",")[2:])
     assert residual == pytest.approx((measured - predicted) / 0.00259, rel=1e-9)
-    assert "--to" in refused(capsys, *asked[:2], "--to", "nothing.csv", *asked[4:])

@@ -7,18 +7,16 @@ parameter, rounding leaves some 1e-13/2e-4 = 5e-10 of the size of the measure, w
 import dataclasses
 import itertools
 import math
-import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
-from cases import printed, printed_json
+from cases import printed, printed_json, refused
 from thinned import exhaustive_but
 from vibrocap.case.case import read_case
-from vibrocap.cli.main import main
-from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
+from vibrocap.cli.terminal import INCOMPLETE
 from vibrocap.motion.recording.equations import equations
 from vibrocap.orbits.closing import gradients as module
 from vibrocap.orbits.closing.gradients import measures_with_gradients
@@ -131,18 +129,10 @@ SYSTEMS = {  # name: (system, parameters whose slopes are to be compared, at lea
     "actuator": system(actuator=vc.Actuator(time_constant=0.1, limit=1.5)),
 }
 CASES = (
-    "strikes-its-stop-and-travels",
-    "pendulum-strikes-its-stops",
-    "crawler-with-two-phases",
-    "best-three-phases",
-    "climbs-a-slope",
-    "tracked-pendulum-crawls",
-    "two-masses-on-a-line",
-    "strikes-two-walls",
-    "bounces-and-rests-at-a-wall",
-    "vibration-motor-travels",
-    "rods-raise-a-mass",
-)
+    "strikes-its-stop-and-travels", "pendulum-strikes-its-stops", "crawler-with-two-phases", "best-three-phases",
+    "climbs-a-slope", "tracked-pendulum-crawls", "two-masses-on-a-line", "strikes-two-walls",
+    "bounces-and-rests-at-a-wall", "vibration-motor-travels", "rods-raise-a-mass",
+)  # fmt: skip
 
 
 @pytest.mark.slow
@@ -162,9 +152,7 @@ def test_slopes_are_those_of_tight_differences(name):
 DRIVES = (
     lambda u: vc.Square(amplitude=0.8 + 0.8 * u[0], frequency=0.7 + u[1], duty=0.25 + 0.5 * u[2]),
     lambda u: vc.Biharmonic(0.8 + u[0], 0.7 + u[1], 0.2 + 0.6 * u[2], 6.0 * u[3]),
-    lambda u: vc.Trapezoid(
-        0.8 + u[0], 0.7 + u[1], rise=0.1 + 0.2 * u[2], hold=0.1 + 0.15 * u[3], fall=0.1 + 0.2 * u[4]
-    ),
+    lambda u: vc.Trapezoid(0.8 + u[0], 0.7 + u[1], 0.1 + 0.2 * u[2], 0.1 + 0.15 * u[3], 0.1 + 0.2 * u[4]),
     lambda u: vc.Triangle(0.8 + u[0], 0.7 + u[1], rise=0.2 + 0.2 * u[2]),
 )
 LAWS = (
@@ -217,9 +205,6 @@ def test_the_table_has_a_row_for_each_measure_and_parameter(first):
     rows = [(row["measure"], row["parameter"]) for row in gradients.table()]
     assert rows == list(itertools.product(["drift", "mean_velocity"], ["drive.amplitude", "drive.frequency"]))
     assert "largest elasticity" in repr(gradients)
-    assert "largest elasticity" in gradients._repr_html_()
-    assert pickle.loads(pickle.dumps(gradients)) == gradients
-    assert list(gradients.to_pandas().columns) == list(gradients.table()[0])
     with pytest.raises(KeyError):
         gradients["drift", "machine.damping"]
     period = 2.0 * math.pi
@@ -229,16 +214,13 @@ def test_the_table_has_a_row_for_each_measure_and_parameter(first):
 
 @pytest.mark.slow
 def test_the_command_prints_slopes_with_units_and_elasticities(capsys):
-    case = str(EXAMPLES / "bench-in-si.toml")
+    case = EXAMPLES / "bench-in-si.toml"
     rows = printed_json(capsys, "orbit", case, "--gradients")["gradients"]
     orbit = vc.orbit(read_case(case).system, initial=read_case(case).initial)
     expected = orbit.gradients(measures=["mean_velocity", "cost_of_transport"]).table()
-
-    def without_unit(number):
-        return number["value"] if isinstance(number, dict) else number
-
     for row, other in zip(rows, expected, strict=True):
-        assert without_unit(row["slope"]) == pytest.approx(other["slope"], rel=1e-9)
+        slope = row["slope"]["value"] if isinstance(row["slope"], dict) else row["slope"]
+        assert slope == pytest.approx(other["slope"], rel=1e-9)
     text = " ".join(printed(capsys, "orbit", case, "--gradients").split())
     assert "Gradient of cost of transport" in text
     assert f"drive.frequency_Hz {expected[7]['slope']:.8g} (m/s)/Hz {expected[7]['elasticity']:.4g}" in text
@@ -266,11 +248,9 @@ def test_what_has_no_gradient_is_named_before_any_work(over, measures, said, fir
     [("worm-of-two-bodies", "turn at one instant"), ("sticks-and-slips-on-a-belt", "nothing drives it in time")],
 )
 def test_systems_without_gradients_are_refused_by_name(name, said, capsys):
-    assert main(["orbit", str(EXAMPLES / f"{name}.toml"), "--gradients"]) == WRONG_INPUT
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("--gradients: ")
-    assert said in err
+    complaint = refused(capsys, "orbit", EXAMPLES / f"{name}.toml", "--gradients")
+    assert complaint.startswith("--gradients: ")
+    assert said in complaint
 
 
 @pytest.mark.slow
@@ -307,16 +287,6 @@ def test_a_stop_that_opens_on_a_corner_of_the_drive_goes_with_it():
     assert check(orbit, ["drive.duty", "drive.frequency"], ["mean_velocity"]) == 2
 
 
-@pytest.mark.exhaustive
-def test_a_segment_that_has_no_length_can_only_become_longer():
-    """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""
-    pulses = system(drive=vc.Trapezoid(amplitude=1.5, frequency=1.0, rise=0.25, hold=0.0, fall=0.25))
-    orbit = vc.orbit(pulses)
-    with pytest.raises(ValueError, match=r"over: drive.hold gives a length to a segment of the drive that has none"):
-        orbit.gradients(["drive.hold"])
-    assert "drive.hold" not in {slope.parameter for slope in orbit.gradients().slopes}
-
-
 @pytest.mark.slow
 def test_an_orbit_of_a_continuum_has_no_gradient():
     """A crawler of two equally long phases keeps whatever velocity it has: the drift is not determined."""
@@ -330,13 +300,10 @@ def test_an_orbit_of_a_continuum_has_no_gradient():
 @pytest.mark.slow
 def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
     """The light capsule lifts off: it had a drift and a mean velocity of 0.0 beside "run failed"."""
-    light = vc.System(
-        vc.PendulumCapsule(mass_ratio=0.2, normal_load="dynamic"), vc.Exponential(), vc.Harmonic(amplitude=3.0)
-    )
+    machine = vc.PendulumCapsule(mass_ratio=0.2, normal_load="dynamic")
+    light = vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=3.0))
     orbit = vc.orbit(light)
-    assert orbit.status is vc.OrbitStatus.RUN_FAILED
-    assert orbit.drift is None
-    assert orbit.mean_velocity is None
+    assert (orbit.status, orbit.drift, orbit.mean_velocity) == (vc.OrbitStatus.RUN_FAILED, None, None)
     assert set(orbit.facts) == {"status"}
     assert repr(orbit).startswith("<Orbit: no closed steady motion of a pendulum-capsule")
     assert "<img" not in orbit._repr_html_()  # there was an error: the last state cannot be simulated
@@ -344,10 +311,9 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
         orbit.gradients()
     vc.save_case(light, tmp_path / "light.toml")
     record = printed_json(capsys, "orbit", tmp_path / "light.toml", "--gradients", code=INCOMPLETE)
-    for name in ("period", "drift", "mean_velocity", "residual", "symmetric"):
-        assert record[name] is None, name
+    assert [record[name] for name in ("period", "drift", "mean_velocity", "residual", "symmetric")] == [None] * 5
     assert not record["mode_sequence"]
-    assert record["multipliers"] == []
+    assert not record["multipliers"]
     assert "gradients" not in record
 
 

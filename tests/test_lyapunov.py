@@ -8,9 +8,8 @@ import pytest
 
 import vibrocap as vc
 from systems import capsule
-from thinned import exhaustive_but
 from vibrocap.orbits.attractors import classification, lyapunov
-from vibrocap.orbits.attractors.classification import MotionClass, classify
+from vibrocap.orbits.attractors.classification import classify
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, ZeroOneTest, lyapunov_exponent, zero_one_test
 from vibrocap.orbits.maps import stroboscopic_map
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
@@ -101,22 +100,14 @@ def test_damped_linear_oscillator(plain):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but([1], [vc.Exponential(), vc.LuGre()]))
-def test_exponent_of_an_orbit_is_its_multiplier(law):
-    system = capsule(law)
-    orbit = vc.orbit(system, initial=START)
-    exponent = lyapunov_exponent(system, orbit.state, transient=10)
+def test_exponent_of_an_orbit_is_its_multiplier():
+    """A pair of complex ones: within the error, and their sum without any."""
+    orbit = vc.orbit(capsule(), initial=START)
+    exponent = lyapunov_exponent(capsule(), orbit.state, transient=10)
     expected = math.log(abs(orbit.multipliers[0])) / orbit.period
-    if law.kind == "set-valued":  # a pair of complex ones: within the error, and their sum without any
-        assert abs(exponent.value - expected) < exponent.error < 1e-3
-        assert exponent.spectrum[:2].sum() == pytest.approx(2.0 * expected, abs=1e-8)
-        assert exponent.spectrum[2] == -math.inf  # what sticking forgets
-    else:
-        assert exponent.value == pytest.approx(expected, abs=1e-9)
-        assert exponent.error < 1e-9
-        assert exponent.spectrum[1:3].mean() == pytest.approx(
-            math.log(abs(orbit.multipliers[1])) / orbit.period, abs=1e-6
-        )
+    assert abs(exponent.value - expected) < exponent.error < 1e-3
+    assert exponent.spectrum[:2].sum() == pytest.approx(2.0 * expected, abs=1e-8)
+    assert exponent.spectrum[2] == -math.inf  # what sticking forgets
 
 
 # --- classes ---------------------------------------------------------------------------------------------------------
@@ -124,17 +115,15 @@ def test_exponent_of_an_orbit_is_its_multiplier(law):
 
 @pytest.mark.slow
 def test_classes_of_motions():
-    period_one = classify(capsule(vc.Exponential()), START)
+    period_one = classify(capsule(), START)
     assert (period_one.kind, period_one.response_period, period_one.symmetric) == ("period-1", 1, False)
-    still = classify(capsule(vc.Exponential(), **{"machine.stiffness": 4.0, "machine.damping": 1.2}), START)
+    still = classify(capsule(**{"machine.stiffness": 4.0, "machine.damping": 1.2}), START)
     assert (still.kind, still.symmetric, still.drift) == ("period-1", True, 0.0)
     eight = classify(capsule(vc.LuGre(bristle_damping=1.0)), START)
     assert eight.kind == "period-8"  # modulo X, where the paper's figures show LM with its larger delta1
     assert eight.drift == pytest.approx(0.1922473710, abs=1e-9)
     chaotic = classify(CHAOTIC, START)
-    assert chaotic.kind == "chaotic"
-    assert chaotic.symmetric
-    assert chaotic.lyapunov is not None
+    assert (chaotic.kind, chaotic.symmetric, chaotic.response_period) == ("chaotic", True, None)
     assert chaotic.lyapunov.value > 0.05
     assert abs(chaotic.drift) < 4.0 * chaotic.drift_error
 
@@ -170,21 +159,11 @@ def test_both_numbers_have_to_agree():
 
 def test_multiplier_pair_on_the_circle_is_quasi_periodic():
     def kind(*multipliers):
-        state = {"angle": 0.1}
         orbit = vc.Orbit(
-            system=capsule(vc.Exponential()),
-            state=state,
-            period=2.0 * math.pi,
-            response_period=1,
-            drift=0.3,
-            multipliers=np.array(multipliers, dtype=complex),
-            residual=1e-15,
-            symmetric=False,
-            derivative=np.zeros((4, 4)),
-            status=vc.OrbitStatus.CONVERGED,
-            iterations=1,
-            tolerance=1e-12,
-        )
+            system=capsule(), state={"angle": 0.1}, period=2.0 * math.pi, response_period=1, drift=0.3,
+            multipliers=np.array(multipliers, dtype=complex), residual=1e-15, symmetric=False,
+            derivative=np.zeros((4, 4)), status=vc.OrbitStatus.CONVERGED, iterations=1, tolerance=1e-12,
+        )  # fmt: skip
         return classification.class_of_orbit(orbit).kind
 
     pair = np.exp(1j), np.exp(-1j)
@@ -207,7 +186,3 @@ def test_multiplier_pair_on_the_circle_is_quasi_periodic():
 def test_bad_input_is_refused(function, arguments, complaint):
     with pytest.raises(ValueError, match=complaint):
         function(capsule(vc.Exponential()), **arguments)
-
-
-def test_class_without_an_orbit_has_no_response_period():
-    assert MotionClass("chaotic", "", 0.0, 0.0, None, {}).response_period is None

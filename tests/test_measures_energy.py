@@ -33,20 +33,18 @@ def test_channels_are_the_integrals_of_their_powers(steady):
     start, end = 98.3 * PERIOD, 99.6 * PERIOD
     balance = vc.energy_balance(steady, (start, end))
 
-    def at(name, t):
-        return steady.at(t, name)
+    def integral(power):
+        return by_quadrature(steady, lambda t: power(lambda name: steady.at(t, name)), start, end)
 
-    drive = by_quadrature(steady, lambda t: at("drive", t) * at("angle_rate", t), start, end)
-    damper = by_quadrature(steady, lambda t: -1.0 * at("angle_rate", t) ** 2, start, end)
-    friction = by_quadrature(steady, lambda t: -at("friction", t) * at("velocity", t), start, end)
-    contact = at("contact_energy", [start, end])
+    contact = steady.at([start, end], "contact_energy")
     # The pieces of the motion meet to within the tolerance of the run, 1e-10.
-    assert balance.drive == pytest.approx(drive, abs=1e-9)
-    assert balance.damper == pytest.approx(damper, abs=1e-9)
+    assert balance.drive == pytest.approx(integral(lambda at: at("drive") * at("angle_rate")), abs=1e-9)
+    assert balance.damper == pytest.approx(integral(lambda at: -1.0 * at("angle_rate") ** 2), abs=1e-9)
     # -R v is what the contact loses and what the bristles store.
+    friction = integral(lambda at: -at("friction") * at("velocity"))
     assert balance.friction - (contact[1] - contact[0]) == pytest.approx(friction, abs=1e-9)
     if steady.system.friction.internal:
-        bristle = by_quadrature(steady, lambda t: -10.0 * at("bristle_rate", t) ** 2, start, end)
+        bristle = integral(lambda at: -10.0 * at("bristle_rate") ** 2)
         assert balance.bristle_loss == pytest.approx(bristle, abs=1e-9)
         assert balance.bristle_loss < -1e-3
     else:
@@ -56,25 +54,18 @@ def test_channels_are_the_integrals_of_their_powers(steady):
 def test_what_goes_in_is_stored_or_lost(steady):
     for window in (None, (0.1, 5.0), (300.0, 301.0)):
         balance = vc.energy_balance(steady, window)
-        assert abs(balance.residual) <= 100 * steady.tolerance
         total = balance.drive + balance.damper + balance.contact_sliding + balance.bristle_loss
-        assert balance.residual == balance.stored - total or abs(balance.residual - balance.stored + total) < 1e-13
+        assert abs(balance.residual) <= 100 * steady.tolerance
+        assert balance.residual == pytest.approx(balance.stored - total, abs=1e-13)
     assert abs(vc.energy_balance(steady, (0.1, 5.0)).stored) > 1e-2  # so the window is not a trivial one
 
 
-def test_a_steady_period_stores_nothing_and_has_no_mean_friction(steady):
-    balance = vc.energy_balance(steady, periods=1)
-    assert abs(balance.stored) < 1e-8
-    assert balance.drive > 0.0 > balance.damper
-    assert balance.friction < -0.1
-    assert balance.periods == 1.0
-    # Momentum returns after a period, and its rate is -R.
-    impulse = steady.at([99 * PERIOD, 100 * PERIOD], "impulse")
-    assert impulse[1] - impulse[0] == pytest.approx(0.0, abs=1e-8)
-
-
 def test_per_period_and_mean_power(steady):
+    """A steady period stores nothing, and has no mean friction: momentum returns, and its rate is -R."""
     ten, one = vc.energy_balance(steady, periods=10), vc.energy_balance(steady, periods=1)
+    assert abs(one.stored) < 1e-8
+    assert one.periods == 1.0
+    assert np.diff(steady.at([99 * PERIOD, 100 * PERIOD], "impulse")) == pytest.approx([0.0], abs=1e-8)
     assert ten.per_period.drive == pytest.approx(one.drive, rel=1e-7)
     assert ten.mean_power.drive == pytest.approx(one.drive / PERIOD, rel=1e-7)
     assert ten.per_period.window == ten.window
@@ -114,26 +105,19 @@ def test_a_window_cuts_phases(by_hand):
 
 
 def test_words(by_hand):
-    # cos t: forward up to pi/2 (stuck 1 to 2), back to 3 pi/2 = 4.712 (stuck 4.5 to 4.75), forward to 2 pi
-    assert vc.mode_sequence(by_hand, 0) == "FSBS"
-    assert vc.mode_sequence(by_hand, 1) == "FSFB"  # stuck 0.72 to 1.22 after its start
-    assert (
-        vc.mode_sequence(by_hand, 2) == "FSFBFS"
-    )  # stuck 0.43 to 1.43 after its start, and again from 0.25 before its end
-    assert vc.mode_sequence(by_hand, 3) == "SFBF"
+    # cos t: forward up to pi/2 (stuck 1 to 2), back to 3 pi/2 = 4.712 (stuck 4.5 to 4.75), forward to 2 pi; of the
+    # second period stuck 0.72 to 1.22 after its start, of the third 0.43 to 1.43 and from 0.25 before its end
+    assert [vc.mode_sequence(by_hand, period) for period in range(4)] == ["FSBS", "FSFB", "FSFBFS", "SFBF"]
 
 
 def test_share_of_time_below_a_stated_speed():
     """For a law that creeps and one that sticks: the share of a dense grid that is slower."""
-    for law in (vc.LuGre(), vc.Coulomb(0.3, 0.4)):
-        motion = vc.simulate(
-            vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), law, vc.Constant(duration=60.0)), periods=1
-        )
-        grid = np.linspace(0.0, motion.end, 400_001)
-        slow = np.abs(motion.at(grid, "contact_velocity")) < 0.02
+    for law in (vc.LuGre(), vc.Exponential()):
+        motion = vc.simulate(paper_system(law), periods=4, initial={"angle": 1.0})
+        slow = np.abs(motion.at(np.linspace(0.0, motion.end, 40_001), "contact_velocity")) < 0.02
         assert 0.0 < np.mean(slow) < 1.0
-        assert vc.stick_fraction(motion, below=0.02) == pytest.approx(np.mean(slow), abs=1e-4)
-    assert vc.stick_fraction(motion, below=1e-9) == pytest.approx(vc.stick_fraction(motion), abs=1e-6)
+        assert vc.stick_fraction(motion, below=0.02) == pytest.approx(np.mean(slow), abs=1e-3)
+    assert vc.stick_fraction(motion, below=1e-13) == pytest.approx(vc.stick_fraction(motion), abs=1e-6)
     with pytest.raises(ValueError, match="below should be a sliding speed greater than 0, got 0"):
         vc.stick_fraction(motion, below=0)
 
@@ -148,16 +132,8 @@ def test_reference_stick_fraction(steady):
         assert np.all(steady.at(np.linspace(last.start, last.end, 50)[1:-1], "velocity") == 0.0)
         assert vc.stick_phases(steady, periods=1).lengths == pytest.approx((last.length,), abs=1e-12)
     else:
-        assert vc.stick_fraction(steady, first40) is None
-        assert vc.stick_phases(steady) is None
+        assert (vc.stick_fraction(steady, first40), vc.stick_phases(steady)) == (None, None)
         assert vc.mode_sequence(steady) == "FBFB"
-
-
-def test_a_capsule_that_never_leaves_rest():
-    motion = vc.simulate(paper_system(vc.Exponential(), 4.0, 1.2, amplitude=0.01), periods=3)
-    assert vc.stick_fraction(motion) == 1.0
-    assert vc.mode_sequence(motion) == "S"
-    assert vc.stick_phases(motion).number == 1
 
 
 class Zeros:

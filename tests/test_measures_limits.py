@@ -93,10 +93,10 @@ def test_no_offset_points_at_the_printed_values():
     assert "falls at every speed" in offset.reason
 
 
-@pytest.mark.parametrize("exponent", [1.05, 1.3, 1.5, 2.0, 3.0, 8.0])
-@pytest.mark.parametrize("load", [1.0, 3.5])
-def test_offset_points_have_slope_zero_and_the_closed_form(exponent, load):
+@pytest.mark.parametrize("exponent", [1.05, 1.5, 2.0, 8.0])
+def test_offset_points_have_slope_zero_and_the_closed_form(exponent):
     """For any alpha > 1, x^alpha = -m W(-C^(-1/m)/m) with m = (alpha-1)/alpha."""
+    load = 3.5
     law = vc.LuGre(viscous_damping=0.4, stribeck_exponent=exponent)
     points = vc.offset_points(law, load)
     m = (exponent - 1.0) / exponent
@@ -128,14 +128,6 @@ def test_greatest_viscous_damping_is_where_offset_points_end(exponent):
         assert below.upper / below.lower - 1.0 == pytest.approx(apart, rel=1e-3)
 
 
-def test_exactly_at_the_greatest_viscous_damping():
-    points = vc.offset_points(vc.LuGre(viscous_damping=0.3 * math.sqrt(2 / math.e) / 0.1))
-    # C is sqrt(2 e) to rounding, so both points are there and meet to the root of it.
-    assert points.exist
-    assert points.lower == pytest.approx(0.1 / math.sqrt(2), rel=1e-7)
-    assert points.upper == pytest.approx(0.1 / math.sqrt(2), rel=1e-7)
-
-
 @pytest.mark.parametrize("exponent", [0.4, 0.7, 1.0])
 def test_up_to_exponent_one_there_is_no_lower_point(exponent):
     law = vc.LuGre(viscous_damping=0.4, stribeck_exponent=exponent)
@@ -147,18 +139,16 @@ def test_up_to_exponent_one_there_is_no_lower_point(exponent):
         assert points.upper == pytest.approx(0.1 * math.log(7.5), rel=ROUNDING)
 
 
-def test_no_droop_no_offset_points():
-    points = vc.offset_points(vc.LuGre(static_coefficient=0.15, viscous_damping=0.4))
-    assert not points.exist
-    assert "rises at every speed" in points.reason
-    assert "flat" in vc.offset_points(vc.LuGre(static_coefficient=0.15)).reason
-
-
 def test_extreme_parameters_neither_overflow_nor_hang():
-    for exponent in (0.01, 0.5, 1.0001, 1.001, 30.0):
-        for viscous in (1e-12, 1e-3, 2.9, 1e3, 1e12):
+    """Exactly at the greatest viscous damping C is sqrt(2 e) to rounding: both points meet to the root of it."""
+    for exponent in (0.01, 1.0001, 30.0):
+        for viscous in (1e-12, 2.9, 1e12):
             limits = vc.frictional_limits(vc.LuGre(stribeck_exponent=exponent, viscous_damping=viscous))
             json.dumps(dataclasses.asdict(limits), allow_nan=False)
+    points = vc.offset_points(vc.LuGre(viscous_damping=0.3 * math.sqrt(2 / math.e) / 0.1))
+    assert (points.lower, points.upper) == pytest.approx((0.1 / math.sqrt(2), 0.1 / math.sqrt(2)), rel=1e-7)
+    assert "rises" in vc.offset_points(vc.LuGre(static_coefficient=0.15, viscous_damping=0.4)).reason  # no droop
+    assert "flat" in vc.offset_points(vc.LuGre(static_coefficient=0.15)).reason
 
 
 def test_wrong_questions_are_refused():

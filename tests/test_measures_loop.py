@@ -8,7 +8,6 @@ from scipy.integrate import quad
 
 import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
-from thinned import slow_but
 
 TOP = 0.8  # greatest speed of the made-up motions X' = TOP cos t
 LAG = 0.05
@@ -87,14 +86,6 @@ def test_escape_and_offset_points():
     assert loop.boundary == pytest.approx(0.3, abs=1e-9)
 
 
-def test_a_dip_is_no_escape():
-    """side R = |v| (|v| - 0.6) falls to -0.09 and rises from there: there is no first peak on the way up."""
-    loop = vc.friction_loop(swinging(lambda v, a, side: v * (np.abs(v) - 0.6)))
-    assert len(loop.forward.offset_points) == 2
-    assert loop.forward.escape is None
-    assert loop.boundary == pytest.approx(TOP, rel=1e-12)  # so all is presliding
-
-
 def test_quasi_static_bristles():
     """Constant g and no bristle damping: xi depends on the way alone; PHYSICS section 5."""
     g, force, amplitude = 0.3, 0.25, 0.5
@@ -136,45 +127,26 @@ def test_a_capsule_at_rest_has_no_loop():
     assert loop.peak_force == pytest.approx(float(np.max(np.abs(motion["friction"][-257:]))), rel=1e-3)
 
 
-@pytest.mark.parametrize("boundary", [-1.0, math.nan, math.inf])
-def test_a_boundary_that_is_no_speed_is_refused(boundary):
-    with pytest.raises(ValueError, match="boundary should be"):
-        vc.friction_loop(swinging(lambda v, a, side: 0.2 * side), boundary=boundary)
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # The paper's loops
+
+
+LAWS = {"exponential": vc.Exponential(), "printed": vc.LuGre(), "slight": vc.LuGre(bristle_damping=1.0)}
 
 
 @pytest.fixture(scope="module")
 def loops():
     """Steady motions of the second set by law: (motion, loop)."""
-    laws = {"exponential": vc.Exponential(), "printed": vc.LuGre(), "slight": vc.LuGre(bristle_damping=1.0)}
-    motions = {name: paper_motion(law, periods=80, stiffness=4.0, damping=1.2) for name, law in laws.items()}
+    motions = {name: paper_motion(law, periods=80, stiffness=4.0, damping=1.2) for name, law in LAWS.items()}
     return {name: (motion, vc.friction_loop(motion)) for name, motion in motions.items()}
 
 
-@pytest.mark.parametrize("periods", slow_but([1], [20, 21, 22]))
-def test_slides_are_whole(periods):
-    """Whichever period is the faster (the transient alternates), a slide that the end of the run cuts is not taken."""
-    motion = paper_motion(vc.LuGre(), periods=periods)
-    loop = vc.friction_loop(motion)
-    for part in (loop.forward, loop.back):
-        assert motion.at(part.excursion, "velocity") == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
-@pytest.mark.parametrize("name", ["exponential", "printed", "slight"])
-def test_the_loop_encloses_what_the_contact_loses(loops, name):
+@pytest.mark.parametrize("name", LAWS)
+def test_a_loop_against_a_dense_look_and_what_the_contact_loses(loops, name):
     motion, loop = loops[name]
-    balance = vc.energy_balance(motion, periods=1)
     # Two quadratures of the same motion; a steady period stores nothing to within 1e-9 here.
-    assert loop.displacement_area == pytest.approx(-balance.friction, abs=1e-11)
+    assert loop.displacement_area == pytest.approx(-vc.energy_balance(motion, periods=1).friction, abs=1e-11)
     assert loop.displacement_area > 0.09
-
-
-@pytest.mark.parametrize("name", ["exponential", "printed", "slight"])
-def test_peak_against_a_dense_look(loops, name):
-    motion, loop = loops[name]
     t = np.linspace(*loop.window, 20001)[1:-1]
     dense = float(np.max(np.abs(motion.at(t, "friction"))))
     # A smooth peak is missed by less than R'' dt^2/8 (R'' < 100); one at a jump by R' dt (R' < 1).
@@ -185,6 +157,8 @@ def test_peak_against_a_dense_look(loops, name):
     inner = np.min(np.abs(curve.time[:, None] - borders), axis=1) > 0.0
     assert curve.friction[inner] == pytest.approx(motion.at(curve.time[inner], "friction"), abs=1e-9)
     assert curve.displacement[-1] == pytest.approx(vc.drift(motion), abs=1e-10)
+    for part in (loop.forward, loop.back):  # slides are whole, not cut by the end of the run
+        assert motion.at(part.excursion, "velocity") == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 def test_the_exponential_law_has_one_branch(loops):
@@ -213,11 +187,12 @@ def test_loops_run_against_the_paper_at_its_printed_damping_and_with_it_at_one(l
     above = vc.friction_loop(motion, boundary=vc.boundary_velocity(motion.system.friction))
     slight = loops["slight"][1]
     for side in ("forward", "back"):
-        assert getattr(above, side).pure_sliding.direction == "decelerating above"
-        assert getattr(printed, side).pure_sliding.direction == "decelerating above"
-        assert getattr(slight, side).pure_sliding.direction == "accelerating above"
+        for loop, direction in ((above, "decelerating"), (printed, "decelerating"), (slight, "accelerating")):
+            assert getattr(loop, side).pure_sliding.direction == f"{direction} above"
         assert getattr(slight, side).presliding.direction == "decelerating above"
         assert getattr(slight, side).pure_sliding.area == pytest.approx(1.377e-3, rel=1e-3)
+    with pytest.raises(ValueError, match="boundary should be"):
+        vc.friction_loop(motion, boundary=-1.0)
 
 
 @pytest.mark.slow

@@ -197,21 +197,29 @@ def test_basins_and_diagrams_say_so(nothing_passes):
     assert np.all(diagram.response_period == -2)
 
 
+@parameters
+class Forgetful(vc.Coulomb):
+    """A law of one's own that owns up to half of what it takes."""
+
+    name = "forgetful-of-half"
+
+    def losses(self, velocity, internal, side, load):
+        sliding, bristle = vc.Coulomb.losses(self, velocity, internal, side, load)
+        return 0.5 * sliding, bristle
+
+
 @pytest.mark.slow
-def test_an_orbit_whose_works_contradict_its_forces_is_not_certified():
-    """A law of one's own that owns up to half of what it takes: only the certificate of the recorded period tells."""
-
-    @parameters
-    class Forgetful(vc.Coulomb):
-        name = "forgetful-on-an-orbit"
-
-        def losses(self, velocity, internal, side, load):
-            sliding, bristle = vc.Coulomb.losses(self, velocity, internal, side, load)
-            return 0.5 * sliding, bristle
-
+def test_works_that_contradict_the_forces_are_not_certified():
+    """Of an orbit only the certificate of its recorded period tells, of an ensemble nothing unless works are asked."""
     orbit = vc.orbit(vc.System(vc.PendulumCapsule(), Forgetful(), vc.Harmonic(amplitude=1.2)), initial=START)
     assert orbit.status.value == "not certified"
     assert {verdict.field for verdict in orbit.motion().certificate.verdicts if not verdict.ok} == {"energy_residual"}
+    for law, ending in ((vc.Coulomb(), vc.Status.FINISHED), (Forgetful(), vc.Status.NOT_CERTIFIED)):
+        belt = vc.System(vc.Oscillator(damping=0.3, belt_speed=0.1), law, vc.Harmonic())
+        for measure, status in (("drive_work", ending), ("largest_position", vc.Status.FINISHED)):
+            results = vc.ensemble(belt, {"drive.amplitude": [0.8]}, measures=[measure], periods=5, window=3)
+            assert list(vc.Status)[results["status"][0]] is status
+            assert results[measure][0] > 0.0
 
 
 def changed(kind: type[Law], draw: np.random.Generator) -> Law:
@@ -227,11 +235,11 @@ def changed(kind: type[Law], draw: np.random.Generator) -> Law:
             return kind(**values)
 
 
-KINDS = [vc.Coulomb, vc.Exponential, vc.Stribeck, vc.LuGre, vc.ElastoPlastic, vc.Dahl, vc.BoucWen, vc.MaxwellSlip]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", exhaustive_but([1], KINDS))
+@pytest.mark.parametrize(
+    "kind",
+    exhaustive_but([1], [vc.Coulomb, vc.Exponential, vc.LuGre, vc.ElastoPlastic, vc.BoucWen, vc.MaxwellSlip]),
+)
 def test_no_false_alarm_in_a_thousand_plausible_runs(kind):
     draw = np.random.default_rng(7)
     system = vc.System(vc.PendulumCapsule(), kind(), vc.Harmonic())
@@ -244,32 +252,4 @@ def test_no_false_alarm_in_a_thousand_plausible_runs(kind):
         values |= {"initial.angle": draw.uniform(-1.0, 1.0)}
         for path, value in values.items():
             over.setdefault(path, []).append(value)
-    results = vc.ensemble(system, over, periods=10, window=1, tolerance=1e-7)
-    assert np.sum(results["status"] == 0) == 1000
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", exhaustive_but([0], [vc.SmoothedTanh, vc.Exponential, vc.ElastoPlastic]))
-def test_whole_runs_at_loose_tolerances_are_refused_where_their_certificates_are(kind):
-    """Laws up to 300 times as sharp as usual. One run may be just within a bound by the one and not by the other."""
-    draw, systems = np.random.default_rng(3), []
-    while len(systems) < 30:
-        values = {
-            info.name: info.default * 10.0 ** draw.uniform(-2.5, 0.5)
-            for info in parameter_table(kind)
-            if isinstance(info.default, float) and "coefficient" not in info.name and "exponent" not in info.name
-        }
-        with contextlib.suppress(ValueError):
-            machine = vc.PendulumCapsule(mass_ratio=10.0 ** draw.uniform(-0.5, 0.9))
-            systems.append(vc.System(machine, kind(**values), vc.Harmonic(amplitude=draw.uniform(0.3, 2.0))))
-    recorded, rows = equations(systems[0]), np.array([parameter_values(system) for system in systems])
-    states = np.zeros((30, len(recorded.state_names)))
-    states[:, 0] = draw.uniform(-1.0, 1.0, 30)
-    budget = Budget(3, 1e-5, 10_000, 30_000, evidence=3)
-    results = ensemble_run(EnsembleStart(recorded, rows, states), budget, Form(order=10))
-    good, differ = evidence.certified(recorded, results, rows, 1e-5), 0
-    for system, state, passed in zip(systems, states, good, strict=True):
-        motion = vc.simulate(system, periods=3, initial={"angle": state[0]}, tolerance=1e-5, max_steps=30_000)
-        fields = {verdict.field for verdict in motion.certificate.verdicts if not verdict.ok}
-        differ += passed == bool(fields - {"energy_residual", "momentum_residual"})
-    assert differ <= 1
+    assert not vc.ensemble(system, over, periods=10, window=1, tolerance=1e-7)["status"].any()

@@ -39,16 +39,9 @@ def near_orbit(system, start, **options):
 
 def random_system(law, seed):
     draw = np.random.default_rng([seed, len(law)])
-    system = system_with(
-        LAWS[law],
-        **{
-            "machine.mass_ratio": draw.uniform(1.0, 5.0),
-            "machine.stiffness": draw.uniform(1.5, 5.0),
-            "machine.damping": draw.uniform(0.8, 1.5),
-            "drive.amplitude": draw.uniform(1.0, 3.0),
-            "drive.frequency": draw.uniform(0.7, 1.5),
-        },
-    )
+    low, high = (1.0, 1.5, 0.8, 1.0, 0.7), (5.0, 5.0, 1.5, 3.0, 1.5)
+    paths = ("machine.mass_ratio", "machine.stiffness", "machine.damping", "drive.amplitude", "drive.frequency")
+    system = system_with(LAWS[law], **dict(zip(paths, draw.uniform(low, high).tolist(), strict=True)))
     start = np.array([draw.uniform(-1, 1), draw.uniform(-1, 1), 0.0, draw.uniform(-0.5, 0.5), 0.002])
     return system, start[: len(system.state_names)]
 
@@ -57,18 +50,13 @@ def differences(system, start, step=1e-6):
     """Derivative of the map over one period by central differences of single runs."""
     map_ = StroboscopicMap(system, 1e-13)
     scales = map_.scales(map_.parameters())
-    columns = []
-    for j, scale in enumerate(scales):
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = start.copy()
-            moved[j] += sign * step * scale
-            run = vc.simulate(
-                system, periods=1, initial=dict(zip(system.state_names, moved, strict=True)), tolerance=1e-13
-            )
-            ends.append(run.sections[1][: len(start)] / scales)
-        columns.append((ends[0] - ends[1]) / (2 * step))
-    return np.array(columns).T
+
+    def end(state):
+        initial = dict(zip(system.state_names, state, strict=True))
+        return vc.simulate(system, periods=1, initial=initial, tolerance=1e-13).sections[1][: len(start)] / scales
+
+    moves = step * np.diag(scales)
+    return np.array([(end(start + move) - end(start - move)) / (2 * step) for move in moves]).T
 
 
 # --- the map and its derivative --------------------------------------------------------------------------------------
@@ -92,7 +80,7 @@ def test_derivative_goes_through_stick_and_slip():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([3], range(10)))
+@pytest.mark.parametrize("seed", exhaustive_but([3], range(4)))
 @pytest.mark.parametrize("law", LAWS)
 def test_multipliers_are_those_of_differences(law, seed):
     system, start = random_system(law, seed)
@@ -130,7 +118,7 @@ def test_symmetric_orbit_among_the_twins_is_found_unstable_and_does_not_drift():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_drift_is_that_of_a_long_simulation_and_the_twin_goes_the_other_way(law):
     system = system_with(LAWS[law])
     orbit = vc.orbit(system, initial=START)
@@ -143,19 +131,11 @@ def test_drift_is_that_of_a_long_simulation_and_the_twin_goes_the_other_way(law)
     assert twin.status is vc.OrbitStatus.CONVERGED
     assert twin.drift == pytest.approx(-orbit.drift, abs=1e-12)
     assert np.abs(twin.multipliers) == pytest.approx(np.abs(orbit.multipliers), abs=1e-8)
-    motion = orbit.motion()
-    assert motion["position"][-1] == pytest.approx(orbit.drift, abs=1e-10)
+    assert orbit.motion()["position"][-1] == pytest.approx(orbit.drift, abs=1e-10)
     assert orbit.mode_sequence == {"exponential": "FBSB", "lugre": "FBFB"}[law]
-
-
-@pytest.mark.slow
-def test_symmetric_motions_are_recognised():
-    system = system_with(vc.Exponential(), **{"machine.stiffness": 4.0, "machine.damping": 1.2})
-    orbit = vc.orbit(system, initial=START)
-    assert orbit.symmetric
-    assert orbit.drift == 0.0
-    assert orbit.stable
-    assert orbit.twin() is orbit
+    still = vc.orbit(system.with_parameters({"machine.stiffness": 4.0, "machine.damping": 1.2}), initial=START)
+    assert (still.symmetric, still.drift, still.stable) == (True, 0.0, True)
+    assert still.twin() is still
 
 
 # --- systems that nothing drives in time -----------------------------------------------------------------------------
@@ -193,8 +173,7 @@ def test_a_search_that_ends_early_says_so_and_gives_its_last_state(monkeypatch):
 def test_a_run_that_fails_is_no_orbit(monkeypatch):
     monkeypatch.setattr(stroboscopic_map, "MOST_STEPS", 5)
     orbit = near_orbit(system_with(vc.Exponential()), NEAR["exponential"])
-    assert orbit.status is vc.OrbitStatus.RUN_FAILED
-    assert orbit.mode_sequence == ""
+    assert (orbit.status, orbit.mode_sequence) == (vc.OrbitStatus.RUN_FAILED, "")
     lost = dataclasses.replace(orbit, state=dict.fromkeys(orbit.state, math.nan))
     assert lost.mode_sequence == ""
     with pytest.raises(ValueError, match="orbit: has no motion, as no state of it is known: run failed"):

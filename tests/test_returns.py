@@ -7,7 +7,7 @@ import pytest
 
 import vibrocap as vc
 from systems import two_blocks
-from thinned import exhaustive_but, slow_but
+from thinned import exhaustive_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.quantities.dimensional import view
@@ -16,9 +16,7 @@ START = {"position": 1.0, "position_2": 1.0}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("belt", "period"), exhaustive_but([1], [(0.15, 12.3929518), (0.2, 11.8962162), (0.3, 10.0706235)])
-)
+@pytest.mark.parametrize(("belt", "period"), exhaustive_but([0], [(0.2, 11.8962162), (0.3, 10.0706235)]))
 def test_two_sticks_of_block_1_make_one_turn(belt, period):
     """Periods of an independent event-driven solver."""
     orbit = vc.orbit(two_blocks(belt), initial=START, settle_periods=120)
@@ -29,22 +27,22 @@ def test_two_sticks_of_block_1_make_one_turn(belt, period):
     assert np.diff(sticks) == pytest.approx([orbit.period] * (len(sticks) - 1), abs=1e-10)
     assert orbit.stable
     assert len(orbit.multipliers) == 3
+    refused = dataclasses.replace(orbit, status=OrbitStatus.NOT_CERTIFIED)
+    assert not refused.stable
+    assert "not known" in str(refused)
+    assert view(refused)["stability"] == "not known"
+    assert not len(view(refused)["multipliers"])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "section",
-    exhaustive_but(
-        [0, 3], ["stick_2", vc.Section("slip_back", 2), "position=0.4", vc.Section(observable="position_2", value=0.5)]
-    ),
-)
-def test_the_section_does_not_matter(section):
+def test_the_section_does_not_matter():
     """The same cycle from whichever section it passes, its length and multipliers to rounding."""
     known = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
-    orbit = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120, section=section)
-    assert orbit.status is OrbitStatus.CONVERGED
-    assert orbit.period == pytest.approx(known.period, abs=1e-10)
-    assert abs(orbit.multipliers[0]) == pytest.approx(abs(known.multipliers[0]), abs=1e-8)
+    for section in ("stick_2", vc.Section(observable="position_2", value=0.5)):
+        orbit = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120, section=section)
+        assert orbit.status is OrbitStatus.CONVERGED
+        assert orbit.period == pytest.approx(known.period, abs=1e-10)
+        assert abs(orbit.multipliers[0]) == pytest.approx(abs(known.multipliers[0]), abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -69,14 +67,14 @@ def creeping(law, **machine):
     return vc.System(vc.Oscillator(**machine), law, vc.Constant())
 
 
-@pytest.mark.parametrize(("stiffness", "period"), slow_but([1], [(2.0, 6.92497438), (20.0, 1.50773824)]))
-def test_a_cycle_in_which_nothing_sticks_or_turns_round(stiffness, period):
+@pytest.mark.slow
+def test_a_cycle_in_which_nothing_sticks_or_turns_round():
     """Without a section as with one: the middle of a state is passed by every cycle."""
-    system = creeping(vc.RateAndStateAgeing(0.3, 0.03, 0.06, 0.01, 0.1), stiffness=stiffness, belt_speed=-0.05)
-    start = {"position": -0.2 if stiffness == 2.0 else -0.02, "sliding_velocity": 0.05, "log_age": 0.5}
+    system = creeping(vc.RateAndStateAgeing(0.3, 0.03, 0.06, 0.01, 0.1), stiffness=2.0, belt_speed=-0.05)
+    start = {"position": -0.2, "sliding_velocity": 0.05, "log_age": 0.5}
     orbit = vc.orbit(system, initial=start, settle_periods=200)
     assert orbit.status is OrbitStatus.CONVERGED
-    assert orbit.period == pytest.approx(period, abs=1e-8)
+    assert orbit.period == pytest.approx(6.92497438, abs=1e-8)
     assert {event.kind for event in orbit.motion(5.0 * orbit.period).events} <= {"start", "end"}
 
 
@@ -93,41 +91,26 @@ def test_a_cycle_of_laboratory_friction_too_stiff_for_tangents():
     assert orbit.stable
 
 
+FORCED = vc.System(
+    vc.TwoMassCapsule(), vc.Coulomb(0.1, 0.1), vc.Constant(0.0), environment=vc.Environment(force=1.0, linear_drag=0.5)
+)
+
+
 @pytest.mark.parametrize(
     ("system", "start", "status"),
     [
-        (
-            vc.System(
-                vc.TwoMassCapsule(), vc.Coulomb(0.1, 0.1), vc.Constant(0.0),
-                environment=vc.Environment(force=1.0, linear_drag=0.5),
-            ),
-            {},
-            OrbitStatus.SLIDES_STEADILY,
-        ),
+        pytest.param(FORCED, {}, OrbitStatus.SLIDES_STEADILY, marks=pytest.mark.slow),
         (creeping(vc.Coulomb(1.0, 1.0), belt_speed=0.5, damping=0.1), {}, OrbitStatus.SLIDES_STEADILY),
-        (
-            creeping(vc.RateAndStateAgeing(0.3, 0.03, 0.01, 0.01, 0.1), belt_speed=-0.5, damping=0.3),
-            {"position": 0.5},
-            OrbitStatus.SLIDES_STEADILY,
-        ),
         (creeping(vc.Coulomb(1.0, 1.0)), {"position": 5.0}, OrbitStatus.COMES_TO_REST),
         (creeping(vc.Coulomb(0.1, 0.2), stiffness=0.0, belt_speed=0.3), {}, OrbitStatus.CARRIED),
-        (creeping(vc.SmoothedTanh(0.3, 0.3, 0.01, 1, 0.01), damping=0.3), {"position": 0.5}, OrbitStatus.COMES_TO_REST),
+        pytest.param(
+            creeping(vc.SmoothedTanh(0.3, 0.3, 0.01, 1, 0.01), damping=0.3), {"position": 0.5},
+            OrbitStatus.COMES_TO_REST, marks=pytest.mark.slow,
+        ),
     ],
 )  # fmt: skip
 def test_steady_sliding_is_no_rest(system, start, status):
     assert vc.orbit(system, initial=start).status is status
-
-
-@pytest.mark.slow
-def test_an_orbit_whose_motion_is_not_certified_shows_no_stability():
-    orbit = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
-    refused = dataclasses.replace(orbit, status=OrbitStatus.NOT_CERTIFIED)
-    assert orbit.stable
-    assert not refused.stable
-    assert "not known" in str(refused)
-    assert view(refused)["stability"] == "not known"
-    assert not len(view(refused)["multipliers"])
 
 
 @pytest.mark.parametrize(

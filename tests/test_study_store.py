@@ -26,7 +26,7 @@ from vibrocap.studies.store import places
 from vibrocap.studies.store.places import StoreError
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
-from vibrocap.studies.sweep import Execution, Stopped, carried_out, sweep
+from vibrocap.studies.sweep import Stopped, sweep
 from vibrocap.studies.tile import tile_block, tile_indices, tile_runs_by_time, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
@@ -59,31 +59,25 @@ def test_tiles_cover_every_run_once_and_in_order():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("seconds", "size", "runs"),
-    [
-        (1e-5, 9000, None),
-        (1.2e-3, 9000, None),
-        (2e-3, 9000, 1024),
-        (0.01, 9000, 256),
-        (1.0, 9000, 64),
-        (1.0, 8000, None),
-    ],
-)
-def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("seconds", "runs"), [(1e-5, None), (2e-3, 1024), (1.0, 64)])
+def test_tiles_of_slow_runs_are_smaller(seconds, runs, cheap, tmp_path, monkeypatch):
     """By a clock on which a run takes so many seconds: some five seconds of work, but not too many tiles."""
     monkeypatch.setattr("time.perf_counter", lambda: seconds * sum(len(over["machine.mass_ratio"]) for over in cheap))
-    study = planned_study(
-        SYSTEM, {"machine.mass_ratio": f"1:3:{size}"}, measures=["drift"], cases=None, design=None, initial=None,
-        settings={**RUN_DEFAULTS, "window": None, "settle": 0, "extrapolate": True},
+    settings = {**RUN_DEFAULTS, "window": None, "settle": 0, "extrapolate": True}
+    study, small = (
+        planned_study(
+            SYSTEM, {"machine.mass_ratio": f"1:3:{size}"}, measures=["drift"], cases=None, design=None, initial=None,
+            settings=settings,
+        )
+        for size in (9000, 8000)
     )  # fmt: skip
+    assert tile_runs_by_time(small, tmp_path / "new") is None
     assert tile_runs_by_time(study, tmp_path / "new") == runs
     ratios = [x for over in cheap[1:] for x in over["machine.mass_ratio"]]
-    if size > 8192:
-        assert len(ratios) == 16
-        assert max(np.diff(ratios)) <= 2 / 15  # spread over all of the study
-        monkeypatch.setattr(importlib.import_module("vibrocap.studies.tile"), "MOST_TILES", 20)
-        assert (tile_runs_by_time(study, tmp_path / "new") or 4096) == max(runs or 4096, 9000 // 20)
+    assert len(ratios) == 16
+    assert max(np.diff(ratios)) <= 2 / 15  # spread over all of the study
+    monkeypatch.setattr(importlib.import_module("vibrocap.studies.tile"), "MOST_TILES", 20)
+    assert (tile_runs_by_time(study, tmp_path / "new") or 4096) == max(runs or 4096, 9000 // 20)
     (tmp_path / "begun").write_text("")
     assert tile_runs_by_time(study, tmp_path) is None
 
@@ -110,17 +104,6 @@ def test_a_stored_study_has_tiles_by_time_unless_told(tmp_path, monkeypatch):
     stored(tmp_path / "b", tile_runs=6)
     assert [read_record(tmp_path / name)["tile"] for name in "ab"] == [[1, 1, 3], [1, 2, 3]]
     xr.testing.assert_identical(open_study(tmp_path / "a").load(), open_study(tmp_path / "b").load())
-
-
-def test_memory_and_store_say_the_same(tmp_path):
-    in_memory = sweep(SYSTEM, over=OVER, measures=MEASURES)
-    xr.testing.assert_identical(in_memory, stored(tmp_path / "a").load())
-    assert list(in_memory) == list(open_study(tmp_path / "a"))
-    assert in_memory["mean_velocity"].dims == tuple(OVER)
-    assert in_memory["mean_velocity"].shape == (2, 7, 3)
-    assert set(in_memory["status"].values.ravel()) == {0, 3}
-    assert in_memory["mean_velocity"].isnull().equals(in_memory["status"] != 0)
-    assert set(in_memory["mode_sequence"].values.ravel()) == {"", "L", "LR", "LRS"}
 
 
 def as_zarr_writes(study, tile, tiles):
@@ -195,31 +178,18 @@ def test_files_are_those_that_zarr_writes(over):
     assert first == as_zarr_writes(study, tile, tiles)
 
 
-def test_a_stored_study_is_run_again(tmp_path):
-    first = stored(tmp_path / "a", initial={"angle": 0.5}, settle=1e-6, periods=33)
-    again = carried_out(stored_study(tmp_path / "a"), Execution(tile_runs=7)).dataset()
-    xr.testing.assert_identical(first.load(), again)
-
-
-def test_a_finished_study_is_not_computed_again(tmp_path, cheap):
+def test_what_is_missing_is_computed_and_nothing_else(tmp_path, cheap):
     stored(tmp_path / "a")
     before = files(tmp_path / "a")
     cheap.clear()
     stored(tmp_path / "a", resume=True, tile_runs=2)
     assert cheap == []
-    assert files(tmp_path / "a") == before
-
-
-def test_what_is_missing_is_computed_and_nothing_else(tmp_path, cheap):
-    stored(tmp_path / "a")
-    before = files(tmp_path / "a")
     for name in ("done/1.1.0", "finished"):
         (tmp_path / "a" / name).unlink()
     (tmp_path / "a" / "results.zarr" / "mean_velocity" / "c.1.1.0").write_bytes(b"torn")
     (tmp_path / "a" / "unfinished").mkdir()
     (tmp_path / "a" / "unfinished" / "host-1-2").write_bytes(b"left over")
     assert (open_study(tmp_path / "a")["status"] == 0).sum() > 0
-    cheap.clear()
     stored(tmp_path / "a", resume=True)
     assert sum(len(next(iter(over.values()))) for over in cheap) == 9
     assert files(tmp_path / "a") == before
@@ -245,39 +215,28 @@ def test_an_interrupted_study_says_how_it_goes_on(tmp_path):
 def test_another_study_is_refused_and_its_store_untouched(tmp_path):
     stored(tmp_path / "a")
     before = files(tmp_path / "a")
-    other = System(PendulumCapsule(stiffness=3.0), Exponential(), Harmonic())
-    for resume, system, said in (
-        (False, SYSTEM, "--resume"),
-        (True, other, "machine.stiffness: stored 2.0, asked 3.0"),
-    ):
-        with pytest.raises(CaseError, match=said):
-            sweep(system, over=OVER, measures=MEASURES, out=tmp_path / "a", resume=resume)
-    with pytest.raises(CaseError) as caught:
+    with pytest.raises(CaseError, match="--resume"):
+        stored(tmp_path / "a")
+    with pytest.raises(CaseError, match="periods: stored 40, asked 61") as caught:
         stored(tmp_path / "a", resume=True, measures=["drift"], periods=61)
     assert len(caught.value.complaints) == 2
     assert files(tmp_path / "a") == before
 
 
 def test_folders_of_others_are_refused_and_untouched(tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    (tmp_path / "json").mkdir()
-    (tmp_path / "json" / "study.json").write_text('{"format": "of something else"}')
-    for out, said in (
-        (tmp_path, "notes.txt"),
-        (tmp_path / "notes.txt", "is a file"),
-        (tmp_path / "json", "another format"),
-    ):
+    notes, other = tmp_path / "notes.txt", tmp_path / "json"
+    notes.write_text("mine")
+    other.mkdir()
+    (other / "study.json").write_text('{"format": "of something else"}')
+    before = files(tmp_path)
+    for out, said in ((tmp_path, "notes.txt"), (notes, "is a file"), (other, "another format")):
         for resume in (False, True):
             with pytest.raises(CaseError, match=said):
                 stored(out, resume=resume)
-    assert files(tmp_path) == {"notes.txt": b"mine", "json/study.json": b'{"format": "of something else"}'}
-    for path, said in (
-        (tmp_path, "no study.json"),
-        (tmp_path / "none", "no such folder"),
-        (tmp_path / "notes.txt", "is a file"),
-    ):
+    for path, said in ((tmp_path, "no study.json"), (tmp_path / "none", "no such folder"), (notes, "is a file")):
         with pytest.raises(CaseError, match=said):
             open_study(path)
+    assert files(tmp_path) == before
 
 
 def test_an_unfinished_beginning_is_begun_anew_and_nothing_else_is_removed(tmp_path, monkeypatch):
@@ -363,21 +322,10 @@ def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
     def refuse(path, *_, **__):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
 
-    with monkeypatch.context() as context:
-        context.setattr(os, "mkdir", refuse)
-        with pytest.raises(StoreError, match=r"a: cannot be written: Permission denied"):
-            stored(tmp_path / "a")
+    monkeypatch.setattr(os, "mkdir", refuse)
+    with pytest.raises(StoreError, match=r"a: cannot be written: Permission denied"):
+        stored(tmp_path / "a")
     assert list(tmp_path.iterdir()) == []
-    stored(tmp_path / "a")
-    before = files(tmp_path / "a")
-    for name in ("done/0.0.0", "finished"):
-        (tmp_path / "a" / name).unlink()
-    with monkeypatch.context() as context:
-        context.setattr(os, "replace", lambda *paths, **_: refuse(paths[1]))
-        with pytest.raises(StoreError, match=r"a: cannot be written: Permission denied"):
-            stored(tmp_path / "a", resume=True)
-    stored(tmp_path / "a", resume=True)
-    assert files(tmp_path / "a") == before
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
@@ -414,16 +362,12 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_a_mark_comes_last(tmp_
 
 def test_no_file_tells_the_time_or_the_machine(tmp_path):
     stored(tmp_path / "a")
-    text = b"".join(files(tmp_path / "a").values())
-    assert str(tmp_path).encode() not in text
+    assert str(tmp_path).encode() not in b"".join(files(tmp_path / "a").values())
     record = read_record(tmp_path / "a")
     assert set(record) == {"format", "identity", "study", "tile", "files", "made_with"}
     assert set(record["made_with"]) == {"python", "zarr", "numcodecs"}
     text = json.loads((tmp_path / "a" / "study.json").read_text())
     assert text == record | {"checksum": text["checksum"]}
-    assert {path.name for path in (tmp_path / "a").iterdir()} == places.FORM.keys() - {
-        places.UNFINISHED,
-        places.BEGINNING,
-        places.MIXED,
-    }
-    assert Path(tmp_path / "a" / "lock").read_bytes() == b""
+    passing = {places.UNFINISHED, places.BEGINNING, places.MIXED}
+    assert {path.name for path in (tmp_path / "a").iterdir()} == places.FORM.keys() - passing
+    assert (tmp_path / "a" / "lock").read_bytes() == b""

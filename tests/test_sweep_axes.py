@@ -1,6 +1,7 @@
 """Axes, designs and lists of cases: what they give, and every complaint before any work."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import vibrocap as vc
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
 from vibrocap.case.case import CaseError
 from vibrocap.ranges import cell_middles, values_between
+from vibrocap.studies.plan import planning
 from vibrocap.studies.plan.designs import Design, Drawn, Range, range_from
-from vibrocap.studies.plan.planning import LIMIT, check_runs, plan_complaints
+from vibrocap.studies.plan.planning import check_runs, plan_complaints
 from vibrocap.studies.plan.runs import Grid, axis_of, case_list
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
@@ -60,44 +62,20 @@ def test_ranges_hold_the_decimals_that_are_meant(steps):
     assert values_between(math.pi, 7.0, 5, True)[0] == math.pi
 
 
-def test_words_stand_beside_numbers():
-    axis, wrong = axis_of("machine.normal_load", "weight,1,0.5")
-    assert wrong == []
-    assert axis.values == ("weight", 1.0, 0.5)
-    assert grid(machine__normal_load="weight,1").is_text("machine.normal_load")
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ("8:1:5", "reversed"),
-        ("1:1:5", "empty"),
-        ("1:2:1", "at least 2 values"),
-        ("1:2", "should be LOW:HIGH:COUNT"),
-        ("1:2:3:4", "should be LOW:HIGH:COUNT"),
-        ("1:2:x", "should be LOW:HIGH:COUNT"),
-        ("lg:1:2:3", "should be LOW:HIGH:COUNT"),
-        ("log:0:1:5", "begin above 0"),
-        ("1:inf:3", "finite"),
-        ("1:nan:3", "finite"),
-        ("1,nan", r"got nan \(value 2\)"),
-        ([1.0, math.inf], r"got inf \(value 2\)"),
-        ([1.0, 10**400], r"got inf \(value 2\)"),
-        ([1, 2, 1.0], "1.0 twice"),
-        ("1,,2", "a list such as"),
-        ([], "no values"),
-        ([True], "numbers or words"),
-        ([None], "numbers or words"),
-        (np.ones((2, 2)), "shape"),
-        ({"a": 1}, "list of values"),
-        (None, "list of values"),
+        ("8:1:5", "reversed"), ("1:1:5", "empty"), ("1:2:1", "at least 2 values"), ("1:2", "should be LOW:HIGH:COUNT"),
+        ("1:2:3:4", "should be LOW:HIGH:COUNT"), ("1:2:x", "should be LOW:HIGH:COUNT"),
+        ("lg:1:2:3", "should be LOW:HIGH:COUNT"), ("log:0:1:5", "begin above 0"), ("1:inf:3", "finite"),
+        ("1,nan", r"got nan \(value 2\)"), ([1.0, 10**400], r"got inf \(value 2\)"), ([1, 2, 1.0], "1.0 twice"),
+        ("1,,2", "a list such as"), ([], "no values"), ([True], "numbers or words"), ([None], "numbers or words"),
+        (np.ones((2, 2)), "shape"), ({"a": 1}, "list of values"), (None, "list of values"),
     ],
-)
+)  # fmt: skip
 def test_values_that_are_none(given, said):
-    _, wrong = axis_of("machine.mass_ratio", given)
-    assert len(wrong) == 1
-    with pytest.raises(AssertionError, match=r"^machine.mass_ratio: .*" + said):
-        raise AssertionError(wrong[0])
+    (wrong,) = axis_of("machine.mass_ratio", given)[1]
+    assert re.match(r"machine.mass_ratio: .*" + said, wrong, re.DOTALL)
 
 
 def test_kinds_are_words_of_the_catalogue():
@@ -135,18 +113,14 @@ def test_values_that_refuse_one_another():
     assert said == ["machine.normal_load: should be > 0 with the lugre law, got 0"]
 
 
-def test_many_values_that_refuse_one_another_are_found_at_the_corners():
-    many = round(math.sqrt(LIMIT)) + 10
-    levels = {"friction__coulomb_coefficient": f"0.1:0.5:{many}", "friction__static_coefficient": f"0.49:0.6:{many}"}
-    assert "static_coefficient" in complaints(**levels)[0]
-    levels["friction__static_coefficient"] = f"0.5:0.6:{many}"
-    assert complaints(**levels) == []
-
-
-def test_a_long_axis_is_checked_at_its_extremes():
-    values = np.linspace(1, 2, 3 * LIMIT)
+def test_a_long_axis_is_checked_at_its_extremes(monkeypatch):
+    monkeypatch.setattr(planning, "LIMIT", 1000)
+    values = np.linspace(1, 2, 3000)
     values[1001] = -1.0
     assert "got -1.0" in complaints(machine__mass_ratio=values)[0]
+    levels = {"friction__coulomb_coefficient": "0.1:0.5:40", "friction__static_coefficient": "0.49:0.6:40"}
+    assert "static_coefficient" in complaints(**levels)[0]  # values that refuse one another, at the corners
+    assert complaints(**levels | {"friction__static_coefficient": "0.5:0.6:40"}) == []
 
 
 def test_a_run_that_is_refused_later_is_named():
@@ -177,16 +151,9 @@ def test_a_design_gives_each_run_the_same_values_in_any_block(kind):
     assert 1.0 <= whole["a"].min() < 1.3
     assert 2.7 < whole["a"].max() <= 3.0
     assert 20 < np.sum(whole["b"] < 0.1) < 47  # a third of the logarithm
-    assert Drawn.from_record(plan.record()) == plan
-
-
-def test_designs_are_those_of_scipy():
-    runs = 64
-    values = Drawn(Design("sobol", runs, seed=5), (Range("a", 0.0, 1.0), Range("b", 0.0, 1.0))).values(
-        (slice(0, runs),)
-    )
-    expected = qmc.Sobol(2, rng=np.random.default_rng(5)).random(runs)
-    np.testing.assert_array_equal(np.column_stack(list(values.values())), expected)
+    if kind == "sobol":
+        expected = qmc.Sobol(2, rng=np.random.default_rng(3)).random(128)[:100, 0]
+        np.testing.assert_array_equal(whole["a"], 1.0 + 2.0 * expected)
 
 
 def test_ranges_of_a_design():
@@ -204,13 +171,11 @@ def test_ranges_of_a_design():
 def test_cases_give_what_they_give():
     cases = [{"machine.mass_ratio": 3}, {"machine.normal_load": "weight", "initial.angle": np.float64(0.5)}]
     plan, wrong = case_list(cases)
-    assert wrong == []
-    assert (plan.dims, plan.shape) == (("case",), (2,))
+    assert (wrong, plan.dims, plan.shape) == ([], ("case",), (2,))
     assert plan.case(1) == {"machine.normal_load": "weight", "initial.angle": 0.5}
     values = plan.values((slice(0, 2),))
     np.testing.assert_array_equal(values["machine.mass_ratio"], [3.0, np.nan])
     assert list(values["machine.normal_load"]) == [None, "weight"]
-    assert type(plan).from_record(plan.record()) == plan
 
 
 def test_cases_that_are_none():

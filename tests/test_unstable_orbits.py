@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from cases import printed, printed_json
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
 from vibrocap.motion.simulate import period_marks
@@ -35,47 +36,34 @@ def symmetric(law):
     return orbit
 
 
-def simulated(system, state, periods=400):
-    _, marks = period_marks(system, periods=periods, initial=state, tolerance=1e-12)
-    return marks[-1, 2] - marks[-2, 2]
-
-
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
-def test_what_is_pushed_off_goes_to_both_twins(law):
-    reached = symmetric(law).pushed_off()
+def test_a_start_near_a_saddle_leads_to_what_the_capsule_does(law):
+    """Pushed off it goes to both twins; nearer than 1e-8 the errors of a run decide which way it goes."""
+    saddle = symmetric(law)
+    reached = saddle.pushed_off()
     assert sorted(each.drift for each in reached) == pytest.approx([-DRIFTS[law], DRIFTS[law]], abs=1e-10)
     assert all(each.stable for each in reached)
+    for off in (0.0, -1e-10, 1e-7):
+        start = saddle.state | {"angle": saddle.state["angle"] + off}
+        orbit = vc.orbit(first_set(law), initial=start)
+        assert orbit.status is vc.OrbitStatus.CONVERGED
+        assert orbit.stable
+        assert abs(orbit.drift) == pytest.approx(DRIFTS[law], abs=1e-10)
+    _, marks = period_marks(first_set(law), periods=400, initial=start, tolerance=1e-12)
+    assert orbit.drift == pytest.approx(marks[-1, 2] - marks[-2, 2], abs=1e-9)
 
 
-@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
-@pytest.mark.parametrize("off", exhaustive_but([0, 2], [0.0, 1e-10, -1e-10, 1e-7, -1e-7]))
-def test_a_start_near_a_saddle_leads_to_what_the_capsule_does(law, off):
-    start = symmetric(law).state
-    start = start | {"angle": start["angle"] + off}
-    orbit = vc.orbit(first_set(law), initial=start)
-    assert orbit.status is vc.OrbitStatus.CONVERGED
-    assert orbit.stable
-    assert abs(orbit.drift) == pytest.approx(DRIFTS[law], abs=1e-10)
-    if abs(off) > 1e-8:  # nearer, the errors of a run decide which way it goes
-        assert orbit.drift == pytest.approx(simulated(first_set(law), start), abs=1e-9)
-
-
-def test_the_saddle_that_was_passed_is_kept():
+def test_the_saddle_that_was_passed_is_kept(monkeypatch):
     """The run stands still on LuGre's symmetric orbit, long enough to count as settled."""
     saddle = symmetric("lugre")
     orbit = vc.orbit(first_set("lugre"), initial=saddle.state)
-    assert orbit.passed is not None
     assert orbit.passed.symmetric
     assert orbit.passed.unstable
     assert orbit.passed.state["angle"] == pytest.approx(saddle.state["angle"], abs=1e-9)
-
-
-def test_what_leaves_and_does_not_settle_is_said(monkeypatch):
     monkeypatch.setattr(orbits, "orbits_reached", lambda *given: ([], np.array([-1, -1]), None))
-    orbit = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
-    assert orbit.status is vc.OrbitStatus.NOT_SETTLED
-    assert orbit.passed is not None
-    assert orbit.passed.unstable
+    lost = vc.orbit(first_set("lugre"), initial=saddle.state)  # it leaves, and does not settle
+    assert lost.status is vc.OrbitStatus.NOT_SETTLED
+    assert lost.passed.unstable
 
 
 def test_an_orbit_that_went_astray_is_not_claimed(monkeypatch):
@@ -96,24 +84,17 @@ def test_a_stable_orbit_cannot_be_pushed_off():
 
 
 def written_case(path, law, start):
-    rows = "".join(f"{name} = {value!r}\n" for name, value in start.items())
-    path.write_text(
-        f'[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "{law}"\n'
-        f'[drive]\nwaveform = "harmonic"\n[initial]\n{rows}[run]\nperiods = 10\n',
-        encoding="utf-8",
-    )
-    return str(path)
+    vc.save_case(first_set(law), path, initial=start)
+    return path
 
 
 def test_command_does_not_present_an_unstable_orbit_as_what_happens(tmp_path, capsys):
     case = written_case(tmp_path / "case.toml", "lugre", symmetric("lugre").state)
-    assert cli.main(["orbit", case]) == 0
-    text = capsys.readouterr().out
+    text = printed(capsys, "orbit", case)
     assert "stable        yes" in text
     assert "passed        the start leads close to an orbit of drift 0 on which no motion stays" in text
     assert text.count("successor") == 2
-    assert cli.main(["orbit", case, "--json"]) == 0
-    record = json.loads(capsys.readouterr().out)
+    record = printed_json(capsys, "orbit", case)
     assert record["stable"] is True
     assert abs(record["drift"]) == pytest.approx(DRIFTS["lugre"], abs=1e-10)
     drifts = sorted(each["drift"] for each in record["unstable_orbit"]["gives_way_to"])
@@ -122,10 +103,9 @@ def test_command_does_not_present_an_unstable_orbit_as_what_happens(tmp_path, ca
 
 def test_command_says_that_nothing_settled(tmp_path, capsys):
     case = written_case(tmp_path / "case.toml", "exponential", START)
-    assert cli.main(["orbit", case, "--settle-periods", "3", "--json"]) == 3
+    assert cli.main(["orbit", str(case), "--settle-periods", "3", "--json"]) == 3
     output = capsys.readouterr()
     record = json.loads(output.out)
-    assert record["status"] == "not settled"
-    assert (record["stable"], record["stability"]) == (False, "not known")
+    assert (record["status"], record["stable"], record["stability"]) == ("not settled", False, "not known")
     assert record["class"]["kind"] in ("period-1", "not settled")  # it would be there soon
     assert "Raise `settle_periods`" in output.err

@@ -25,14 +25,15 @@ def test_share_of_starts_that_come_to_slide_steadily():
     The share itself is an area: inside the unstable cycle, as far as the block moves forward, over that of the ranges;
     by DOP853 at 1e-13 and the map of x' = 0.
     """
-    steady = vc.attractors(BLOCK, 4000, RANGES)
+    count = 2000
+    steady = vc.attractors(BLOCK, count, RANGES)
     kinds = {attractor.motion.kind: attractor for attractor in steady.attractors}
     assert set(kinds) == {"cycle", "steady sliding"}
     sliding = kinds["steady sliding"]
-    assert sliding.error == pytest.approx(math.sqrt(0.3071 * 0.6929 / 4000), rel=1e-2)
+    assert sliding.error == pytest.approx(math.sqrt(0.3071 * 0.6929 / count), rel=2e-2)
     assert abs(sliding.share - 0.3071261377816) < sliding.error
     assert abs(sliding.share - 0.3165) < 2.0 * math.hypot(sliding.error, math.sqrt(0.3165 * 0.6835 / 4000))
-    for label, start in list(zip(steady.label, steady.starts, strict=True))[:60]:
+    for label, start in list(zip(steady.label, steady.starts, strict=True))[:20]:
         motion = vc.simulate(BLOCK, periods=60, initial=dict(zip(BLOCK.state_names, start, strict=True)))
         sticks = any(event.kind == "stick" and event.time > 0.8 * motion.end for event in motion.events)
         assert (steady.attractors[label].motion.kind == "cycle") == sticks
@@ -88,46 +89,21 @@ def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
     assert one.value == pytest.approx(other.value, abs=3.0 * math.hypot(one.error, other.error))
 
 
-@pytest.mark.exhaustive
-def test_the_error_of_an_exponent_holds_what_it_claims():
-    """Starts by chance lead to chaos or to a cycle: exponents scatter by their errors about that of long motions.
-
-    0.0296 is the mean of 33 motions of 1,000 and 4,000 drive periods each, with a standard error of 0.0003.
-    """
-    draw = np.random.default_rng(8)
-    exponents = [
-        vc.lyapunov_exponent(
-            two_blocks(0.1), dict.fromkeys(("position", "position_2"), 1.0) | {"position": draw.uniform(0.5, 1.2)},
-            periods=200, transient=100,
-        )
-        for _ in range(16)
-    ]  # fmt: skip
-    chaotic = [exponent for exponent in exponents if exponent.value > 0.0]
-    assert len(chaotic) > 3
-    off = np.array([(each.value - 0.0296) / each.error for each in chaotic])
-    assert np.abs(off).max() < 3.0
-    assert np.mean(np.abs(off) < 1.0) >= 0.6
-    cycles = [exponent for exponent in exponents if exponent.value <= 0.0]
-    assert all(abs(cycle.value + 0.02817) < cycle.error for cycle in cycles)
-
-
 # --- diagrams --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_a_diagram_records_the_returns_of_cycles():
-    speeds = (0.15, 0.2, 0.3)
+    start, speed = {"position": 1.0, "position_2": 1.0}, 0.3
     diagram = vc.bifurcation_diagram(
-        two_blocks(0.2), "machine.belt_speed", (0.15, 0.3), 4, starts=1, settle_periods=60, section="stick",
-        initial={"position": 1.0, "position_2": 1.0}, directions=("up",),
+        two_blocks(0.2), "machine.belt_speed", (0.2, speed), 2, starts=1, settle_periods=60, section="stick",
+        initial=start, directions=("up",),
     )  # fmt: skip
-    for speed in speeds:
-        at = int(np.argmin(np.abs(diagram.values - speed)))
-        cycle = vc.orbit(two_blocks(speed), initial={"position": 1.0, "position_2": 1.0}, settle_periods=120)
-        motion = cycle.motion(1.5 * cycle.period / 10.0)
-        expected = np.sort(motion.states(vc.Section("stick").times(motion)[:2])[0])
-        assert diagram.response_period[0, 0, at] == 2
-        assert np.sort(diagram.states[0, 0, at, :2, 0]) == pytest.approx(expected, abs=1e-5)
+    cycle = vc.orbit(two_blocks(speed), initial=start, settle_periods=120)
+    motion = cycle.motion(1.5 * cycle.period / 10.0)
+    expected = np.sort(motion.states(vc.Section("stick").times(motion)[:2])[0])
+    assert diagram.response_period[0, 0, -1] == 2
+    assert np.sort(diagram.states[0, 0, -1, :2, 0]) == pytest.approx(expected, abs=1e-5)
     driven = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     with pytest.raises(ArgumentError, match="section should be None"):
         vc.bifurcation_diagram(driven, "machine.mass_ratio", (1.0, 2.0), 2, section="stick")

@@ -21,7 +21,7 @@ from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal
 
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
-FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
+FAILED_ROW = 1e3, 10.0  # residual of a run without a value, at least: in standard errors, in largest measured values
 REFUSED = list(Status).index(Status.NOT_FINITE)  # status of the runs at a point that a part refuses
 REFUSALS = 64  # points of the unknowns at which a part has to refuse a row
 BEGUN, FIRST_STEPS = 4, 15  # candidates that are refined; steps of each, before the best goes on
@@ -105,7 +105,8 @@ class TableModel:
         targets = {name: np.tile(self.table.targets[name][self.rows], (many, 1)) for name in self.table.measures}
         measured = np.stack([self._correct(name, column, size) for name, column in targets.items()], axis=1)
         residuals = (values - measured) / self.errors[:, self.rows]
-        residuals = np.where(np.isfinite(residuals), residuals, FAILED_ROW)
+        worst = FAILED_ROW[1] * np.max(np.abs(measured), axis=2, keepdims=True) / self.errors[:, self.rows]
+        residuals = np.where(np.isfinite(residuals), residuals, np.maximum(worst, FAILED_ROW[0]))
         if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] != "offset":
             k = self.table.measures.index(self.corrected[0])
             residuals[:, k] /= np.exp(size)[:, None]  # its errors are scaled with it
