@@ -273,7 +273,7 @@ STICK = "a stick phase vanishes"
         ("FSB", "FB", ModeChange.CROSSING, STICK),
         ("FB", "FSBS", ModeChange.CROSSING, "two stick phases appear"),
         ("FBSB", "FB", ModeChange.GRAZING, STICK),
-        ("FB", "FBFB", ModeChange.GRAZING, "two slip phases appear"),
+        ("FB", "FBFB", ModeChange.GRAZING, "a slip phase appears"),
         ("S", "SFSB", ModeChange.SPLITTING, "two slip phases appear"),
         ("FBSBFS", "FBFSBFBS", ModeChange.SWITCHING, "two slip phases appear"),
         ("FB", "S", ModeChange.UNNAMED, "several phases change at once"),
