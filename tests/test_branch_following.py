@@ -281,7 +281,7 @@ STICK = "a stick phase vanishes"
         ("FSB|FSBS", "SBF|FBS", ModeChange.CROSSING, f"{STICK} at contact 2"),
         ("FSB|", "FB|", ModeChange.CROSSING, f"{STICK} at contact 1"),
         ("FSB|FSB", "FB|FB", ModeChange.CROSSING, f"{STICK} at contact 1; {STICK} at contact 2"),
-        ("FSB|SFS", "FB|S", ModeChange.UNNAMED, "several phases change at once"),
+        ("FSB|SFS", "FB|S", ModeChange.UNNAMED, f"{STICK} at contact 1; a slip phase vanishes at contact 2"),
     ],
 )
 def test_changes_of_the_word_are_named(before, after, change, text):
