@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import inspect
 import itertools
+import math
 import pickle
 import random
 import re
@@ -166,6 +167,29 @@ def test_what_moves_by_nanometres_is_as_accurate_as_what_moves_by_metres():
     assert case.system.scales() == pytest.approx((2.94e-7, 0.0017), rel=0.02)
     ends = [vc.simulate(case, periods=3, tolerance=tolerance).sections[-1] for tolerance in (1e-9, 1e-13)]
     assert np.max(np.abs(ends[0] - ends[1]) / (1e-9, 6e-6)) < 1e-6  # of the largest place and speed
+
+
+def test_stops_of_nanometres_are_those_of_metres():
+    """By 1 m/s and 1 N a rebound was slow and a push slight: a mass stayed at its stop that had to bounce off it."""
+    plain = vc.OscillatorWithStops(stiffness=0.2, damping=0.0, gap=0.3, back_gap=0.3, restitution=0.8)
+    friction, options = vc.Coulomb(0.15, 0.15), {"periods": 3, "tolerance": 1e-12}
+    expected = vc.simulate(vc.System(plain, friction, vc.Harmonic(0.5, 0.4)), **options)
+    tables = tomllib.loads(SLED)
+    tables["machine"] = {"kind": "mechanism", "mass_kg": 1e-6, "stiffness_N_per_m": 0.2, "load_N": 1e-9, "gap_m": 3e-10}
+    tables["mechanism"]["parameters"] |= {
+        "stiffness": {"role": "stiffness", "symbol": "k", "meaning": "flexure"},
+        "load": {"role": "load", "symbol": "N", "meaning": "load"},
+        "gap": {"role": "gap", "symbol": "b", "meaning": "gap"},
+    }
+    tables["mechanism"]["spring"] = [{"stiffness": "stiffness", "stretch": "position"}]
+    stop = {"between": ["ground", "sled"], "gap": "gap", "back_gap": "gap", "restitution": "0.8"}
+    tables["mechanism"]["stop"], tables["mechanism"]["contact"][0]["load"] = [stop], "load"
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.15, "static_coefficient": 0.15}
+    tables["drive"] = {"waveform": "harmonic", "amplitude_N": 5e-10, "frequency_Hz": 200.0 / math.pi}
+    motion = vc.simulate(case_from_dict(tables), **options)
+    assert motion.event_kinds.tolist() == expected.event_kinds.tolist()
+    places = motion.at(1e-3 * expected.time[:-1], "position")
+    assert places == pytest.approx(1e-9 * expected.at(expected.time[:-1], "position"), abs=1e-18)
 
 
 def test_a_body_that_a_plate_lifts_weighs_though_its_load_is_given():

@@ -13,6 +13,8 @@ from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, Complaints, listed, shown
 from vibrocap.case.expressions import Expression
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, SIScales
+from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.mechanics.forms import Derived
 from vibrocap.physics.mechanics.parts import (
@@ -28,7 +30,9 @@ from vibrocap.physics.mechanics.parts import (
     Spring,
     Stop,
     Support,
+    as_sum,
 )
+from vibrocap.physics.mechanics.sums import total
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 
@@ -36,6 +40,7 @@ KIND = "mechanism"  # in [machine], besides the mechanism's own name
 VERSION = 1
 NAME, BODY, BODIES, STRETCH = "a name", "a body", "two bodies", "m or rad"
 LOADS = ("dynamic", "weight")
+NARROWEST_M = 1e-9  # a gap of a stop, where it has none
 PLACE = {"name": NAME, "on": BODY, "x": "m", "z": "m"}
 
 # part: (what makes it, {key: what stands there or its unit}, the keys that it needs)
@@ -114,7 +119,24 @@ class Mechanism(Machine):
         if self.imposes_motion:
             at["drive"] = q.imposed(q.drive)
         bodies: dict[str, Any] = {"ground": None}
-        return [plan.made(at, bodies) for plan in self.planned]
+        parts = [plan.made(at, bodies) for plan in self.planned]
+        if self.si_scales is SIScales:
+            self._size_stops(parts)
+        return parts
+
+    def _size_stops(self, parts: list[Any]) -> None:
+        """Give rigid stops in metres natural sizes: the speed of a fall through their gaps, the weight of all masses.
+
+        1 m/s and 1 N say nothing of a stage that moves by nanometres.
+        """
+        weight = STANDARD_GRAVITY_M_PER_S2 * total(as_sum(part.mass) for part in parts if isinstance(part, Mass))
+        for stop in parts:
+            if isinstance(stop, Stop) and stop.rigid:
+                units = {own.unit for name, own in self.all_coordinates.items() if name in stop.way.slopes}
+                if units == {"m"}:
+                    gap, back = as_sum(stop.gap), as_sum(stop.back_gap or 0.0)
+                    fall = sqrt(gap * gap + back * back + NARROWEST_M * NARROWEST_M)
+                    stop.speed, stop.force = sqrt(STANDARD_GRAVITY_M_PER_S2 * fall), weight
 
     def check_start(self, system: Any, initial: Mapping[str, float]) -> None:
         """MechanismError where its equations cannot be computed at the start of a run: they divide by zero there."""
