@@ -16,6 +16,7 @@ import pytest
 import case_matrix
 import vibrocap as vc
 from covering_array import covering_array
+from mechanisms import BeltRow
 from thinned import exhaustive_but, slow_but
 from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
@@ -127,6 +128,16 @@ def test_every_kind_of_part_is_put_into_words():
             words += "" if system is None else parts_title(parts.values(), 7.0)
             words += "" if system is None or system.units is None else parts_in_si(system, 7.0)
             assert "None" not in words
+
+
+@pytest.mark.parametrize("path", ["drives.belt.amplitude", 'frictions."block 2".static_coefficient', "friction_2.law"])
+def test_what_a_mechanism_names_is_swept_stored_and_resumed(cheap, tmp_path, path):
+    """A store took paths of two words alone: no study over a signal could be stored."""
+    system = vc.System(BeltRow(), [vc.Coulomb(0.3), vc.Coulomb(0.3)], vc.Harmonic())
+    values = ["coulomb", "lugre"] if path.endswith("law") else [0.4, 0.5]
+    for resume in (False, True):
+        vc.sweep(system, {path: values}, measures=["peak_friction"], out=tmp_path / "study", resume=resume)
+    assert vc.verify_study(tmp_path / "study").ok
 
 
 @pytest.mark.parametrize("number", slow_but(range(0, 12, 4), exhaustive_but(range(0, 12, 2), range(12))))

@@ -164,7 +164,7 @@ class System:
         if not self.machine.driven_by(self.drive, self.drives).repeats_after(self.drive.period):
             period = said(self.drive.period * self.result_units.factor("time"), self.result_units.unit("time"), 6)
             what = f"has the period {period}, after which the {self.machine.name} is another"
-            raise ArgumentError("drive", f"{what}: choose one in which all that depends on time in its parts repeats")
+            raise ArgumentError("drive", f"{what}: all that depends on time should repeat in it; change both together")
         if self.machine.imposes_motion and self.actuator is not None:
             what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
             raise ArgumentError("actuator", f"should be left out: the drive {what}")

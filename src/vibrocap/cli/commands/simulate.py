@@ -30,7 +30,7 @@ CHANNELS = {
     "drive": "work of the drive",
     "controller": "work of the controller",
     "damper": "work of the damper",
-    "belt": "work of the belt under the block",
+    "belt": "work of belts and of what else moves by itself",
     "impact": "loss in impacts",
     "drag": "work of the drag of the surroundings",
     "outer_force": "work of the force from outside",

@@ -177,7 +177,7 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
-_Path = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*$")]
+_Path = Annotated[str, Field(pattern=r"^[A-Za-z_].*\.[A-Za-z_][A-Za-z0-9_]*$")]  # "drives.clamp.amplitude" is one too
 _Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _Count = Annotated[int, Field(ge=1, le=2**62)]
 _Texts = dict[str, str]
