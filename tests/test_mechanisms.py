@@ -324,7 +324,7 @@ def test_what_depends_on_time_repeats_in_the_period_of_the_drive(name, frequency
     """Periods begin at time 0, so that a load, a table or a signal with another period would jump there."""
     kind = next(kind for kind in OWN if kind.name == name)
     system = vc.System(kind(), LAW, vc.Harmonic(frequency=frequency))
-    with pytest.raises(ArgumentError, match=f"drive: has the period .*, after which the {name} is another: choose one"):
+    with pytest.raises(ArgumentError, match=f"drive: has the period .*, after which the {name} is another: all that"):
         vc.System(kind(), LAW, vc.Harmonic(frequency=1.1 * frequency))
     over = {"drive.frequency": [frequency, 1.1 * frequency]}
     with pytest.raises(ValueError, match=f"after which the {name} is another"):
