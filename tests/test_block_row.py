@@ -26,20 +26,6 @@ def test_a_row_without_joints_is_as_many_oscillators():
         assert any(event.kind.startswith("stick") for event in alone.events)
 
 
-@pytest.mark.slow
-def test_a_long_row_is_certified():
-    """Six blocks of Burridge and Knopoff from unequal places: each sticks and slips, all balances close."""
-    row = vc.block_row(6)(belt_speed=0.05, coupling_stiffness=4.0)
-    laws = [vc.HyperbolicStribeck(0.0, 1.0 + 0.02 * i, 1.0) for i in range(6)]
-    start = {name: 0.1 * (i % 3) for i, name in enumerate(row.states[::2])}
-    motion = vc.simulate(vc.System(row, laws, STILL), initial=start, periods=10)
-    assert motion.certificate.ok
-    assert {f"stick_{i}" for i in range(2, 7)} | {"stick"} <= set(motion.event_kinds)
-    balance = vc.energy_balance(motion)
-    assert balance.belt > 0.0
-    assert abs(balance.residual) < 1e-7
-
-
 @pytest.mark.parametrize("belt", [0.0, 0.2])
 def test_drag_acts_on_every_block_at_its_velocity_over_the_ground(belt):
     """So it is a damper from each block to the ground."""

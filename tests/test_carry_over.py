@@ -1,7 +1,6 @@
 """A part of another kind keeps what both kinds have, by role and in its unit; in SI it asks for what it lacks."""
 
 import tomllib
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ import vibrocap as vc
 from vibrocap.arguments import Refusal
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.commands.crossing import _other
-from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Preset, contents
 from vibrocap.physics.catalogue import drives, laws
 from vibrocap.physics.dimensions.carry_over import carried_names
@@ -93,27 +91,6 @@ def test_what_both_laws_have_carries_over_in_si_and_what_is_missing_is_asked_for
     dahl = case_from_text(SI, changes={"friction.law": "dahl", "friction.bristle_stiffness_N_per_m": 9.0}).system
     said = " ".join(refusal(dahl, {"friction.law": "coulomb"}))
     assert "friction.static_coefficient: is missing" in said
-
-
-@pytest.mark.slow
-def test_a_sweep_over_kinds_in_si_has_the_case_s_numbers(tmp_path, monkeypatch, capsys):
-    """The mean friction of each law lies within the case's static level, 0.25 of 1.5 N."""
-    monkeypatch.chdir(tmp_path)
-    Path("c.toml").write_text(SI)
-    over = ["--over", "friction.law=coulomb,exponential", "--periods", "3", "--export", "x.csv"]
-    assert main(["sweep", "c.toml", *over, "--measure", "mean_friction"]) == 2
-    assert "--over friction.decay_rate_s_per_m: is missing; 'exponential' needs it" in capsys.readouterr().err
-    assert main(["sweep", "c.toml", "--over", "machine.kind=oscillator,two-mass-capsule", "--out", "s"]) == 2
-    Path("cases.csv").write_text("friction.law,friction.decay_rate_s_per_m\ncoulomb,\nexponential,50\n")
-    study = vc.sweep(
-        case_from_text(SI).system,
-        cases=[{"friction.law": "coulomb"}, {"friction.law": "exponential", "friction.decay_rate_s_per_m": 50.0}],
-        periods=3,
-        measures=["peak_friction"],
-        tolerance=1e-8,
-        settle=0,
-    )
-    assert study["friction.law"].values.tolist() == ["coulomb", "exponential"]
 
 
 def test_without_units_the_numbers_of_the_case_carry_over_too():
@@ -218,14 +195,3 @@ def test_a_kind_that_is_left_out_or_no_text_is_complained_of_whatever_is_changed
         with pytest.raises(CaseError) as caught:
             case_from_text(text, changes=changes)
         assert any(complaint.startswith(f"{section}.{key}: ") for complaint in caught.value.complaints)
-
-
-@pytest.mark.slow
-def test_words_vary_where_the_symmetry_of_a_machine_depends_on_its_numbers():
-    """A machine with rules between its fields, and one whose stops decide the symmetry; words are no numbers there."""
-    for machine in (vc.RigidStopCapsule(), vc.VibroImpactCapsule()):
-        system = vc.System(machine, vc.Coulomb(), vc.Harmonic())
-        over = {"machine.actuation": ["internal", "external"], "machine.gap": [0.1, 0.2]}
-        study = vc.sweep(system, over, periods=2, measures=["response_period"], tolerance=1e-8, settle=0)
-        assert study["machine.actuation"].values.tolist() == ["internal", "external"]
-        assert study.sizes == {"machine.actuation": 2, "machine.gap": 2}

@@ -306,17 +306,6 @@ def test_a_case_in_si_answers_in_si():
     assert vc.simulate(case).state == vc.simulate(system, initial=START, periods=4, tolerance=1e-8).state
 
 
-def test_a_study_of_a_case_begins_where_the_case_does():
-    pytest.importorskip("xarray")
-    system, case = cased()
-    over = {"drive.amplitude": [1.8, 1.9]}
-    run = {"initial": START, "periods": 4, "tolerance": 1e-8}
-    assert list(vc.ensemble(case, over)["mean_velocity"]) == list(vc.ensemble(system, over, **run)["mean_velocity"])
-    study, wanted = vc.sweep(case, over), vc.sweep(system, over, **run)
-    assert study.identical(wanted)
-    assert study.attrs["periods"] == 4
-
-
 def test_every_public_function_of_a_system_takes_a_case():
     """It is given the system, the case's start where it takes one, and the run where it takes all of that."""
     system, case = cased()

@@ -337,44 +337,24 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
 # --- whole kernels ---------------------------------------------------------------------------------------------------
 
 
-ENTRY = {motion: "advance", ensemble: "advance_ensemble"}
-
-
-@pytest.mark.parametrize(
-    ("law", "lanes"),
-    [
-        pytest.param(vc.Dahl(), 0, id="one motion", marks=pytest.mark.exhaustive),
-        pytest.param(vc.LuGre(), 0, id="one stiff motion", marks=pytest.mark.exhaustive),
-        pytest.param(vc.LuGre(), None, id="lanes", marks=pytest.mark.slow),
-    ],
-)
-def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
+@pytest.mark.slow
+@pytest.mark.parametrize("law", exhaustive_but([0], [vc.Dahl(), vc.LuGre()]), ids=lambda law: law.name)
+def test_the_quick_way_gives_the_bits_of_the_long_one(law, monkeypatch):
     """Which product of a sum is fused follows from how the passes leave blocks and operands; Dahl's law shows it."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))
-    recorded, parameters = equations(system), parameter_values(system)
     start = [math.pi / 3, *[0.0] * (len(system.state_names) - 1)]
-    module, kernels = (motion, motion.kernel) if lanes == 0 else (ensemble, ensemble.ensemble_kernel)
+    begin = MotionStart(equations(system), parameter_values(system), start, system.drive.period)
     values = []
     for short in (True, False):
-        kernels.cache_clear()
+        motion.kernel.cache_clear()
 
         def made(text, *_, short=short, **__):
-            return Compiled(object_code(lowered(text(), ENTRY[module], host().lanes, short), host()))
+            return Compiled(object_code(lowered(text(), "advance", host().lanes, short), host()))
 
-        monkeypatch.setattr(module, "kept_kernel", made)
-        if lanes == 0:
-            run = recorded_run(
-                MotionStart(recorded, parameters, start, system.drive.period),
-                Budget(20, 1e-9, 1000, 10**6),
-                Form(order=12),
-            )
-            values.append((run.pieces, run.events, run.final))
-        else:
-            rows = np.tile(parameters, (9, 1)) * np.linspace(0.9, 1.1, 9)[:, None]
-            budget = Budget(20, 1e-8, 1000, 10**6, window=4, asked=63)
-            run = ensemble_run(EnsembleStart(recorded, rows, np.tile(start, (9, 1))), budget, Form(order=10), threads=1)
-            values.append((run.numbers,))
-    kernels.cache_clear()
+        monkeypatch.setattr(motion, "kept_kernel", made)
+        run = recorded_run(begin, Budget(20, 1e-9, 1000, 10**6), Form(order=12))
+        values.append((run.pieces, run.events, run.final))
+    motion.kernel.cache_clear()
     assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(*values, strict=True))
     assert np.isfinite(values[0][0]).any()
 

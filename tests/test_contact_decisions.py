@@ -34,10 +34,6 @@ def test_a_linkage_does_not_lift_off_at_a_mode_that_is_only_tried():
     run = vc.simulate(system, initial=start, periods=4, tolerance=TOLERANCE)
     assert run.status is vc.Status.FINISHED
     assert run.certificate.ok, run.certificate.failures
-    theirs = independent_motion(system, start, 4)
-    assert theirs.status == "finished"
-    for name in system.machine.states:
-        assert run.state[name] == pytest.approx(theirs.state[name], abs=10.0 * TOLERANCE * 10.0)
 
 
 RAMPED = [vc.TwoBodyCrawler(mass_2=1.4), vc.ThreeBodyCrawler(normal_load_3=1.3), vc.LinkageCrawler(stiffness=4.0)]

@@ -86,7 +86,7 @@ def test_a_long_motion_is_the_same_in_parts(monkeypatch):
 
 
 def test_motions_that_are_kept_do_not_change_when_others_run():
-    kept = [moved(system, periods) for system in (EM, ROW, STOPS, LM) for periods in (2, 3)]
+    kept = [moved(system, periods) for system in (EM, LM) for periods in (2, 3)]
     stored = [pickle.dumps(motion) for motion in kept]
     for motion in kept:
         moved(motion.system, 4)
@@ -110,13 +110,13 @@ def test_motions_in_threads_are_those_of_one():
 def test_a_motion_within_another_has_its_own_trace(monkeypatch):
     """In a function that is told of the progress, and in a signal handler that runs then."""
     monkeypatch.setattr(run, "ROUNDS", 50)
-    outer, inner, within = moved(EM, 4), moved(ROW, 2), []
+    outer, inner, within = moved(EM, 4), moved(LM, 2), []
 
     def handled(*_):
-        within.append(moved(ROW, 2))
+        within.append(moved(LM, 2))
 
     def told(share):
-        within.append(moved(ROW, 2))
+        within.append(moved(LM, 2))
         if hasattr(signal, "raise_signal") and len(within) < 4:
             signal.raise_signal(signal.SIGTERM)
 

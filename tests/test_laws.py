@@ -85,6 +85,8 @@ def test_dahls_virgin_curve(exponent):
     found = stroke(law, 0.01, 1.0, load=1.4)
     expected = 1.4 * 0.15 * virgin_dahl(100.0 * found.displacement / (1.4 * 0.15), exponent)
     assert np.abs(found.friction - expected).max() <= 1e-8
+    with pytest.raises(ValueError, match="shape_exponent"):
+        vc.Dahl(shape_exponent=0.5)
     faster = stroke(law, lambda t: 0.02 + 0.01 * math.sin(9 * t), 1.0, load=1.4)  # the path counts, not the speed
     expected = 1.4 * 0.15 * virgin_dahl(100.0 * faster.displacement / (1.4 * 0.15), exponent)
     assert np.abs(faster.friction - expected).max() <= 1e-8
@@ -103,11 +105,6 @@ def test_loop_of_a_contact_at_constant_level(law, amplitude):
     assert (there.end[0], back.end[0]) == pytest.approx((largest, -largest), rel=1e-8)
     area = sum(np.trapezoid(half.friction, half.displacement) for half in (there, back))
     assert area == pytest.approx(4 * 0.15 * (amplitude - largest), rel=1e-5)  # of the trapezoidal rule
-
-
-def test_dahl_below_one_is_refused():
-    with pytest.raises(ValueError, match="shape_exponent"):
-        vc.Dahl(shape_exponent=0.5)
 
 
 # --- LuGre with a damping that fades ---------------------------------------------------------------------------------

@@ -10,7 +10,6 @@ import pytest
 import vibrocap as vc
 from imposed_motion import stroke
 from vibrocap.contracts.samples import settled_pieces
-from vibrocap.physics.catalogue import law as law_of
 
 SPEED = 0.01
 
@@ -253,15 +252,6 @@ def test_anisotropic_levels_and_what_is_held():
     assert vc.anisotropic(vc.Exponential) is vc.anisotropic(vc.Exponential)
 
 
-def test_anisotropic_contact_under_an_oscillation_has_no_mean_force_at_the_known_drift():
-    """v = V + b sin(phi) with V = b sin[(pi/2)(k_back - k_fwd)/(k_back + k_fwd)] (docs/model.md)."""
-    law = vc.anisotropic(vc.Coulomb)(forward_ratio=1.0, back_ratio=1.6)
-    share = math.sin(0.5 * math.pi * 0.6 / 2.6)
-    phi = (np.arange(200_000) + 0.5) * 2 * math.pi / 200_000
-    forces = [law.force(v, (), 1 if v > 0 else -1, 1.0)[0] for v in (share + np.sin(phi)).tolist()]
-    assert abs(np.mean(forces)) <= 2e-5 * 0.15
-
-
 def test_anisotropic_dynamic_law_settles_to_each_level_and_turns_without_a_jump():
     law = vc.anisotropic(vc.Dahl)(forward_ratio=0.7, back_ratio=1.2)
     there, back = strokes_between(law, (0.1, -0.1), load=1.5)
@@ -314,16 +304,3 @@ def test_backlash_unloads_deflections_and_keeps_ages():
     assert there.internal[-1, 0] == pytest.approx(math.log(0.1 / SPEED), abs=1e-4)
     free = back.internal[:, 2] == 0.0
     assert np.all(np.diff(back.internal[free, 0]) > 0.0)  # it ages in the gap
-
-
-def test_backlash_without_a_gap_is_the_law_but_for_what_it_unloads():
-    """Dahl's deflection and force vanish together: with a gap of zero nothing changes."""
-    plain, closed = vc.Dahl(), vc.backlash(vc.Dahl)(gap=0.0)
-    turns = (0.004, -0.003, 0.002)
-    for one, other in zip(strokes_between(plain, turns), strokes_between(closed, turns), strict=True):
-        assert np.abs(one.friction - other.friction).max() <= 1e-7
-
-
-def test_wrapped_laws_by_hand_are_those_of_the_catalogue():
-    assert law_of("backlash-anisotropic-lugre") is vc.backlash(vc.anisotropic(vc.LuGre))
-    assert law_of("backlash-anisotropic-lugre").name == "backlash-anisotropic-lugre"

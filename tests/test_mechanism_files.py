@@ -17,7 +17,7 @@ import pytest
 import vibrocap as vc
 from cases import printed
 from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, WASHBOARD, faulty
-from mechanisms import BeltRow, BowedString, Clutch, Feeder, RodRobot, StackedPlates, TubeCapsule, Washboard
+from mechanisms import BowedString, RodRobot, TubeCapsule, Washboard
 from vibrocap.case import expressions, mechanism_reading, mechanism_tables
 from vibrocap.case import mechanism as described
 from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_text, read_case
@@ -69,44 +69,6 @@ def test_the_capsule_of_the_paper_has_the_same_bits():
     assert np.array_equal(motion.event_times, other.event_times)
     assert all(np.array_equal(motion[name], other[name]) for name in motion.names if name != "energy")
     assert motion["energy"] == pytest.approx(other["energy"], rel=1e-14)  # summed in another order
-
-
-@pytest.mark.parametrize(
-    ("name", "other", "changes"),
-    [
-        ("clutch-slips-twice", Clutch(), ()),
-        ("plates-creep", StackedPlates(), ()),
-        ("feeder-conveys", Feeder(stroke=4e-4, lift=8e-5, rate=100.0 * np.pi, phase=320.0 * np.pi / 180.0), ()),
-        ("blocks-on-a-shaken-belt", BeltRow(), [("mechanism.coordinates.position.repeat", 2)]),
-    ],
-)
-def test_rates_and_loads_are_those_of_a_class(name, other, changes):
-    tables = changed(name, *changes)
-    if changes:
-        for part in ("mass", "spring", "damper", "contact"):
-            for row in tables["mechanism"][part]:
-                row["repeat"] = {4: 2, 3: 1}[row["repeat"]]
-        tables["machine"]["damping"] = 0.0
-        del tables["frictions"]
-    system, draw = case_from_dict(tables).system, random.Random(2)
-    machine = system.placed
-    mass = getattr(machine, "mass", 1.0) if name == "feeder-conveys" else 1.0
-    weight = machine.gravity[0] if name == "feeder-conveys" else 1.0
-    assert machine.states == other.states
-    for _ in range(20):
-        t, y = draw.uniform(0.0, 3.0), tuple(draw.uniform(-1.0, 1.0) for _ in machine.states)
-        force, frictions = draw.uniform(-1.0, 1.0), tuple(draw.uniform(-1.0, 1.0) for _ in machine.contact_states)
-        rates = machine.rates(t, y, mass * force, tuple(mass * friction for friction in frictions))
-        assert rates == pytest.approx(other.rates(t, y, force, frictions), rel=1e-12, abs=1e-12)
-    if name == "feeder-conveys":  # N = m (g - b Omega^2 sin(Omega t + psi))
-        lift = other.lift * other.rate**2 * np.sin(other.rate * t + other.phase)
-        n, *_ = machine.contacts(t, y, 0.0)[0].reaction
-        assert n == pytest.approx(mass * (weight - lift), rel=1e-12)
-    elif name == "clutch-slips-twice":
-        n, *_ = machine.contacts(t, y, 0.0)[0].reaction
-        assert n == pytest.approx(1.0 + 0.3 * np.cos(2.0 * t), rel=1e-13)
-    else:
-        assert machine.loads() == pytest.approx(other.loads(), rel=1e-15)
 
 
 SLED = """

@@ -52,7 +52,7 @@ def test_tracking_under_feedback_reaches_the_speed_of_the_closed_form(ratio, ang
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "law"),
-    exhaustive_but([3], [(load, law) for load in (2.0, "dynamic") for law in (vc.Coulomb(0.2, 0.3), vc.LuGre())]),
+    exhaustive_but([2], [(load, law) for load in (2.0, "dynamic") for law in (vc.Coulomb(0.2, 0.3), vc.LuGre())]),
 )
 def test_errors_die_out_as_the_gains_say_whatever_the_contact_does(load, law):
     drive, controller = vc.Harmonic(0.7, 1.3), vc.AngleComputedTorque(5.0, 1.5)
@@ -147,20 +147,15 @@ def test_with_wrong_beliefs_it_is_what_another_solver_says():
     assert [motion.state[name] for name in names] == pytest.approx(exact.y[:, -1], abs=1e-8)
 
 
-@pytest.mark.slow
-def test_what_hunts_without_it_comes_to_its_goal_with_it():
-    """Canudas de Wit et al. 1995: stiff bristles, a step to the goal 1; the servo hunts, the observer ends that."""
-    law = vc.LuGre(1e5, math.sqrt(1e5), 0.4, 1.0, 1.5, 0.001)
-    block, goal = vc.Oscillator(stiffness=0.0), vc.Constant(1.0)
-    hunts = vc.orbit(vc.System(block, law, goal, controller=vc.PositionPID(**GAINS)))
-    assert hunts.status is OrbitStatus.CONVERGED
-    assert hunts.stable
-    assert hunts.period == pytest.approx(24.436786456, abs=1e-6)
-    beliefs = {"bristle_stiffness": 1e5, "bristle_damping": math.sqrt(1e5), "viscous_damping": 0.4}
-    beliefs |= {"coulomb_force": 1.0, "static_force": 1.5, "stribeck_velocity": 0.001}
-    settles = vc.System(block, law, goal, controller=vc.FrictionObserver(**GAINS, **beliefs))
-    motion = vc.simulate(settles, periods=100, tolerance=1e-11)
-    expected = (scipy.linalg.expm(100.0 * LINEAR) @ [-1.0, 0.0, 0.0])[0]
+def test_with_right_beliefs_stiff_bristles_are_nothing():
+    """Canudas de Wit et al. 1995: a step to the goal 1, where a servo without an observer hunts for ever."""
+    bristles = {"bristle_stiffness": 1e5, "bristle_damping": math.sqrt(1e5), "viscous_damping": 0.4}
+    law = vc.LuGre(**bristles, coulomb_coefficient=1.0, static_coefficient=1.5, stribeck_velocity=0.001)
+    beliefs = bristles | {"coulomb_force": 1.0, "static_force": 1.5, "stribeck_velocity": 0.001}
+    observer = vc.FrictionObserver(**GAINS, **beliefs)
+    system = vc.System(vc.Oscillator(stiffness=0.0), law, vc.Constant(1.0), controller=observer)
+    motion = vc.simulate(system, periods=20, tolerance=1e-11)
+    expected = (scipy.linalg.expm(20.0 * LINEAR) @ [-1.0, 0.0, 0.0])[0]
     assert motion.state["position"] - 1.0 == pytest.approx(expected, abs=1e-9)
 
 
@@ -214,22 +209,6 @@ def test_a_line_that_the_command_cannot_keep_is_crossed():
     )
     assert len(expected) == 3
     assert motion.state["displacement"] == pytest.approx(place * math.exp(time - motion.end), abs=1e-10)
-
-
-@pytest.mark.slow
-def test_a_line_is_left_where_the_reference_asks_for_more_than_there_is():
-    """r'' = -1.2 cos t at first, with a command of 1: z = 1.2 - t^2/2 until it meets the line again."""
-    motion = vc.simulate(
-        switched(drive=vc.Harmonic(1.2, 1.0)), periods=0.6, initial={"displacement": 1.2}, tolerance=1e-13
-    )
-
-    def away(t):
-        return -t + 1.2 * math.sin(t) + 1.2 - 0.5 * t * t - 1.2 * math.cos(t)
-
-    back = scipy.optimize.brentq(away, 0.3, 3.0, xtol=1e-15)
-    first = next(event for event in motion.events if event.kind == "command_unsaturated" and event.time > 1e-6)
-    assert first.time == pytest.approx(back, abs=1e-10)
-    assert motion.at([0.5 * back], "drive")[0] == -1.0
 
 
 @pytest.mark.slow

@@ -192,8 +192,8 @@ def time_derivative_lost(kernel, step):
 @pytest.mark.parametrize("fault", [stage_late, time_derivative_lost])
 def test_planted_faults_of_the_implicit_method_are_rejected(fault, exact_reversing):
     kernel = kernel_of(REVERSING)
-    errors = [implicit_error(kernel, count, exact_reversing, fault) for count in IMPLICIT_STEPS]
-    assert abs(slope(IMPLICIT_STEPS, errors) - 5.0) > 4 * WITHIN
+    errors = [implicit_error(kernel, count, exact_reversing, fault) for count in IMPLICIT_STEPS[:2]]
+    assert abs(slope(IMPLICIT_STEPS[:2], errors) - 5.0) > 4 * WITHIN
 
 
 @pytest.mark.slow

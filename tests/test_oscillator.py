@@ -174,23 +174,15 @@ def test_travel_of_a_machine_in_its_place_is_refused(pulled):
             vc.ensemble(belt(), {"machine.stiffness": [1.0, 2.0]}, measures=[name])
 
 
-@pytest.mark.slow
+@pytest.mark.plain
 def test_a_mass_without_a_spring_travels():
-    """Nothing depends on its place: an orbit closes but for travel, on which runs and ensembles agree."""
+    """Nothing depends on its place."""
     drive = vc.Biharmonic(1.2, 1.0, 0.5)
     system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(0.1, 0.2), drive)
     assert (system.cyclic, vc.System(vc.Oscillator(), vc.Coulomb(), drive).cyclic) == ("position", None)
     assert vc.System(vc.OscillatorWithStops(stiffness=0.0), vc.Coulomb(), drive).cyclic is None  # its stops hold it
-    orbit = vc.orbit(system)
-    motion = vc.simulate(system, initial=orbit.state, periods=2)
-    gained = motion.sections[2] - motion.sections[1]
-    assert orbit.status is vc.OrbitStatus.CONVERGED
-    assert orbit.drift == pytest.approx(gained[0], rel=1e-9)
-    assert abs(gained[1]) <= 1e-9
-    over = {"machine.stiffness": [0.0, 0.5]}
-    results = vc.ensemble(system, over, measures=["mean_velocity"], periods=60, settle=1e-6)
-    assert results["mean_velocity"] == pytest.approx([orbit.mean_velocity, math.nan], rel=1e-5, nan_ok=True)
-    assert results["settled"][0]
+    motion = vc.simulate(system, periods=2)
+    assert vc.drift(motion) == pytest.approx(motion.sections[2, 0] - motion.sections[1, 0], rel=1e-12)
 
 
 # --- others' reference values ----------------------------------------------------------------------------------------

@@ -17,21 +17,11 @@ FOUND = (13, 15, 72, 82, 92, 101, 110, 113, 118, 153, 171, 187, 211, 214, 411)
 NUMBERS = [*range(20), *(number for number in FOUND if number >= 20)]
 
 
-def assert_right_or_said_so(number: int):
+@pytest.mark.slow
+@pytest.mark.parametrize("number", exhaustive_but(map(NUMBERS.index, (110, 214)), NUMBERS))
+def test_plausible_motions(number):
     found = compared(number)
     assert found.status != "finished" or found.worst <= MOST, found
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [110, 187, 411])
-def test_plausible_motions(number):
-    assert_right_or_said_so(number)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", exhaustive_but(map(NUMBERS.index, (72, 214)), NUMBERS))
-def test_more_plausible_motions(number):
-    assert_right_or_said_so(number)
 
 
 @pytest.mark.parametrize("shape", slow_but([], ["tanh", "arctan"]))

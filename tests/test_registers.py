@@ -40,12 +40,10 @@ from vibrocap.numerics.kernel.arithmetic import plain_vectors
 plain_vectors.lane_count = lambda: int(sys.argv[1])
 import vibrocap as vc
 assert len(plain_vectors.all_lanes()) == int(sys.argv[1])
-over = {"machine.mass_ratio": np.linspace(0.05, 8.0, 101)}
-settings = {"initial": {"angle": 1.0}, "periods": 20, "tolerance": 1e-6, "measures": ["mean_velocity", "mode_sequence"]}
-for law in (vc.Exponential(), vc.LuGre()):
-    system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
-    found = vc.ensemble(system, over, **settings)
-    print([value.hex() for value in found["mean_velocity"]], list(found["mode_sequence"]))
+over = {"machine.mass_ratio": np.linspace(0.05, 8.0, 61)}
+settings = {"initial": {"angle": 1.0}, "periods": 8, "tolerance": 1e-6, "measures": ["mean_velocity", "mode_sequence"]}
+found = vc.ensemble(vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), over, **settings)
+print([value.hex() for value in found["mean_velocity"]], list(found["mode_sequence"]))
 """
 
 
@@ -58,5 +56,5 @@ def test_four_lanes_give_the_bits_of_eight():
         ).stdout
         for lanes in ("4", "8")
     )
-    assert len(four) > 2000
+    assert len(four) > 1000
     assert four == eight

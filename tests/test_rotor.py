@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from cases import printed_json
 from independent import motion as independent_motion
 from planted import planted
 from thinned import exhaustive_but
-from vibrocap.cli.main import main
-from vibrocap.cli.terminal import OK
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
 from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.numerics.linker import kernel_source
@@ -181,23 +178,6 @@ def test_states_are_brought_back_to_the_first_turn():
     assert brought_back(system, state) == pytest.approx([0.2, 0.0, 0.0, 0.1], abs=1e-14)
     other = dataclasses.replace(system, machine=vc.PendulumCapsule())
     assert brought_back(other, state)[0] == state[0]
-
-
-@pytest.mark.slow
-def test_commands_tell_the_winding(tmp_path, capsys):
-    case = tmp_path / "rotor.toml"
-    case.write_text(
-        '[machine]\nkind = "rotor-capsule"\n[friction]\nlaw = "coulomb"\ncoulomb_coefficient = 0.1\n'
-        'static_coefficient = 0.15\n[drive]\nwaveform = "square"\namplitude = 1.6\nfrequency = 0.7\nduty = 0.8\n'
-        "[initial]\nangle = 0.1\n[run]\nperiods = 60\n"
-    )
-    windings = []
-    for command in ("simulate", "orbit"):
-        windings.append(printed_json(capsys, command, case)["winding"])
-        assert main([command, str(case)]) == OK
-        assert {"simulate": "turns of angle", "orbit": "2 turn(s) of angle"}[command] in capsys.readouterr().out
-    assert windings[0] == pytest.approx({"angle": 2.0}, abs=1e-8)
-    assert windings[1] == {"angle": 2}
 
 
 def test_a_kernel_remembers_both_coordinates_of_an_angle():

@@ -7,7 +7,6 @@ is measured in units of the largest coefficient at the same distance from the si
 
 import ast
 import math
-import random
 import re
 
 import mpmath as mp
@@ -17,7 +16,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
 from thinned import slow_but
-from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
@@ -272,37 +271,6 @@ def test_recurrences(name, x0):
     assert np.all(
         np.abs(np.array(coefficients) - exact) <= 16 * np.arange(1, ORDER + 2) * EPSILON * sizes(intermediate)
     )
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_graph_on_arrays_is_the_scalar_physics(name):
-    """NumPy on the recorded graph = the scalar functions called with floats, at random states, both sides and stuck."""
-    system, draw = SYSTEMS[name], random.Random(name)
-    recording = equations(system)
-    names = ("friction", "holding_force", "contact_velocity", "drive", "energy", "contact_energy")
-    expressions = [*recording.rates, *recording.powers, *(recording.observables[n] for n in names)]
-    sides = (1, -1) if system.friction.kind == "kinked" else (1, -1, 0)
-    count = 40
-    t = np.array([draw.uniform(0, 5) for _ in range(count)])
-    y = np.array([[draw.uniform(-1, 1) for _ in range(count)] for _ in system.state_names])
-    side = np.array([draw.choice(sides) for _ in range(count)], dtype=float)
-    y[3] = side * np.abs(y[3])
-    values = evaluate(expressions, t, y, side, parameter_values(system))
-    for j in range(count):
-        flow = system.flow(float(t[j]), tuple(map(float, y[:, j])), float(side[j]))
-        (contact,) = flow.contacts
-        observed = (
-            contact.friction,
-            contact.held,
-            contact.contact.velocity,
-            flow.drive,
-            flow.energy,
-            flow.contact_energy,
-        )
-        scalar = [*flow.rates, *flow.powers, *observed]
-        size = 1 + max(map(abs, scalar))
-        for value, one in zip(values, scalar, strict=True):
-            assert abs(float(np.broadcast_to(value, count)[j]) - one) <= 16 * EPSILON * size
 
 
 @pytest.mark.parametrize(("name", "side"), CASES)

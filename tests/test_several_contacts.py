@@ -1,8 +1,5 @@
 """Systems of every kind of contact against an independent solver: ends, events and sides, with certified balances."""
 
-import csv
-import shutil
-import subprocess
 from typing import ClassVar
 
 import numpy as np
@@ -13,8 +10,6 @@ from independent import motion as independent_motion
 from mechanisms import MECHANISMS
 from renumbered import counterpart, renumbered
 from thinned import exhaustive_but
-from vibrocap.case.case import Case
-from vibrocap.exchange.c_library import export_c
 from vibrocap.io.motion_file import columns
 from vibrocap.measures.recorded.energy import EnergyBalance
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
@@ -172,7 +167,7 @@ def both_ways(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 1, 3, 4], [*PAIRED]))
+@pytest.mark.parametrize("name", exhaustive_but([1, 3], [*PAIRED]))
 def test_contacts_may_be_numbered_either_way(name):
     """Measures of motions and of ensembles, columns of files, loops, energies and certificates."""
     one, other = both_ways(name)
@@ -209,7 +204,7 @@ def test_contacts_may_be_numbered_either_way(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["blocks", "linkage"])
+@pytest.mark.parametrize("name", exhaustive_but([1], ["blocks", "linkage"]))
 def test_orbits_of_contacts_that_are_numbered_either_way(name):
     """Drift, multipliers and mode sequences."""
     orbits = [vc.orbit(system) for system in both_ways(name)]
@@ -219,26 +214,6 @@ def test_orbits_of_contacts_that_are_numbered_either_way(name):
     assert orbits[0].mean_velocity == pytest.approx(orbits[1].mean_velocity, abs=1e-8)
     sizes = [np.sort(np.abs(orbit.multipliers)) for orbit in orbits]
     assert sizes[0] == pytest.approx(sizes[1], abs=1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc is installed")
-def test_c_tells_contacts_that_are_numbered_either_way(tmp_path):
-    """The columns that a program in C prints."""
-    tables = []
-    for i, system in enumerate(both_ways("blocks")):
-        folder = tmp_path / f"{i}"
-        export_c(Case(system, periods=2), folder)
-        command = ["gcc", "-O1", "-o", "capsule", "main.c", "capsule.c", "-lm"]
-        subprocess.run(command, cwd=folder, check=True)
-        stdout = subprocess.run([folder / "capsule"], capture_output=True, text=True, check=True).stdout
-        rows = [row for row in csv.DictReader(stdout.splitlines()) if row["what"] in ("start", "instant", "finished")]
-        tables.append({name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "what"})
-    one, _ = both_ways("blocks")
-    assert {*tables[1]} == {counterpart(table, one) for table in tables[0]}
-    assert {"side", "side_2", "friction_2"} <= {*tables[0]}
-    for key, values in tables[0].items():
-        assert values[1:] == pytest.approx(tables[1][counterpart(key, one)][1:], abs=1e-7), key
 
 
 def test_what_would_hold_a_further_contact_is_told_while_it_slides():

@@ -176,7 +176,7 @@ def assert_split_anywhere(system, periods, number=None, tolerance=1e-9):
     ids=lambda system: system.machine.name,
 )
 def test_a_run_that_ends_at_an_event_is_continued_as_if_it_had_not_ended(system):
-    assert_split_anywhere(system, 4.9, number=6)
+    assert_split_anywhere(system, 4.9, number=4)
 
 
 def test_an_event_at_the_last_instant_belongs_to_the_run():

@@ -107,14 +107,6 @@ def test_orbit_of_the_vibro_impact_capsule():
 
 
 @pytest.mark.slow
-def test_period_doubling_of_the_vibro_impact_capsule():
-    """Against the digits of `test_grazing.py`; a multiplier is known to 1e-9, so the parameter to less than this."""
-    branch = vc.branch(capsule(0.99), over="drive.frequency", between=(0.985, 1.0), initial=ORBIT)
-    (flip,) = (point for point in branch.special_points if point.kind.value == "flip")
-    assert flip.parameter == pytest.approx(0.99623822467202370, abs=2e-11)
-
-
-@pytest.mark.slow
 def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
     """It is pressed in, and leaves the stop: nothing happens before; so it is counted in an ensemble, too."""
     inside = {"displacement": 0.5, "displacement_rate": -1.0, "velocity": 0.2}

@@ -316,6 +316,7 @@ def test_steps_that_change_by_a_hundred_times_the_last_tell_no_multiplier(times,
     assert asked([0.0, 0.0, 1.0 + times, 1.0], "weights_of", 1) == rank
 
 
+@pytest.mark.slow  # its kernel
 def test_the_error_of_an_implicit_step_is_held_to_the_tolerance():
     """Some 900 of them: the end is within five tolerances; fourteen where a hundredth of the error counts."""
     law = vc.RateAndStateAgeing(0.3, 0.03, 0.06, 1e-4, 0.1)

@@ -227,25 +227,6 @@ def test_convert_writes_the_other_form_and_back(place, capsys):
 
 
 # --- sweeps -----------------------------------------------------------------------------------------------------------
-@pytest.mark.slow
-def test_lists_and_designs_take_paths_in_si():
-    system = case_from_text(CASE).system
-    rows = [{"machine.capsule_mass_kg": 0.3}, {"drive.frequency_rad_per_s": 7.0}, {"initial.position_m": 0.1}]
-    study = vc.sweep(system, cases=rows, periods=4, window=2, tolerance=1e-8, settle=0)
-    assert study["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5, 0.5]
-    assert study["drive.frequency_rad_per_s"].values[1] == 7.0
-    assert study["drive.frequency_rad_per_s"].values[0] == pytest.approx(2 * math.pi * 1.1, rel=1e-15)
-    assert study["initial.position_m"].values.tolist() == [0.0, 0.0, 0.1]
-    drawn = vc.sweep(
-        system,
-        {"drive.amplitude_N_m": (0.5, 0.9)},
-        design=vc.Design("sobol", 2),
-        periods=4,
-        window=2,
-        tolerance=1e-8,
-        settle=0,
-    )
-    assert ((drawn["drive.amplitude_N_m"] >= 0.5) & (drawn["drive.amplitude_N_m"] <= 0.9)).all()
 
 
 @pytest.mark.parametrize(
@@ -283,26 +264,6 @@ def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
         rows = [line.split(",") for line in Path("map.csv").read_text().splitlines() if line[0] != "#"]
         column = rows[0].index("mean_velocity")
         assert [float(row[column]) for row in rows[1:]] == study["mean_velocity"].values.tolist()
-
-
-def test_an_adaptive_map_in_si_is_the_map_without_units():
-    system = case_from_text(PRESSED).system
-    how: dict = {"by": ["mode_sequence"], "measures": ["mean_velocity", "drive_work"], "coarse": 2, "periods": 6}
-    over = {"machine.capsule_mass_kg": "0.3:0.5:3", "drive.frequency_Hz": "0.8:1.4:3"}
-    found = vc.adaptive_map(system, over, **how)
-    plain = {
-        "machine.mass_ratio": np.linspace(0.3, 0.5, 3) / 0.2,
-        "drive.frequency": np.linspace(0.8, 1.4, 3) * 2 * math.pi * math.sqrt(0.25 / 9.80665),
-    }
-    same = vc.adaptive_map(dataclasses.replace(system, units=None), plain, **how)
-    for name, factor, unit in (
-        ("mean_velocity", math.sqrt(9.80665 * 0.25), "m/s"),
-        ("drive_work", 0.2 * 9.80665 * 0.25, "J"),
-    ):
-        assert found[name].values == pytest.approx(same[name].values * factor, rel=1e-9, nan_ok=True)
-        assert found[name].attrs["units"] == unit
-    assert found["drive.frequency_Hz"].attrs["units"] == "Hz"
-    assert found["machine.capsule_mass_kg"].attrs["coarse_spacing"] == pytest.approx(0.2, rel=1e-14)
 
 
 def test_a_system_is_changed_in_si():

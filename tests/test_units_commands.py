@@ -14,10 +14,8 @@ import pytest
 
 import vibrocap as vc
 from test_units import CASE, PRESSED
-from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
 BENCH = PRESSED.replace("frequency_Hz = 1.1", "frequency_Hz = 1.0").replace(
@@ -151,20 +149,6 @@ def test_pictures_of_basins_are_in_si():
         assert sum(word.endswith(said) for word in words) == 1
 
 
-def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
-    from vibrocap.plotting import plot
-
-    axis = []
-    monkeypatch.setattr(plot, "save", lambda figure, *rest: axis.append(figure.axes[0]))
-    (tmp_path / "case.toml").write_text(BENCH)
-    plane = "angle_deg=-60:60,velocity_m_per_s=-1:1"
-    arguments = ["basins", str(tmp_path / "case.toml"), "--plane", plane, "--resolution", "2"]
-    assert cli.main([*arguments, "--plot", str(tmp_path / "plane.png")]) == 0
-    assert axis[0].get_xlabel() == r"initial angle $\theta$ [deg]"
-    assert axis[0].get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
-    assert axis[0].get_ylim() == pytest.approx((-1.0, 1.0), rel=1e-12)
-
-
 def test_basins_remember_the_keys_of_their_plane():
     """In Python too, in a sheet and in a panel, and after pickling; bare keys are drawn in the units of results."""
     cells = vc.basins(case_from_text(BENCH).system, {"angle_deg": (-60, 60), "velocity": (-1, 1)}, 2)
@@ -175,18 +159,6 @@ def test_basins_remember_the_keys_of_their_plane():
             assert axes.get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
     bare = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
     assert vc.plot(bare).get_xlabel() == r"initial angle $\theta$ [rad]"
-
-
-def test_the_axes_of_basins_are_those_of_their_plane():
-    from vibrocap.plotting.steady.basins import draw_basins
-
-    found = computed(vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2))
-    assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial angle $\theta$ [rad]"
-    for keys in (("velocity", "angle"), ("angle_deg",), "angle_deg"):
-        with pytest.raises(
-            ArgumentError, match="axes should be angle and velocity, each with a unit such as angle_deg"
-        ):
-            draw_basins(found, axes=keys)
 
 
 # --- changes of a case ------------------------------------------------------------------------------------------------
