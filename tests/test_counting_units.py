@@ -129,7 +129,7 @@ OF_SYSTEMS = {  # those of commands, in SI and without units, stand in `test_vie
     "diagram": lambda system: vc.bifurcation_diagram(system, OVER, (4.5, 5.5), 3),
     "smoothing": lambda system: vc.regularisation_error(system, widths=(0.01,)),
     "width": lambda system: vc.width_for(system, error=0.2),
-    "width for a speed": lambda system: vc.width_for(system, "mean_velocity", error=0.01, relative=False),
+    "width for a speed": lambda system: vc.width_for(system, "mean_velocity", error=1e-3, relative=False),
     "ensemble": lambda system: vc.ensemble(system, {OVER: [4.9, 5.0]}, measures=["mean_velocity", "drive_work"]),
     "sweep": lambda system: columns(
         vc.sweep(
