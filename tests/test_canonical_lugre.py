@@ -47,11 +47,11 @@ def test_break_away_by_another_integrator(pulls):
     assert pulls.velocity[1] == pytest.approx(v[friction.argmax()], rel=1e-3)
 
 
-def test_break_away_falls_with_the_rate():
-    found = break_away(OWN)
-    assert np.all(np.diff(found.force) < 0.0)
-    assert found.force[0] == pytest.approx(1.5, rel=0.02)
-    assert np.all(found.applied > found.force)
+@pytest.mark.plain
+def test_break_away_falls_with_the_rate(pulls):
+    assert np.all(np.diff(pulls.force) < 0.0)
+    assert pulls.force[0] == pytest.approx(1.5, rel=0.05)
+    assert np.all(pulls.applied > pulls.force)
 
 
 # --- presliding ------------------------------------------------------------------------------------------------------

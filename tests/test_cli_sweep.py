@@ -17,10 +17,8 @@ import xarray as xr
 import interrupts
 from cases import SETTLED as CASE
 from cases import command, refused
-from vibrocap.arguments import Complaints
 from vibrocap.case.case import read_case
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, TimeLeft, duration
-from vibrocap.cli.texts import pairs
 from vibrocap.measures.during_run import measure_table
 from vibrocap.ranges import values_between
 from vibrocap.studies.dataset import open_study
@@ -174,18 +172,6 @@ def test_design_and_cases(case, cheap):
     study = open_study("cases")
     np.testing.assert_array_equal(study["machine.mass_ratio"], [1.0, 2.5])
     assert study["friction.law"].values.tolist() == ["lugre", "exponential"]
-
-
-def test_pairs_of_an_option():
-    complaints = Complaints()
-    texts = ["machine.mass_ratio=1:2:3", "friction.law = exponential,lugre"]
-    expected = {"machine.mass_ratio": "1:2:3", "friction.law": "exponential,lugre"}
-    assert pairs("over", texts, complaints, "PATH=VALUES") == expected
-    pairs("over", ["a=1", "a=2", "b", "c=", "=1"], complaints, "PATH=VALUES")
-    assert [str(complaint) for complaint in complaints] == [
-        "--over a: is given twice",
-        *(f"--over {text}: should be PATH=VALUES" for text in ("b", "c=", "=1")),
-    ]
 
 
 # --- wrong input -----------------------------------------------------------------------------------------------------

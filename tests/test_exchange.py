@@ -5,7 +5,6 @@ What the library does as a stepper (inputs, parameters, copies, ends) is asked i
 
 import csv
 import ctypes
-import dataclasses
 import functools
 import importlib.util
 import math
@@ -29,7 +28,6 @@ from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.fmu.fmu import export_fmu
-from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
@@ -320,36 +318,6 @@ def test_an_export_that_was_stopped_can_be_repeated(tmp_path, monkeypatch):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
             name: (whole / name).read_bytes() for name in names
         }
-
-
-@needs_gcc
-def test_a_case_in_si_is_set_stepped_and_seen_in_si(tmp_path):
-    """Against the stepper, whose motion is the same but for the compiler's rounding."""
-    case = read_case(next(path for path in EXAMPLES if path.stem == "bench-in-si"))
-    export_c(case, tmp_path, input="drive")
-    out = built(tmp_path, "-O1", "-shared", "-fPIC", sources=("capsule.c",), out="capsule.so")
-    library = ctypes.CDLL(str(out))
-    library.capsule_look.restype = ctypes.POINTER(ctypes.c_double)
-    library.capsule_time.restype = library.capsule_parameter.restype = ctypes.c_double
-    motion, h, signal = ctypes.create_string_buffer(100_000), 0.02, (0.4, -1.5, 2.0)
-    library.capsule_case(motion)
-    for at, value in ((0, 0.3), (3, 0.05)):
-        assert library.capsule_set_initial(motion, at, ctypes.c_double(value))
-    masses = [parameter.name for parameter in SteppedCase(case, "drive").parameters].index("machine.mass_ratio")
-    before = library.capsule_parameter(motion, masses)
-    assert library.capsule_set_parameter(motion, masses, ctypes.c_double(1.1 * before))
-    assert library.capsule_parameter(motion, masses) == pytest.approx(1.1 * before, rel=1e-15)
-    library.capsule_begin(motion)
-    machine = dataclasses.replace(case.system.machine, mass_ratio=1.1 * case.system.machine.mass_ratio)
-    other = dataclasses.replace(case, system=dataclasses.replace(case.system, machine=machine))
-    beside = vc.stepper(other, input="drive", initial={"angle": 0.3, "velocity": 0.05})
-    for _ in range(20):
-        assert library.capsule_set_input(motion, *map(ctypes.c_double, signal))
-        library.capsule_step(motion, ctypes.c_double(h))
-        beside.step(signal[0], h, *signal[1:])
-        array = np.ctypeslib.as_array(library.capsule_look(motion), (len(beside.values),))
-        np.testing.assert_allclose(array, beside.values, rtol=1e-11, atol=1e-12)
-    assert library.capsule_time(motion) == pytest.approx(20 * h, rel=1e-14)
 
 
 def test_a_scale_that_follows_from_others_is_no_constant_of_an_fmu(tmp_path):

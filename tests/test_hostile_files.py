@@ -4,6 +4,7 @@ a terminal would obey. Each is refused, or shown as what it is.
 
 import contextlib
 import io
+import itertools
 import os
 import struct
 import subprocess
@@ -18,6 +19,7 @@ from scipy.io import savemat
 
 from cases import SHORT as CASE
 from cases import printed, refused
+from thinned import covering
 from torture.waits import KINDS, PLACES
 from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
@@ -161,10 +163,13 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
+WAITS = [*itertools.product(READS, ("pipe", "link to a pipe", "socket", "link to itself"))]
+
+
 @posix
-@pytest.mark.parametrize("name", READS)
-@pytest.mark.parametrize("what", ["pipe", "link to a pipe", "socket", "link to itself"])
+@pytest.mark.parametrize(("name", "what"), [WAITS[i] for i in covering(WAITS)])
 def test_what_nobody_writes_into_is_not_waited_for(place, name, what, capsys):
+    """Every place and every kind; all pairs are waited for by `python -m torture`."""
     path = place / name
     path.parent.mkdir(exist_ok=True)
     KINDS[what](path)
@@ -225,22 +230,6 @@ def test_programs_are_not_looked_for_in_the_working_folder(monkeypatch):
     assert os.environ["PATH"] == "/usr/bin"
     assert os.environ["PYTHONSAFEPATH"] == "1"
     assert os.environ["MPLCONFIGDIR"] == os.path.abspath("mine")  # as the user said
-
-
-def test_a_library_that_looks_into_the_working_folder_is_made_elsewhere(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
-    monkeypatch.setattr(working_folder, "LOOK_THERE", ("looks_there",))
-    for name in ("PATH", "PYTHONSAFEPATH", "NODEFAULTCURRENTDIRECTORYINEXEPATH"):
-        monkeypatch.setenv(name, os.environ.get(name, ""))
-    (tmp_path / "looks_there.py").write_text("import os\nhere = os.getcwd()\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.chdir(tmp_path)
-    working_folder.leave_out()
-    import looks_there  # type: ignore[import-not-found]
-
-    assert looks_there.here == os.path.abspath(os.sep)
-    assert os.getcwd() == str(tmp_path)
-    del sys.modules["looks_there"]
 
 
 @pytest.mark.parametrize(

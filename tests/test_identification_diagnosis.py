@@ -51,7 +51,7 @@ def test_the_correlation_of_errors_takes_records_shorter_than_its_order():
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_fault_is_named_and_no_other(kind):
     """Errors of the true law, static ones; what fits leave is in the slow and the exhaustive table."""
-    for seed in seeds(kind, 4):
+    for seed in seeds(kind, 2):
         assert named(kind, seed, "true", largest=4_000, laws=STATIC) == expected(kind), seed
 
 
@@ -61,7 +61,7 @@ def test_an_offset_is_named_beside_a_coarse_motion(kind):
 
     The offset is the root mean square of the errors that the steps make, half of all squares.
     """
-    for seed in seeds(kind, 6):
+    for seed in seeds(kind, 3):
         made, record = faulty(kind, seed, 4_000, STATIC)
         errors, slopes = errors_of(made, record)
         offset = float(np.sqrt(np.mean((errors.force - errors.predicted) ** 2)))
@@ -204,8 +204,7 @@ def pendulum(inertia, weight):
     return Record("pendulum", time, torque, rotary=True, **columns)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.02])
-def test_a_driven_pendulum_is_found_in_all_its_terms(noise):
+def test_a_driven_pendulum_is_found_in_all_its_terms():
     """I = c = 0.15, m g l = 3.3, friction 0.03, over 12 and 24 rad, from 0.4 rad on; what is left out is named."""
     true = {"mass": 0.15, "damping": 0.15, "coulomb_coefficient": 0.03}
     true |= {"gravity": 3.3 * np.cos(0.4), "gravity_cosine": -3.3 * np.sin(0.4)}
@@ -219,13 +218,13 @@ def test_a_driven_pendulum_is_found_in_all_its_terms(noise):
         rate = sum(a * w * np.cos(w * time + p) for a, w, p in waves)
         change = -sum(a * w**2 * np.sin(w * time + p) for a, w, p in waves)
         torque = 0.15 * change + 0.15 * rate + 3.3 * np.sin(angle) + 0.03 * np.sign(rate)
-        torque += noise * np.std(torque) * rng.standard_normal(len(time))
+        torque += 0.02 * np.std(torque) * rng.standard_normal(len(time))
         columns = {"velocity": rate, "displacement": angle + 0.4, "acceleration": change}
         records.append(Record(f"{reach:g} rad", time, torque, rotary=True, **columns))
     one = fit(records, "coulomb", terms=("mass", "damping", "gravity", "gravity_cosine"), **QUICK)
     for name, value in true.items():
         error = one[name].standard_error
-        assert abs(one[name].value - value) < max(4 * error, 1e-9)
+        assert abs(one[name].value - value) < 4 * error
         assert error < (0.01 if name != "coulomb_coefficient" else 0.05) * abs(value)
     assert one["gravity"].unit == "N m"
     left_out = fit(records, "coulomb", terms="damping", **QUICK)

@@ -165,11 +165,11 @@ def test_draws_have_the_covariance_of_a_normal_density():
     spread = np.pad(np.linalg.inv(root @ root.T), (0, 1))
     spread[-1, -1] = 1e30
     ends = np.full(10, 20.0)
-    draws, _, settled = chain(Normal(("x",) * 10, np.zeros(10), spread, (-ends, ends), 1.0, np.ones(10)), 2000, 1)
+    draws, _, settled = chain(Normal(("x",) * 10, np.zeros(10), spread, (-ends, ends), 1.0, np.ones(10)), 800, 1)
     assert settled
     deviations = np.std(draws, axis=0)
-    assert np.mean(deviations[:-1] / np.sqrt(np.diag(spread)[:-1])) == pytest.approx(1.0, abs=0.03)
-    assert deviations[-1] == pytest.approx(40.0 / np.sqrt(12.0), rel=0.1)
+    assert np.mean(deviations[:-1] / np.sqrt(np.diag(spread)[:-1])) == pytest.approx(1.0, abs=0.05)
+    assert deviations[-1] == pytest.approx(40.0 / np.sqrt(12.0), rel=0.15)
 
 
 def test_the_bands_are_those_of_the_samples(drawn):

@@ -57,17 +57,38 @@ def paper(law, **given):
     return Preset(f"paper-{law}", law, "", vc.Case(system, start(system), periods=PERIODS, **given))
 
 
-@pytest.fixture(scope="module")
-def data():
+def small_page():
     """The data of a small page: both laws of the paper."""
     presets = paper("exponential"), paper("lugre")
     return bundle(Contents(tuple(preset.case.system for preset in presets), presets))
 
 
 @pytest.fixture(scope="module")
+def data():
+    """Those of a page whose motions are not asked for: without its kernels."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vibrocap.numerics.api.browser_module", lambda forms: b"")
+        return small_page()
+
+
+@pytest.fixture(scope="module")
 def node(data, tmp_path_factory):
+    return scripts_of(data, tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return small_page()
+
+
+@pytest.fixture(scope="module")
+def engine(whole, tmp_path_factory):
+    """The same with the kernels of the page."""
+    return scripts_of(whole, tmp_path_factory.mktemp("engine"))
+
+
+def scripts_of(data, folder):
     """Runs lines of JavaScript after the scripts of the page; what they print, read as JSON."""
-    folder = tmp_path_factory.mktemp("lab")
     (folder / "data.json").write_text(json.dumps(data))
 
     def run(lines, given=None, forms=None):
@@ -86,9 +107,9 @@ def node(data, tmp_path_factory):
 
 @needs_node
 @pytest.mark.slow
-def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
+def test_motions_of_the_page_are_those_of_the_plain_kernel(whole, engine):
     """The checked end of each preset to the last bit; and the pieces between, by what is seen of them."""
-    found = node("""
+    found = engine("""
     print(data.presets.map((preset) => {
       const model = new Model(data); model.open(preset.key);
       const request = model.request(), form = forms()[request.form];
@@ -99,7 +120,7 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         period: motion.period, names: ["time", "side", ...form.states, ...form.observed] };
     }));
     """)
-    for preset, one, chosen in zip(data["presets"], found, (paper("exponential"), paper("lugre")), strict=True):
+    for preset, one, chosen in zip(whole["presets"], found, (paper("exponential"), paper("lugre")), strict=True):
         assert one["final"] == preset["check"]["state"]
         assert (one["pieces"], one["events"]) == (preset["check"]["pieces"], preset["check"]["events"])
         motion = chosen.case.simulate()
@@ -259,7 +280,6 @@ def test_a_machine_with_stops_in_a_page(node):
     assert said == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
 
 
-@pytest.mark.slow
 def test_a_page_has_every_measure_that_is_a_number(data):
     for form, law in zip(data["forms"], ("exponential", "lugre"), strict=True):
         table = measure_table(paper(law).case.system)
@@ -271,9 +291,9 @@ def test_a_page_has_every_measure_that_is_a_number(data):
 
 @pytest.mark.slow
 @needs_node
-def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
+def test_measures_of_the_page_are_those_of_an_ensemble(whole, engine):
     """Every measure of a settled run, its word and its response, beside `ensemble`; the same tolerance and order."""
-    found = node("""
+    found = engine("""
     const model = new Model(data), form = forms()[0], { parameters, initial } = model.request();
     const place = form.parameters.indexOf("drive.amplitude"), all = [];
     const runs = [1.5, 1.8].map((h) => ({ parameters: parameters.map((x, i) => (i === place ? h : x)), initial }));
@@ -283,7 +303,7 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     print(all);
     """)
     system = paper("exponential").case.system
-    names = [row["name"] for row in data["forms"][0]["measures"]]
+    names = [row["name"] for row in whole["forms"][0]["measures"]]
     wanted = vc.ensemble(
         system,
         {"drive.amplitude": [1.5, 1.8]},
@@ -291,7 +311,7 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
         initial=start(system),
         periods=100,
         settle=1e-5,
-        tolerance=data["forms"][0]["tolerance"],
+        tolerance=whole["forms"][0]["tolerance"],
     )
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
@@ -592,9 +612,9 @@ def test_an_address_that_is_wrong_is_said_so(node):
 
 
 @needs_node
-@pytest.mark.parametrize("name", ["constructor", "toString", "__proto__", "hasOwnProperty", "valueOf"])
-def test_names_that_every_object_has_are_no_names_of_a_page(node, name):
+def test_names_that_every_object_has_are_no_names_of_a_page(node):
     """In an address, as a key, a section or a kind of a case file."""
+    names = ["constructor", "toString", "__proto__", "hasOwnProperty", "valueOf"]
     lines = r"""
     const told = (read, text) => { const model = new Model(data); return read(model, text).join("; "); };
     const keys = ["NAME=1", "beside.NAME=1", "NAME.NAME=1", "machine.NAME=1", "friction=NAME", "preset=NAME",
@@ -604,11 +624,11 @@ def test_names_that_every_object_has_are_no_names_of_a_page(node, name):
       [text + "\n[NAME]\nx = 1\n", text.replace("[run]", "[run]\nNAME = 1"), "NAME = 1\n" + text,
        text.replace('"exponential"', '"NAME"')].map((each) => told(readToml, each))]);
     """
-    found = node(lines.replace("NAME", name))
-    for i, told in enumerate(found[0]):
-        assert name in told or i == 1, (i, told)  # what nothing beside has is left aside
-    for told in found[1]:
-        assert name in told
+    found = node("\n".join(f"{{{lines.replace('NAME', name)}}}" for name in names))
+    for name, (addresses, files) in zip(names, found, strict=True):
+        for i, told in enumerate(addresses):
+            assert name in told or i == 1, (i, told)  # what nothing beside has is left aside
+        assert all(name in told for told in files)
 
 
 SI_CASE = """
@@ -635,7 +655,7 @@ periods = 3
 
 @pytest.mark.slow
 @needs_node
-def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_factory):
+def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path):
     """Another law has the case's levels; what the case does not say is NaN, and no motion is asked for until it is."""
     case = case_from_text(SI_CASE)
     opened = Preset("own", "own", "", case)
@@ -644,9 +664,7 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     shares: list[float] = []
     made = bundle(Contents((case.system, two, crawl), (opened,)), shares.append)
     assert shares == [*(i / 8 for i in range(1, 5)), 1.0]  # half of the work is the code of all forms
-    (tmp_path / "data.json").write_text(json.dumps(made))
-    (tmp_path / "given.json").write_text("null")
-    lines = """
+    found = scripts_of(made, tmp_path)("""
     const model = new Model(data), before = fragmentOf(model), machine = model.choose("machine", "two-mass-capsule");
     model.choose("friction", "exponential");
     const values = { ...model.state.values }, lacking = model.lacking(), shared = fragmentOf(model);
@@ -662,16 +680,12 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     print([machine, ...levels, lacking, asked, shared,
       again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before,
       ...range]);
-    """
-    (tmp_path / "run.cjs").write_text("\n".join([HEAD, *functions(made["forms"]), *map(source, ALONE), lines]))
-    command = [NODE, *(str(tmp_path / name) for name in ("run.cjs", "data.json", "given.json"))]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 0, done.stderr
+    """)
     needed = "friction.decay_rate: should be given; in SI it has no default"
     shared = "#v=1&preset=own&friction=exponential"
     wanted = [False, 0.05, 0.15, needed, needed, shared, needed, [], "", shared + "&friction.decay_rate=2", 2, True]
     wanted += [0, 1.5, False]  # beyond the value of the case
-    assert json.loads(done.stdout) == wanted
+    assert found == wanted
 
 
 def test_a_page_has_room_for_a_drive_with_a_long_table():

@@ -11,7 +11,6 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import PathPatch
 
 from crowding import crowded
-from thinned import slow_but
 from vibrocap.arguments import Refusal
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.measures.standard import LOAD_WATCH
@@ -225,13 +224,6 @@ def test_a_constant_load_that_hides_a_lift_off_is_hatched(taken, usual, hidden):
     assert not any("true load" in text for text in legend_of(figure(dataset, "mean_velocity")))
 
 
-def test_complete_study_has_no_words_about_what_does_not_occur():
-    dataset = study().isel({MASS: slice(10, 14), TORQUE: slice(0, 8)})
-    fig = figure(dataset)
-    assert legend_of(fig) == []
-    assert [patch for patch in fig.axes[0].patches if isinstance(patch, PathPatch)] == []
-
-
 def test_dead_band_comes_from_the_option_the_map_or_the_threshold():
     assert study_view(study()).band == "1.6e-06"  # ten thresholds of the length over the period, 2 pi
     assert study_view(study(dead_band=1e-4)).band == "0.0001"
@@ -245,14 +237,9 @@ def test_dead_band_comes_from_the_option_the_map_or_the_threshold():
     view = study_view(frequencies)
     np.testing.assert_allclose(view.panels[0].dead_band[:, 0], 1e-5 * frequencies["drive.frequency"] / (2.0 * np.pi))
     assert view.band == f"8e-07{NBSP}to{NBSP}1.3e-05"
+    assert not any("not settled" in text for text in legend_of(figure(unasked)))
     view = study_view(study(), dead_band=1e-3)
     assert cells(view, view.panels[0])[10, 3] == Cell.NO_TRAVEL
-
-
-def test_study_that_did_not_ask_for_settling_has_no_unsettled_runs():
-    dataset = study()
-    del dataset.attrs["settle"]
-    assert not any("not settled" in text for text in legend_of(figure(dataset)))
 
 
 def test_plain_measure_has_its_own_scale_and_says_why_values_are_missing():
@@ -288,13 +275,6 @@ def test_ten_cells_far_out_leave_the_colours_to_the_others():
     out = int(sum((panel.values[cells(view, panel) == Cell.VALUE] > high).sum() for panel in view.panels))
     assert 0 < out <= 11
     assert study_figure(view).axes[-1].get_ylabel().splitlines()[-1].startswith(f"{out} (")
-
-
-def test_scale_of_costs_ends_five_decades_above_the_least():
-    low, high, _, above, logarithmic = limits(study_view(study(), "cost_of_transport", dead_band=0.0))
-    assert logarithmic
-    assert above
-    assert high == 1e3 * low
 
 
 def test_words_have_colours_by_frequency_and_the_rest_is_grey():
@@ -389,6 +369,7 @@ def test_values_that_were_not_given_in_order_are_drawn_in_order():
 
 def test_labels_have_symbols_and_the_title_says_the_case():
     fig = figure(study())
+    assert fig.get_figwidth() == 3.54  # a column
     ax, bar = fig.axes
     assert ax.get_xlabel() == r"capsule mass over pendulum mass, M/m $\lambda$"
     assert ax.get_ylabel() == r"drive torque $h$"
@@ -401,12 +382,6 @@ def test_labels_have_symbols_and_the_title_says_the_case():
         r"$\theta$(0) = 1.047;"
     )
     assert "192 runs of at most 60 periods, settled to 1e-06; all dimensionless" in setting
-
-
-def test_unit_of_a_measure_of_ones_own_stands_in_its_label():
-    dataset = study()
-    dataset["mean_velocity"].attrs["units"] = "mm/s"
-    assert figure(dataset).axes[1].get_ylabel() == "mean velocity ⟨X′⟩ [mm/s]"
 
 
 def test_border_is_drawn_along_the_walls_of_cells():
@@ -525,15 +500,9 @@ def test_design_is_drawn_as_dots():
     assert legend_of(fig)[1] == "failed: not finite 12, too many events 1"
 
 
-@pytest.mark.parametrize("kind", slow_but([1], ["png", "svg", "pdf"]))
-def test_picture_is_the_same_each_time(kind, tmp_path):
-    paths = [plot_view(study_view(study()), tmp_path / f"{number}.{kind}") for number in range(2)]
+def test_picture_is_the_same_each_time(tmp_path):
+    paths = [plot_view(study_view(study()), tmp_path / f"{number}.svg") for number in range(2)]
     assert paths[0].read_bytes() == paths[1].read_bytes()
-
-
-def test_picture_is_a_column_wide_and_fine_enough_for_print(tmp_path):
-    with pytest.importorskip("PIL.Image").open(plot_view(study_view(study()), tmp_path / "map.png")) as picture:
-        assert picture.width == round(3.54 * 300)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.2, 8.0), (1.1, 1.9), (0.3, 200.0), (1e-3, 1e4)])

@@ -10,7 +10,6 @@ import pytest
 import vibrocap as vc
 from benchmarks.motion_laboratories import outcome
 from cases import refused
-from thinned import exhaustive_but
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
@@ -82,16 +81,14 @@ def test_exact_records_give_the_parameters_back(exact):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [None, vc.LuGre(bristle_stiffness=20.0)])
-def test_segments_that_join_find_the_motion_of_the_whole_record(exact, law):
+def test_segments_that_join_find_the_motion_of_the_whole_record():
     """Bristles go on from segment to segment; what a segment leaves is that of the record, to the same intervals."""
-    block, true, data, within = BLOCK, TRUE_BLOCK, exact[0], dict(WITHIN)
-    if law is not None:
-        block, true = (dataclasses.replace(system, friction=law) for system in (BLOCK, TRUE_BLOCK))
-        data = record(true, "first", TIME, multisine(0, TIME))
-        within.popitem()
+    law, within = vc.LuGre(bristle_stiffness=20.0), dict(WITHIN)
+    block, true = (dataclasses.replace(system, friction=law) for system in (BLOCK, TRUE_BLOCK))
+    data = record(true, "first", TIME[:201], multisine(0, TIME[:201]))
+    within.popitem()
     assert data.displacement is not None
-    noisy = data.replaced(displacement=data.displacement + 0.01 * np.random.default_rng(5).standard_normal(len(TIME)))
+    noisy = data.replaced(displacement=data.displacement + 0.01 * np.random.default_rng(5).standard_normal(201))
     whole, divided = (vc.fit_motion(block, noisy, within, starts=1, segments=count) for count in (1, 4))
     assert (whole.segments, divided.segments) == (1, 4)
     assert not divided.not_trusted
@@ -152,7 +149,7 @@ waveform = "harmonic"
 def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_path):
     """Eight turns in 40 s, over which a change of the start grows more than 1e5 times.
 
-    From one start, up to 25 % off, the whole record ends 2 % and 16 % off; in segments within 0.04 %.
+    In segments a start that is up to 25 % off ends within 0.04 %, of the whole record 2 % and 16 % off.
     """
     (tmp_path / "arm.toml").write_text(ARM)
     arm = vc.read_case(tmp_path / "arm.toml").system
@@ -163,10 +160,7 @@ def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_
     assert np.ptp(data.displacement) > 8.0 * 2.0 * np.pi
     truth = {"machine.inertia": 0.15, "machine.arm_weight": 3.3}
     within = {path: (0.75 * value, 1.25 * value) for path, value in truth.items()}
-    whole, divided = (
-        vc.fit_motion(arm, data, within, predict="angle", starts=1, segments=count) for count in (1, None)
-    )
-    assert max(abs(whole[path].value / value - 1.0) for path, value in truth.items()) > 0.1
+    divided = vc.fit_motion(arm, data, within, predict="angle", starts=1)
     assert not [path for path, value in truth.items() if abs(divided[path].value / value - 1.0) > 1e-3]
     assert all(parameter.verdict is Verdict.DETERMINED for parameter in divided.parameters)
     assert divided.segments > 10
@@ -180,7 +174,7 @@ def test_a_pendulum_that_falls_from_upright_and_turns_is_fitted_in_segments(tmp_
 @pytest.mark.slow
 def test_sensors_and_parameters_differ_by_record_and_along_a_condition():
     """Gain and offset of the force sensor by record, a damper that changes with temperature; a third is predicted."""
-    time, records = TIME[:121], []
+    time, records = TIME[:61], []
     for k, (name, gain, offset) in enumerate((("one", 1.0, 0.1), ("two", 1.2, -0.2), ("three", 0.9, 0.3))):
         system = TRUE_BLOCK.with_parameters({"machine.damping": 0.2 + 0.1 * k})
         data = record(system, name, time, multisine(k, time))
@@ -190,10 +184,9 @@ def test_sensors_and_parameters_differ_by_record_and_along_a_condition():
         "by_record": ["offset", "gain"],
         "along": {"machine.damping": "temperature_C"},
     }
-    within = {"machine.stiffness": "log:0.2:4", "machine.damping": (0.0, 2.0)}
-    fitted = vc.fit_motion(TRUE_BLOCK, records, within, held_out="three", starts=1, **asked)
+    within = {"machine.damping": (0.0, 2.0)}
+    fitted = vc.fit_motion(TRUE_BLOCK, records, within, held_out="three", starts=1, segments=1, **asked)
     truth = {
-        "machine.stiffness": 0.8,
         "machine.damping": 0.25,
         "machine.damping.temperature_C": 0.01,
         "offset": 0.1,
@@ -322,7 +315,7 @@ def test_a_wrong_model_is_doubted(exact):
     """A block without its spring: what it leaves is no noise, and its prediction is named where it is worthless."""
     loose = BLOCK.with_parameters({"machine.stiffness": 0.0})
     within = {path: ends for path, ends in WITHIN.items() if path != "machine.stiffness"}
-    fitted = vc.fit_motion(loose, exact, within, held_out="second", starts=16)
+    fitted = vc.fit_motion(loose, exact, within, held_out="second", starts=4)
     assert fitted.noise_ratio > 10.0
     assert not [parameter.path for parameter in fitted.parameters if parameter.verdict is Verdict.DETERMINED]
     assert "lack something" in fitted.facts["doubt"]
@@ -351,11 +344,10 @@ def test_motions_that_end_early_are_not_trusted():
     assert np.isnan([parameter.low, parameter.high, parameter.standard_error]).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("laboratories", exhaustive_but([0], [1, 12]))
-def test_intervals_and_bands_hold_what_they_say(laboratories):
+@pytest.mark.exhaustive
+def test_intervals_and_bands_hold_what_they_say():
     """Of synthetic laboratories: 95 % intervals of determined parameters, and 95 % bands of a held-out record."""
-    held, shares = [], []
+    laboratories, held, shares = 12, [], []
     for seed in range(laboratories):
         found, inside, share = outcome(seed)
         pairs = zip(found.parameters, inside, strict=True)
@@ -405,7 +397,7 @@ def test_a_record_that_turns_is_not_that_of_a_block(exact):
 @pytest.mark.slow
 def test_samples_of_a_fitted_case_go_from_command_to_command(tmp_path, capsys):
     pytest.importorskip("emcee")
-    time = TIME[::8]
+    time = TIME[:101:4]
     only = record(TRUE_BLOCK, "only", time, multisine(0, time), 1e-3)
     columns = np.column_stack([time, only.force, only.displacement])
     np.savetxt(tmp_path / "only.csv", columns, delimiter=",", header="time,force,displacement", comments="")
@@ -453,7 +445,7 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
         np.savetxt(tmp_path / f"{each.name}.csv", columns, delimiter=",", header="t,F,x", comments="")
     over = [part for path, ends in WITHIN.items() for part in ("--over", f"{path}={_text(ends)}")]
     files = [str(tmp_path / f"{each.name}.csv") for each in exact]
-    command = ["fit", *files, "--machine", str(tmp_path / "block.toml"), *over, "--hold-out", "second", "--starts", "8"]
+    command = ["fit", *files, "--machine", str(tmp_path / "block.toml"), *over, "--hold-out", "second", "--starts", "2"]
     assert (
         main([*command, "--json", "--out", str(tmp_path / "out"), "--plot", str(tmp_path / "fit.png"), "--report"]) == 0
     )
@@ -468,10 +460,9 @@ def test_the_command_fits_predicts_and_draws(tmp_path, capsys, exact):
     page = (tmp_path / "out" / "report.html").read_text()
     assert all(words in page for words in ("held out, rms", "data:image/png;base64,", "[machine]", " --report"))
     assert "--by-record: needs several records to fit" in refused(capsys, *command, "--by-record", "machine.mass")
-    together = [*command[:-4], "--starts", "1", "--terms", "offset", "--by-record", "offset,machine.damping", "--json"]
-    assert main([*together, "--segments", "1"]) == 0
-    names = [parameter["path"] for parameter in json.loads(capsys.readouterr().out)["parameters"]]
-    assert names[-4:] == ["machine.damping", "offset", "machine.damping[second]", "offset[second]"]
+    said = refused(capsys, *command[:-2], "--terms", "gain", "--starts", "0")
+    assert "--terms: gain of all records is drive.amplitude" in said
+    assert "--starts: should be a whole number" in said
     assert "--machine: has its own law" in refused(capsys, *command, "--law", "coulomb")
 
 

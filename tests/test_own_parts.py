@@ -76,17 +76,6 @@ def force(self, velocity, internal, side, load): return self.level * velocity, (
 """
 
 
-@pytest.mark.slow
-# --- the command line -------------------------------------------------------------------------------------------------
-def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
-    own = ["--parts", "mylaws.py"]
-    first = printed_json(capsys, "simulate", "case.toml", "--out", "run.csv", *own)
-    assert first["certificate"]["sign_kept"]
-    assert printed_json(capsys, "simulate", "run.csv", *own)["state"] == first["state"]
-    assert "long-tail" in printed(capsys, "list", "laws", *own)
-    assert main(["list", "measures", "case.toml", *own]) == OK
-
-
 MAGNET = """
 from typing import ClassVar
 

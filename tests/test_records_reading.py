@@ -8,9 +8,6 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.io import savemat
 
 from vibrocap.records.reading import matlab
 from vibrocap.records.reading.columns import quantity_of
@@ -49,9 +46,9 @@ def refused(call, *arguments, **settings) -> str:
     return str(caught.value)
 
 
-def assert_good(made):
+def assert_good(made, exact=False):
     for field, values in (("time", TIME), ("force", FORCE), ("velocity", VELOCITY), ("displacement", DISPLACEMENT)):
-        np.testing.assert_allclose(getattr(made, field), values, rtol=1e-14, atol=1e-300)
+        np.testing.assert_allclose(getattr(made, field), values, rtol=0.0 if exact else 1e-14, atol=1e-300)
 
 
 # --- text -------------------------------------------------------------------------------------------------------------
@@ -61,7 +58,7 @@ def assert_good(made):
 @pytest.mark.parametrize("before", ["", "# a rig\n% of ours\n", "Instrument 7\nrun, today\n\n"])
 def test_delimiters_and_what_stands_before_the_header(written, delimiter, before):
     (made,) = written(csv(GOOD, delimiter, before=before))
-    assert_good(made)
+    assert_good(made, exact=True)
     assert made.name == "data"
     assert made.source.endswith("data.csv")
 
@@ -149,28 +146,6 @@ def test_several_files(tmp_path):
     assert "got an empty list" in refused(read_records, [])
 
 
-numbers = st.floats(min_value=-1e12, max_value=1e12, allow_nan=False, allow_subnormal=False)
-
-
-@pytest.mark.slow
-@settings(max_examples=40, deadline=None)
-@given(
-    steps=st.lists(st.floats(min_value=1e-6, max_value=1e3), min_size=7, max_size=20),
-    data=st.data(),
-    delimiter=st.sampled_from([",", ";", "\t", " "]),
-    order=st.permutations(["t", "F[N]", "v_m_per_s"]),
-)
-def test_what_is_written_is_read_back_to_the_last_bit(tmp_path_factory, steps, data, delimiter, order):
-    time = np.concatenate(([0.0], np.cumsum(steps)))
-    varied = st.lists(numbers, min_size=len(time), max_size=len(time)).filter(lambda values: len(set(values)) > 1)
-    columns = {"t": time, "F[N]": np.array(data.draw(varied)), "v_m_per_s": np.array(data.draw(varied))}
-    path = tmp_path_factory.mktemp("round") / "trip.csv"
-    path.write_text(csv({name: columns[name] for name in order}, delimiter))
-    (made,) = read_records(path)
-    for field, values in zip(("time", "force", "velocity"), columns.values(), strict=True):
-        np.testing.assert_array_equal(getattr(made, field), values)
-
-
 # --- columns and units ------------------------------------------------------------------------------------------------
 
 
@@ -222,12 +197,6 @@ def test_what_was_guessed_is_said(written):
         "velocity: column 'vel' in m/s (guessed from its name); no unit given, SI assumed",
     )
     np.testing.assert_allclose(made.force, 1e3 * FORCE, rtol=1e-15)
-
-
-def test_units_that_are_given_win(written):
-    columns = {"t": 1e3 * TIME, "F": 1e-3 * FORCE, "v": 1e3 * VELOCITY, "x [m]": 1e3 * DISPLACEMENT}
-    units = {"force": "kN", "displacement": "mm", "velocity": "mm/s", "time": "ms"}
-    assert_good(written(csv(columns), units=units)[0])
 
 
 def test_normal_force_among_the_columns(written):
@@ -680,21 +649,6 @@ def test_numpy_files_that_cannot_be_used(tmp_path):
     assert "record: is for text files" in refused(read_records, path, columns={"record": "run"})
     np.savez(path, **{**RUNS, "run2_F": np.where(TIME > 0.5, np.nan, FORCE)})
     assert "record 'run2': force: 6 NaN of 12 values, the first at index 6" in refused(read_records, path)
-
-
-@pytest.mark.slow
-def test_matlab_files(tmp_path):
-    path = tmp_path / "data.mat"
-    savemat(path, {**{name: values.reshape(-1, 1) for name, values in GOOD.items()}, "mass_kg": 2.0})
-    (made,) = read_records(path)
-    assert_good(made)
-    assert made.conditions == {"mass_kg": 2.0}
-    savemat(path, {"rig": GOOD})
-    (made,) = read_records(path)
-    assert made.name == "rig"
-    assert_good(made)
-    path.write_text("MATLAB in name only")
-    assert "cannot be read as .mat" in refused(read_records, path)
 
 
 def test_matlab_files_of_version_7_3(tmp_path, monkeypatch):

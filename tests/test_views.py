@@ -50,7 +50,8 @@ TYPES = {
 # command, and a word on the form where it has several: its words
 IN_SI = {
     "simulate": f"{BENCH} --periods 3",
-    "orbit": f"{BENCH} --gradients",
+    "orbit": f"{BENCH}",
+    "orbit gradients": f"{BENCH} --gradients",
     "crossing": f"{BENCH} --over drive.frequency_Hz=0.99:1.01 --points 2 --value=-0.12",
     "branch": f"{BENCH} --over machine.capsule_mass_kg=0.5:0.502 --points 400 --depth 0",
     "basins": f"{BENCH} --plane angle_deg=-20:20,velocity_m_per_s=-1:1 --resolution 2",
@@ -239,7 +240,7 @@ def test_every_command_with_json_is_in_the_table():
     assert with_json == {each.split()[0] for each in IN_SI}
 
 
-MARKS = {"calibrate": pytest.mark.slow, "orbit within a bound": pytest.mark.plain}
+MARKS = {"calibrate": pytest.mark.slow, "orbit gradients": pytest.mark.slow, "orbit within a bound": pytest.mark.plain}
 
 
 @pytest.mark.parametrize("command", [pytest.param(each, marks=MARKS.get(each, ())) for each in IN_SI])
