@@ -256,6 +256,20 @@ class Washboard(Machine):
         return Contact(block, load="weight", factor=factor)
 
 
+@parameters
+class Slider(Machine):
+    """A stage on a rod that shakes: the rod gives the energy."""
+
+    rod = signal("u", "place of the rod", "m", default=vc.Harmonic(0.1))
+    position = coordinate("X", "place of the stage", "m")
+    name: ClassVar = "slider"
+
+    def parts(self, q):
+        """Rod and stage."""
+        rod, stage = Support("rod", x=q.rod), Mass("stage", 1.0, x=q.position)
+        return rod, stage, Drive(q.position), Contact(stage, on=rod, load=1.0)
+
+
 MECHANISMS = (
     *(ElasticSkin, CubicPendulum, Clutch, StackedPlates, Feeder, BowedString, RodRobot, TubeCapsule, BeltRow),
 )

@@ -5,6 +5,7 @@ import math
 import pytest
 
 import vibrocap as vc
+from mechanisms import Slider
 from vibrocap.mechanics import (
     Contact,
     Drive,
@@ -13,25 +14,10 @@ from vibrocap.mechanics import (
     Positive,
     Potential,
     Spring,
-    Support,
     coordinate,
     parameter,
     parameters,
-    signal,
 )
-
-
-@parameters
-class Slider(Machine):
-    """A stage on a rod that shakes: the rod gives the energy."""
-
-    rod = signal("u", "place of the rod", "m", default=vc.Harmonic(0.1))
-    position = coordinate("X", "place of the stage", "m")
-    name = "slider"
-
-    def parts(self, q):
-        rod, stage = Support("rod", x=q.rod), Mass("stage", 1.0, x=q.position)
-        return rod, stage, Drive(q.position), Contact(stage, on=rod, load=1.0)
 
 
 @parameters

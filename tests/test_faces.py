@@ -16,11 +16,11 @@ import pytest
 import case_matrix
 import vibrocap as vc
 from covering_array import covering_array
-from mechanisms import BeltRow
+from mechanisms import BeltRow, Slider
 from thinned import exhaustive_but, slow_but
 from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
-from vibrocap.plotting.look.labels import parts_in_si, parts_title
+from vibrocap.plotting.look.labels import parts_in_si, parts_title, quantity_label
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 TRAVELS = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
@@ -128,6 +128,12 @@ def test_every_kind_of_part_is_put_into_words():
             words += "" if system is None else parts_title(parts.values(), 7.0)
             words += "" if system is None or system.units is None else parts_in_si(system, 7.0)
             assert "None" not in words
+
+
+def test_a_speed_over_what_moves_is_not_called_the_rate_of_a_place():
+    """Sheets drew the speed of a stage on a rod that shakes as the stage's own: zero while the place changed."""
+    system = vc.System(Slider(), vc.Coulomb(), vc.Harmonic())
+    assert quantity_label(system.machine.contact_states[0], system) == "sliding velocity $v$"
 
 
 @pytest.mark.parametrize("path", ["drives.belt.amplitude", 'frictions."block 2".static_coefficient', "friction_2.law"])

@@ -11,7 +11,7 @@ from vibrocap.physics.dimensions.stated import Stated, parameters_stated, stated
 from vibrocap.physics.dimensions.units import state_keys, written
 from vibrocap.physics.names import name_and_number, owner_of
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.symbols import GREEK, printed, state_symbols
+from vibrocap.physics.symbols import GREEK, machine_symbols, printed, state_symbols
 from vibrocap.physics.system import System
 
 LABELS = {
@@ -126,6 +126,8 @@ def quantity_label(name: str, system: System) -> str:
     contact = machine.derived.contacts[0]
     body = contact.body.name
     label = LABELS[name].replace("capsule", body) if name in LABELS else _own_label(name, machine)
+    if name in machine.contact_states and machine_symbols(type(machine))[name][0] == "v":  # not the rate of a place
+        label = LABELS["sliding_velocity"]
     if name == "position" and machine.cyclic is None:
         label = "position $x$"
     if len(machine.contact_states) > 1:
