@@ -93,6 +93,21 @@ def test_impacts_are_those_of_the_events(system):
     assert vc.ensemble(system, {"drive.frequency": [frequency]}, **options)["impacts"] == struck / 5.0
 
 
+@pytest.mark.plain
+def test_impacts_accumulate_where_a_mass_comes_to_rest_at_its_stop():
+    """Not where it leaves the stop at which it began, and bounces; but also where it stays to the end of the window."""
+    machine, law = vc.RigidStopCapsule(gap=0.1, back_gap=0.2, restitution=0.9), vc.Coulomb(0.3, 0.36)
+    bounces = vc.System(machine, law, vc.Harmonic(amplitude=1.4, frequency=0.9))
+    motion = vc.simulate(bounces, periods=3, initial={"displacement": 0.1, "touching": 1.0})
+    kinds = [kind for kind in motion.event_kinds.tolist() if kind in ("impact", "stop_opened")]
+    assert kinds[0] == "stop_opened" not in kinds[1:]
+    assert vc.measured(motion, "impacts", window=3)["impacts"] == kinds.count("impact") / 3.0
+    stays = vc.System(dataclasses.replace(machine, restitution=0.5), law, vc.Constant(force=1.0, duration=10.0))
+    motion = vc.simulate(stays, periods=1)
+    assert "stop_opened" not in motion.event_kinds
+    assert vc.measured(motion, "impacts", window=1)["impacts"] == np.inf
+
+
 @pytest.mark.slow
 def test_impacts_that_accumulate_are_infinite_and_machines_without_stops_have_none():
     chatters = vc.RigidStopCapsule(gap=0.1, restitution=0.3)

@@ -14,6 +14,7 @@ from vibrocap.numerics.api import RunResults
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluated
 from vibrocap.physics.mechanics.stops import sides
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 
 FEW_RETURNS = 2  # fewer are none to speak of
@@ -138,17 +139,21 @@ class Gathered:
         """Number of impacts on stops in the window: infinite where they accumulate, NaN for a machine without stops.
 
         Of a mass that comes to rest at a rigid stop in ever smaller rebounds only the first are counted as events: it
-        strikes the stop more often than it leaves it, and not just once, as it may between the ends of a window.
+        strikes the stop more often than it comes to rest there, which it does as often as it leaves it, or rests there
+        at the end of the window and not at its start.
         """
         stops = [stop for stop in self.system.machine.derived.stops if stop.switches]
         if not stops or "OCCURRED" not in dict(self.results.layout.gathered):
             return self.nowhere  # a run may also end where it would strike
         counts, impacts, first = self.results.entries("OCCURRED"), np.zeros(len(self.results)), 0
-        for stop in stops:
+        for number, stop in enumerate(stops, start=1):
+            place = self.system.state_names.index(numbered("touching", number))
+            before, after = self.results.start[:, place], self.results.state[:, place]
             own = counts[:, first : first + len(sides(stop))]
             opened, first = own[:, sides(stop).index(0.0)], first + len(sides(stop))
             struck = own.sum(axis=1) - opened
-            impacts += np.where(stop.rigid & (opened > 0.0) & (struck > opened + 1.0), np.inf, struck)
+            rested = opened + after * after - before * before
+            impacts += np.where(stop.rigid & (rested > 0.0) & (struck > rested), np.inf, struck)
         return impacts
 
     @property
