@@ -175,16 +175,6 @@ def test_a_wrong_friction_along_a_curved_path_is_noticed(faulty):
         assert "`momentum` of the machine contradicts its `rates`" in momentum
 
 
-def test_momentum_on_a_curved_path_is_that_of_lagrange():
-    """p = dT/dX' + dT/dtheta' of a hoop; its rate, but for friction, is dT/dtheta and the forces along both."""
-    theta, w, x, v, drive = 0.4, 0.7, 0.2, -0.3, 0.9
-    sine, cosine = np.sin(theta), np.cos(theta)
-    at = 0.0, (theta, w, x, v)
-    assert Hoop().momentum(*at) == pytest.approx(3.0 * v + cosine * w + w + cosine * v, abs=4 * EPSILON)
-    forces = drive - 1.5 * theta - x - sine
-    assert Hoop().outer_force(*at, drive) == pytest.approx(forces - sine * v * w, abs=8 * EPSILON)
-
-
 def test_every_piece_of_evidence_has_a_bound_and_a_verdict():
     certificate = vc.simulate(stick_slip(), periods=3, initial={"angle": 1.0}).certificate
     judged = {verdict.field: verdict for verdict in certificate.verdicts}

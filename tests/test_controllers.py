@@ -103,25 +103,6 @@ def test_a_linear_loop_is_the_exponential_of_its_matrix():
     assert motion["reference"] == pytest.approx(0.3, abs=0.0)
 
 
-def test_an_angle_follows_its_reference_as_another_solver_says():
-    """Pendulum capsule that never slides: theta'' = sin(theta) - 2 theta - theta' + u."""
-    drive, gains = vc.Harmonic(0.4, 1.3), {"proportional_gain": 5.0, "integral_gain": 2.0, "derivative_gain": 1.5}
-    machine = vc.PendulumCapsule(normal_load=100.0)
-    system = vc.System(machine, vc.Coulomb(0.9, 0.9), drive, controller=vc.AnglePID(**gains))
-    motion = vc.simulate(system, periods=3, tolerance=1e-12)
-    assert np.all(motion["side"] == 0)
-
-    def rates(t, y):
-        reference, slope = 0.4 * math.cos(1.3 * t), -0.52 * math.sin(1.3 * t)
-        u = 5.0 * (reference - y[0]) + 1.5 * (slope - y[1]) + y[2]
-        turning = math.sin(y[0]) - machine.stiffness * y[0] - machine.damping * y[1] + u
-        return [y[1], turning, 2.0 * (reference - y[0])]
-
-    exact = scipy.integrate.solve_ivp(rates, (0.0, motion.end), [0.0] * 3, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    states = [motion.state[name] for name in ("angle", "angle_rate", "integral_command")]
-    assert states == pytest.approx(exact, abs=1e-9)
-
-
 def test_a_velocity_is_reached_and_held_against_friction():
     """At the goal the integral alone carries the friction force."""
     controller = vc.VelocityPI(proportional_gain=2.0, integral_gain=1.0)

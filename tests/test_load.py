@@ -14,7 +14,6 @@ from vibrocap.cli.main import main
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, EnsembleStart, Form, ensemble_run
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.variation import varied
 
@@ -273,17 +272,6 @@ def in_si(load, law):
     joint = {"stiffness_N_m_per_rad": 0.98, "damping_N_m_s_per_rad": 0.08}
     machine = vc.PendulumCapsule.in_si(**bob, **joint, normal_load=load)
     return vc.System(machine, law, vc.Harmonic.in_si(amplitude_N_m=0.9, frequency_Hz=1.1))
-
-
-def test_stiffness_and_damping_are_over_a_load_that_follows_the_motion():
-    """R/N = sigma_0 xi + sigma_1 xi' + sigma_2 v in SI, as far as the tolerance, 1e-9, tells the rate of a bristle."""
-    system = in_si("dynamic", vc.LuGre.in_si(**LUGRE, **OVER_LOAD))
-    motion = vc.simulate(system, periods=3)
-    per_load = 2000.0 * motion["bristle"] + 8.0 * motion["bristle_rate"] + 0.4 * motion["velocity"]
-    np.testing.assert_allclose(motion["friction"], motion["reaction"] * per_load, atol=1e-8)
-    case = case_from_text(case_text(Case(system)))
-    assert case.system == system
-    assert quantity("friction.viscous_damping_s_per_m", system).unit == "s/m"
 
 
 @pytest.mark.parametrize(("load", "unit"), [("dynamic", "1"), ("weight", "N")])

@@ -12,7 +12,7 @@ from independent import motion as independent_motion
 from planted import planted
 from thinned import exhaustive_but
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
-from vibrocap.motion.recording.section import brought_back, section_states, winding
+from vibrocap.motion.recording.section import brought_back, section_states
 from vibrocap.numerics.linker import kernel_source
 from vibrocap.orbits.maps.stroboscopic_map import state_vector
 
@@ -89,22 +89,6 @@ class Unturned:
 
 
 @pytest.mark.slow
-def test_runs_in_company_settle_as_stored_ones_and_tell_their_winding():
-    amplitudes = [0.8, 1.2, 1.6, 2.4]
-    results = vc.ensemble(
-        pulsed(), {"drive.amplitude": amplitudes}, measures=("winding_angle", "drift"), periods=300, settle=1e-6,
-        initial=START,
-    )  # fmt: skip
-    for k, amplitude in enumerate(amplitudes):
-        motion = vc.simulate(pulsed(amplitude=amplitude), periods=300, initial=START, tolerance=1e-8)
-        alone = settling(motion, threshold=1e-6)
-        assert (results["settled"][k], results["response_period"][k]) == (alone.settled, alone.period)
-        gained = motion.sections[-1] - motion.sections[-1 - alone.period]
-        assert results["winding_angle"][k] * alone.period == winding(motion.system, gained)["angle"]
-    assert len({*results["winding_angle"]}) >= 3
-
-
-@pytest.mark.slow
 def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
     one = vc.orbit(pulsed(), initial=START)
     assert one.closes
@@ -163,11 +147,6 @@ def test_a_mirrored_motion_is_one_modulo_turns():
     assert orbit.closes
     assert orbit.symmetric
     assert orbit.drift == 0.0
-    taken = vc.ensemble(
-        system, {"drive.amplitude": [2.2]}, measures=("symmetric", "winding_angle"), periods=200, settle=1e-6,
-        initial={"angle": orbit.state["angle"] + 3 * TURN},
-    )  # fmt: skip
-    assert (taken["symmetric"][0], taken["winding_angle"][0]) == (1.0, 0.0)
     unlike = vc.shoot(system, orbit.mirrored_state)
     assert unlike.state == pytest.approx(orbit.state, abs=1e-8)
 

@@ -10,7 +10,6 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.case.case import case_from_text, case_text
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
-from vibrocap.measures.ensemble import ensemble
 from vibrocap.physics.catalogue import drives
 
 CAPSULE = vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0)
@@ -129,13 +128,3 @@ def test_a_motion_over_the_schedule_is_that_of_its_phases_one_after_another(driv
     for end, state in zip(ends, expected, strict=True):
         for name, value in state.items():  # 1e-12 per step, over thousands of steps
             assert motion.at([min(end, motion.end)], name)[0] == pytest.approx(value, abs=1e-8), (end, name)
-    run = ensemble(
-        system,
-        {"drive.factor_1": [rows[0][1]], "drive.periods_1": [rows[0][0]]},
-        initial={"angle": 0.4},
-        periods=1,
-        window=1,
-        tolerance=1e-12,
-        final_states=True,
-    )
-    assert run["final.position"][0] == pytest.approx(expected[-1]["position"], abs=1e-8)

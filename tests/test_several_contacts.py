@@ -108,8 +108,7 @@ SYSTEMS |= {
     for kind in DESCRIBED
     if not kind.switched
 }
-KEPT = ["three blocks", "blocks on a slope", "worm on a slope", "linkage that drops", "capsule under its load"]
-KEPT += ["cubic-pendulum"]
+KEPT = ["three blocks", "worm on bristles", "worm on a slope", "linkage that drops", "capsule under its load"]
 
 
 def changes(events, end):

@@ -12,25 +12,8 @@ from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.run import motion as kernels
 
 PERIODS = 3
-# Tolerances by which an end may be off: implicit steps are off by 18 at most on these systems, series by 3.6. An event
-# may be later or earlier where the velocity hardly moves: one is 16 off, at which it passes zero at a rate of 6e-6.
-END, EVENT, SHALLOW = 5.0, 10.0, 1e-3
+END = 5.0  # tolerances by which an end may be off: 3.6 at most
 ROW_END, DENSE = 3.0, 3.0  # of rows: 1.9 and 1.0 at most
-
-
-def random_system(seed):
-    """(system, start): stiffness 300 to 1e6, damping 0.3 to 3,000, mass ratio 0.05 to 5, any law with one bristle."""
-    draw = np.random.default_rng(seed)
-    stiffness, damping, ratio = np.exp(draw.uniform(np.log([300.0, 0.3, 0.05]), np.log([1e6, 3e3, 5.0])))
-    laws = [
-        vc.LuGre(stiffness, damping),
-        vc.anisotropic(vc.LuGre)(stiffness, damping),
-        vc.Dahl(stiffness),
-        vc.anisotropic(vc.Dahl)(stiffness),
-    ]
-    machine = vc.Oscillator() if seed % 5 == 0 else vc.PendulumCapsule(mass_ratio=ratio)
-    drive = vc.Harmonic(amplitude=draw.uniform(0.8, 2.2), frequency=draw.uniform(0.7, 1.4))
-    return vc.System(machine, laws[max(0, seed % 7 - 3)], drive), {} if seed % 5 == 0 else {"angle": math.pi / 3}
 
 
 def random_law(draw):
@@ -90,25 +73,6 @@ def implicit(monkeypatch):
 
     kernels.kernel.cache_clear()
     return made
-
-
-@pytest.mark.parametrize("seed", exhaustive_but([12], range(40)))
-@pytest.mark.slow
-def test_random_systems_end_where_implicit_steps_do(seed, implicit):
-    """Ends within tolerances, the same events; their times within ten tolerances, or where implicit steps have them."""
-    system = random_system(seed)
-    tight = implicit(*system, 1e-12)
-    for tolerance in (1e-6, 1e-9):
-        run, other = motion(*system, tolerance), implicit(*system, tolerance)
-        assert run.certificate.ok
-        worst = max(abs(run.state[name] - tight.state[name]) for name in tight.state)
-        assert worst <= END * tolerance
-        assert list(run.event_kinds) == list(tight.event_kinds) == list(other.event_kinds)
-        late, usual = (np.abs(each.event_times - tight.event_times) for each in (run, other))
-        missed = np.abs(run.at(tight.event_times, "contact_velocity"))
-        soon = late <= max(EVENT * tolerance, 1.1 * np.max(usual, initial=0.0))
-        assert np.all(soon | (missed <= SHALLOW * tolerance))
-        assert len(run.piece_start) <= 1.01 * len(other.piece_start)
 
 
 # Of the others one contact rests to rounding, where the number of its events is rounding, too.

@@ -65,19 +65,6 @@ def test_run_settings_without_sense_are_refused(argument, value):
         vc.simulate(stick_slip(), **{"periods": 1, argument: value})
 
 
-@pytest.mark.parametrize(
-    ("start", "message"),
-    [
-        ({"angel": 0.1}, "did you mean 'angle'"),
-        ({"angle": math.inf}, "initial.angle"),
-        ({"angle": "x"}, "initial.angle"),
-    ],
-)
-def test_wrong_initial_states_are_refused(start, message):
-    with pytest.raises(ValueError, match=message):
-        vc.simulate(stick_slip(), initial=start)
-
-
 def test_every_law_with_both_levels_refuses_them_in_the_wrong_order():
     for law in laws().values():
         fields = {info.name for info in parameter_table(law)}

@@ -251,21 +251,6 @@ def test_axes_in_si_need_scales():
         vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4, tolerance=1e-8, settle=0)
 
 
-def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
-    import xarray
-
-    Path("si.toml").write_text(PRESSED, encoding="utf-8")
-    arguments = ["sweep", "si.toml", "--over", "drive.frequency_Hz=0.8:1.4:3", "--periods", "4"]
-    assert cli.main([*arguments, "--out", "map", "--export", "map.nc"]) == 0
-    assert cli.main([*arguments, "--out", "map", "--resume", "--export", "map.csv"]) == 0
-    with xarray.open_dataset("map.nc", mask_and_scale=False) as raw, vc.open_study("map") as study:
-        assert np.array_equal(raw["mean_velocity"], study["mean_velocity"])
-        assert raw["mean_velocity"].attrs["units"] == "m/s"
-        rows = [line.split(",") for line in Path("map.csv").read_text().splitlines() if line[0] != "#"]
-        column = rows[0].index("mean_velocity")
-        assert [float(row[column]) for row in rows[1:]] == study["mean_velocity"].values.tolist()
-
-
 def test_a_system_is_changed_in_si():
     system = case_from_text(CASE).system
     path = next(quantity_in_si(path, system).path for path in system.parameter_paths if path == "drive.frequency")
