@@ -171,20 +171,6 @@ def test_a_load_that_is_negative_at_the_start_is_refused(velocity):
     assert vc.simulate(capsule(), initial=start | {"angle_rate": 1.8}, periods=0.01).status.ok
 
 
-@pytest.mark.parametrize("first", [1, 2])
-@pytest.mark.parametrize("standing", [0.0, 0.2])
-def test_the_load_of_every_contact_is_asked_at_the_start(first, standing):
-    """The light body of a linkage whose bodies part fast is lifted, whichever its number is."""
-    light, heavy = 0.05, 5.0
-    masses = (
-        {"mass_ratio": light, "mass_ratio_2": heavy} if first == 1 else {"mass_ratio": heavy, "mass_ratio_2": light}
-    )
-    speeds = {"velocity": 3.0, "velocity_2": standing} if first == 1 else {"velocity": standing, "velocity_2": -3.0}
-    system = vc.System(vc.LinkageCrawler(**masses), [vc.Coulomb(0.2, 0.3)] * 2, vc.Harmonic(amplitude=0.5))
-    with pytest.raises(ValueError, match=f"initial: the normal load on contact {first} is negative at the start, -"):
-        vc.simulate(system, initial=speeds, periods=1)
-
-
 # Amplitudes at which the true load, lambda + 1 - (sin(theta) theta'' + cos(theta) theta'^2), just touches zero, once in
 # three periods; and how much higher it is at the starts of steps, between which the dip lies.
 @pytest.mark.parametrize(

@@ -292,7 +292,10 @@ def lagrange(kind):
     return Lagrange(kind())
 
 
-@pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
+ROBOT = [kind.name for kind in MECHANISMS].index("rod-robot")  # nearly the bristle robot of the package
+
+
+@pytest.mark.parametrize("kind", slow_but({*range(len(MECHANISMS))} - {ROBOT}, MECHANISMS), ids=lambda kind: kind.name)
 def test_described_machines_obey_lagrange(kind):
     machine, draw, worst = kind(), random.Random(1), 0.0
     for _ in range(20):
@@ -399,6 +402,7 @@ def test_a_constant_factor_is_in_the_coefficients(load):
     assert one["reaction"] == pytest.approx(other["reaction"] if load == "dynamic" else 1.0, rel=1e-12)
 
 
+@pytest.mark.slow  # its kernel
 def test_orbits_close_modulo_the_period_of_friction_along_the_ground():
     orbit = vc.orbit(pushed(Washboard()))
     assert orbit.winding == {"position": 2}  # two periods of the ground in one of the drive

@@ -130,7 +130,7 @@ def test_not_a_number_ends_the_search():
     assert first_root([math.nan, 1.0, 1.0], 1.0)[0] == -1.0
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     coefficients=st.lists(st.floats(-1, 1).map(lambda x: round(x, 3)), min_size=2, max_size=13),
     start=st.floats(1e-3, 1.0),
@@ -159,7 +159,7 @@ def test_random_polynomials_against_numpy(coefficients, start, h):
         assert abs(root - polished) <= 2 * uncertainty(coefficients, polished)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     middle=st.floats(0.05, 0.95),
     log_gap=st.floats(-12, -2),
