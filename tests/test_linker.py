@@ -7,8 +7,7 @@ import re
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.held_input import with_held_input
-from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics import linker as link
 from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.structure import Traits
@@ -18,7 +17,6 @@ from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
 from vibrocap.numerics.linker import LinkError, check, file_of, outline
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
-from vibrocap.numerics.run.stepper import stepper_kernel
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 HOOKS = inspect.getsource(hook)
@@ -59,17 +57,6 @@ def test_what_is_offered_is_linked():
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
         for lanes, loop in ((1, None), (8, None), (1, "portable"), (1, "browser")):
             ensemble_source(recorded, 10, lanes, loop=loop)[1].check()
-
-
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()], ids=lambda law: law.name)
-def test_steppers_are_linked(law):
-    for drive in (vc.Harmonic(), vc.Square()):
-        system = vc.System(vc.PendulumCapsule(), law, drive)
-        for held_input in (False, True):
-            asked = with_held_input(system) if held_input else system
-            recorded = equations(asked)
-            values = recorded.observables, 1e-9, held_input, parameter_values(asked)
-            stepper_kernel(recorded, *values).text.check()
 
 
 def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():

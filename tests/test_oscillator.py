@@ -82,18 +82,6 @@ def test_work_and_settling_of_the_belt_cycle(pulled):
     assert vc.stick_fraction(pulled, periods=1) == pytest.approx(STICK / (STICK + SLIP), rel=1e-12)
 
 
-def test_loop_of_friction_over_the_place_of_the_contact(pulled):
-    """The block slides by v T over the belt in a cycle, against Fk."""
-    loop = vc.friction_loop(pulled)
-    assert loop.displacement_area == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
-    curve = vc.friction_curve(pulled)
-    assert curve.displacement[-1] == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
-    assert np.all(np.diff(curve.displacement[curve.side == 0]) <= 1e-12)
-    assert vc.measured(pulled, "displacement_loop_area", window=1) == pytest.approx(
-        {"displacement_loop_area": loop.displacement_area}, rel=1e-9
-    )
-
-
 # --- the machine -----------------------------------------------------------------------------------------------------
 
 

@@ -5,7 +5,6 @@ arithmetic by numerical differentiation, which knows nothing of the recurrences;
 is measured in units of the largest coefficient at the same distance from the singularity.
 """
 
-import ast
 import math
 import re
 
@@ -16,12 +15,9 @@ import pytest
 import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
 from thinned import slow_but
-from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.codegen.jets import JetWriter
-from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import where
-from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.physics.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
 
 EPSILON = float(np.finfo(float).eps)
@@ -297,26 +293,3 @@ def test_jacobian_is_exact(name, side):
     kernel["rates"](kernel.floats, TIME, point, 0, out)
     rates = [float(value) for value in typed_again(system, mp.mpf(TIME), [mp.mpf(v) for v in y], side)[0]]
     assert kernel.floats[out : out + states] == pytest.approx(rates, rel=64 * EPSILON)
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_generated_source_has_no_branch(name):
-    """Straight-line code: no condition but of a choice of two values, and no loop but the one over the lanes."""
-    recorded = equations(SYSTEMS[name])
-    states, paths = len(recorded.rates), len(recorded.parameter_paths)
-    tree = ast.parse(generated_source(recorded, Layout(states=states, order=ORDER, parameters=paths)))
-    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    for function, loops in (("jet", 1), ("rates", 0), ("jacobian", 0), ("contact_velocity", 0)):
-        nodes = list(ast.walk(functions[function]))
-        args = [n.args[0] for n in nodes if isinstance(n, ast.Call) and getattr(n.func, "id", "") == "where"]
-        nodes = [n for n in nodes if n not in args]
-        assert not [n for n in nodes if isinstance(n, (ast.If, ast.IfExp, ast.While, ast.Compare, ast.BoolOp))]
-        assert sum(isinstance(n, ast.For) for n in nodes) == loops
-
-
-def test_recorded_physics_cannot_branch():
-    x = Graph().node("state", 0)
-    with pytest.raises(TypeError, match="cannot branch"):
-        abs(1.0) if x else 0.0
-    with pytest.raises(TypeError):
-        x > 0.0  # noqa: B015

@@ -202,7 +202,7 @@ PLACES = [(name, contact) for name, (one, _) in MACHINES.items() for contact in 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "first"), exhaustive_but([1, 4, 9, 12], PLACES))
+@pytest.mark.parametrize(("name", "first"), exhaustive_but([1, 12], PLACES))
 @pytest.mark.parametrize("exponent", exhaustive_but([0], [1.1, 1.5, 2.9]))
 def test_a_power_costs_little_more_than_a_square_at_any_contact(name, first, exponent):
     """Before, it did not finish at a second contact in sweeps, and took 3 to 10 times the steps elsewhere."""
@@ -222,7 +222,7 @@ POWERS = {
     "row": [droop(1.2), vc.Stribeck(0.12, 0.3, 0.02, 2.7)],
     "crawler": [vc.SmoothedTanh(0.15, 0.3, 0.05, 1.4, 0.02), droop(2.3)],
     "worm": [droop(1.5), vc.Stribeck(0.2, 0.3, 0.03, 1.1)],
-    "oscillator": [vc.SmoothedTanh(0.15, 0.35, 0.03, 1.8, 0.01)],
+    "oscillator": [vc.SmoothedTanh(0.15, 0.35, 0.03, 1.1, 0.01)],  # |v|^2.2 at rest
 }
 
 
@@ -239,6 +239,8 @@ def test_powers_at_any_contact_against_an_independent_solver(name):
         found = run(machine, laws, drive, tolerance, periods=3)
         off = [abs(found.state[key] - value) for key, value in expected.state.items()]
         assert max(off) <= STEPS * tolerance, tolerance
+        turns = {event.kind for event in found.events if event.contact == 1}
+        assert sticks[0] or turns == {"reversal"}  # where a smooth law is split, as its power has no series there
         kinds = Counter(str(event.kind) for event in found.events if sticks[event.contact - 1])
         assert kinds == Counter(kind for kind, contact in map(numbered_kind, expected.events) if sticks[contact - 1])
 
@@ -265,19 +267,6 @@ def test_a_power_below_one_is_kept_at_rest_only_while_it_is_negligible():
     assert len(result.events) == 17
 
 
-@pytest.mark.slow
-def test_a_smooth_law_is_split_where_its_power_has_no_series():
-    """(v tanh(v/eps)/v_s)^alpha is |v|^(2 alpha) at rest: before, certified ends were off by 89 tolerances at 1e-8."""
-    machine, drive = vc.PendulumCapsule(normal_load="dynamic"), vc.OnOff(2.0, -0.5, 1.0, 0.5)
-    right = (-0.74387126705, -0.05639459756, 1.43362095836, 0.02951547179)  # at 1e-12
-    for tolerance in (1e-7, 1e-8):
-        result = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 1.1, 0.005)], drive, tolerance, periods=10)
-        assert np.abs(result.sections[-1] - right).max() <= 10.0 * tolerance  # 89 where it is not split
-        assert {event.kind for event in result.events} == {"reversal"}
-    whole = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 2.0, 0.005)], drive, 1e-7, periods=10)
-    assert not whole.events
-
-
 def test_what_a_law_stores_and_forgets_is_known_of_any_contact():
     """A branch that begins unloaded loses what the contact stored, at whichever contact; before, at the first only."""
     law = vc.backlash(vc.Dahl)()
@@ -287,7 +276,9 @@ def test_what_a_law_stores_and_forgets_is_known_of_any_contact():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "step"), [("stribeck_exponent", 1e-4), ("stribeck_velocity", 1e-5)])
+@pytest.mark.parametrize(
+    ("name", "step"), exhaustive_but([0], [("stribeck_exponent", 1e-4), ("stribeck_velocity", 1e-5)])
+)
 def test_gradients_over_the_numbers_of_a_power(name, step):
     """A tangent starts from rest as the motion does: |v|^(alpha - 1) and |v|^alpha log|v| have no series there."""
 

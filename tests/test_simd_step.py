@@ -7,6 +7,7 @@ import pytest
 
 import vibrocap as vc
 from test_ensemble import LANES, ORDER, sliding_lanes
+from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run import ensemble as runs_of
 
@@ -51,9 +52,8 @@ def test_a_slide_that_is_not_looked_at_goes_on():
     assert min(counts) > 100
 
 
-@pytest.mark.parametrize(
-    "name", [stop if i == 0 else pytest.param(stop, marks=pytest.mark.slow) for i, stop in enumerate(STOPS)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", exhaustive_but([1], [*STOPS]))
 def test_guards_in_all_lanes_are_those_one_by_one(name):
     """States, works and counts of impacts; over four periods rounding grows to some 1e-13.
 

@@ -297,10 +297,9 @@ def test_a_pendulum_bounces_off_its_capsule():
         assert energy[1] - energy[0] == pytest.approx(-(1.0 - 0.6**2) * share * before_rate**2, rel=1e-9)
 
 
-def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
-    """The mass is at X + z, the stop where the mass touches it; every machine can be filmed."""
+def test_shapes_of_the_scene_move():
+    """The mass is at X + z, the stop where the mass touches it."""
     from vibrocap.motion.shapes import moving_shapes
-    from vibrocap.plotting.animation import animate_motion
 
     motion = vc.simulate(capsule(), periods=2, initial=ORBIT)
     times = np.array([0.0, 1.0, motion.event_times[motion.event_kinds == "impact"][0]])
@@ -309,9 +308,6 @@ def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
     expected = motion.at(times, "position") + motion.at(times, "displacement")
     assert mass.points[0, 0] == pytest.approx(expected, abs=1e-14)
     assert mass.points[0, 0, 2] + 0.5 * mass.shape.size[0] == pytest.approx(stop.points[0, 0, 2], abs=1e-12)
-    shown = []
-    assert animate_motion(motion, tmp_path / "film.gif", periods=0.05, progress=shown.append).stat().st_size > 1000
-    assert shown[-1] == 1.0
 
 
 @pytest.mark.parametrize("limit", [0.3, 0.8, math.pi / 2, 2.0])
