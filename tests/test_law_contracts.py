@@ -128,7 +128,7 @@ def test_every_law_that_can_be_passive_is_so_somewhere():
 def test_only_a_joint_that_closes_makes_the_force_jump(law):
     """The force is continuous from piece to piece, but where the joint of a backlash closes on a damped contact."""
     members = set()
-    for draw in draws(2):
+    for draw in draws(4):
         side, load = draw.choice((1, -1)), draw.uniform(0.5, 2.0)
         internal = random_internal(law, 0.0, -side, load, draw)
         found = stroke(law, 0.2 * side, 1.0, internal, load=load, samples=2, turned=True)

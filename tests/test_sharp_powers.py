@@ -145,8 +145,8 @@ def test_lanes_see_what_single_motions_see(law, kept):
 def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph():
     """Of the contact velocity; from the second on a whole power has few terms from rest, 1.7 has no series."""
 
-    def found(law, machine=vc.PendulumCapsule()):
-        recorded = equations(vc.System(machine, law, vc.Harmonic()))
+    def found(law, kind=vc.PendulumCapsule):
+        recorded = equations(vc.System(kind(), law, vc.Harmonic()))
         sharp = system_sharpness(recorded)[0].nodes
         powers = sorted(power for _, power in gaps(recorded, sharp).values())
         return powers, no_series_at_rest(recorded.contacts[0].velocity, recorded.rates)
@@ -166,7 +166,7 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
     assert found(vc.SmoothedTanh(stribeck_exponent=2.7)) == ([], True)
     assert found(vc.RateAndStateAgeing()) == ([2], False)
     for laws in ([stribeck(3.0), vc.Coulomb()], [vc.Coulomb(), stribeck(3.0)]):  # at whichever contact
-        assert found(laws, vc.TwoBodyCrawler())[0] == [3]
+        assert found(laws, vc.TwoBodyCrawler)[0] == [3]
 
 
 # --- several contacts -------------------------------------------------------------------------------------------------

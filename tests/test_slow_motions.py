@@ -140,8 +140,6 @@ def test_a_contact_that_rests_to_rounding_beside_a_fast_one_stays_decided():
         (vc.PendulumCapsule(mass_ratio=0.1765), 9079.6, 1515.6, 0.8841, 0.9174, 620),
         # 1,160 where slides wait for creep
         (vc.PendulumCapsule(mass_ratio=1.576), 113819.0, 1196.6, 2.0375, 0.8592, 700),
-        # 1,869 where velocity and bristle are not slaved together, as neither can be alone
-        (vc.PendulumCapsule(mass_ratio=1.7), 300628.0, 1039.0, 0.8451, 0.7351, 700),
         # 947 where a step that misses the law is cut six times
         pytest.param(vc.Oscillator(), 53138.1, 2773.1, 1.5094, 0.9775, 500, marks=pytest.mark.exhaustive),
     ],
@@ -153,9 +151,23 @@ def test_loose_tolerances_cost_no_more(machine, stiffness, damping, amplitude, f
     runs = [motion(system, start, tolerance) for tolerance in (1e-6, 1e-8, 1e-11)]
     loose, tight, _ = (len(run.piece_start) for run in runs)
     assert loose <= min(tight, most)
-    for run, tolerance in zip(runs, (1e-6, 1e-8), strict=False):
-        assert max(abs(run.state[name] - runs[-1].state[name]) for name in run.state) <= END * tolerance
+    assert_ends_are_those_of_the_last(runs)
+
+
+def assert_ends_are_those_of_the_last(runs):
+    """With the same events."""
+    for run in runs[:-1]:
+        assert run.certificate.ok
+        assert max(abs(run.state[name] - runs[-1].state[name]) for name in run.state) <= END * run.tolerance
         assert list(run.event_kinds) == list(runs[-1].event_kinds)
+
+
+def test_creep_that_oscillates_costs_few_steps():
+    """Velocity and bristle are slaved together, as neither can be alone: 1,869 and 1,544 steps where they are not."""
+    system = vc.System(vc.PendulumCapsule(mass_ratio=1.7), vc.LuGre(300628.0, 1039.0), vc.Harmonic(0.8451, 0.7351))
+    runs = [motion(system, {"angle": math.pi / 3}, tolerance) for tolerance in (1e-6, 1e-8, 1e-11)]
+    assert max(len(run.piece_start) for run in runs[:-1]) < 700
+    assert_ends_are_those_of_the_last(runs)
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 1e3), (1e5, 300.0)])
