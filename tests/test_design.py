@@ -502,6 +502,9 @@ def test_travel_is_judged_by_the_period_and_size_of_each_run(monkeypatch):
     columns = {path: np.array(column, dtype=object if "form" in path else float) for path, column in values.items()}
     assert residues(crawler, columns, len(pairs), "mean_velocity", 1e-6).tolist() == own
     assert len(set(own)) == len(own)
+    constants = (vc.Constant(2.0, duration) for duration in (1e-4, 1e4))  # which is a mere step
+    turning = [vc.System(vc.RotorCapsule(), vc.Coulomb(0.1, 0.2), constant) for constant in constants]
+    assert [residue(system, "mean_velocity", 1e-6) for system in turning] == pytest.approx([1e-5, 1e-5])
 
     def crawling(system, over, **settings):  # back, by what is residue above a frequency of 2 pi; the nominal run ahead
         speed = np.full(len(over["drive.frequency"]), -1e-5)

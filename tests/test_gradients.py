@@ -17,6 +17,7 @@ from cases import printed, printed_json, refused
 from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.terminal import INCOMPLETE
+from vibrocap.measures.recorded.summary import motion_summary
 from vibrocap.motion.recording.equations import equations
 from vibrocap.orbits.closing import gradients as module
 from vibrocap.orbits.closing.gradients import measures_with_gradients
@@ -295,6 +296,20 @@ def test_an_orbit_of_a_continuum_has_no_gradient():
     assert orbit.continuum
     with pytest.raises(ValueError, match="orbit: is one of a continuum"):
         orbit.gradients(["drive.amplitude"])
+
+
+@pytest.mark.slow
+def test_what_does_not_travel_has_no_cost():
+    """A linear machine under two harmonics: its drift is rounding, whose cost was 1e15."""
+    drag = vc.Environment(linear_drag=0.3)
+    linear = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.0, 0.0), vc.Biharmonic(0.5, 0.8, 0.3), environment=drag)
+    steady = vc.orbit(linear)
+    slopes = steady.gradients("machine.damping", ["cost_of_transport", "mean_velocity"]).slopes
+    cost, velocity = sorted(slopes, key=lambda slope: slope.measure)
+    assert (cost.value, velocity.value) == (math.inf, 0.0)
+    assert math.isnan(cost.slope)
+    assert math.isnan(velocity.elasticity)
+    assert motion_summary(vc.simulate(linear, periods=60)).cost_of_transport is None
 
 
 @pytest.mark.slow

@@ -91,7 +91,8 @@ def residue(system: System, measure: str, threshold: float, parameters: np.ndarr
     """How far a measure of a run that settled to a threshold may be from that of the steady motion, without units.
 
     Of travel: RESIDUE thresholds of the natural size of the coordinate that travels, over the period of the drive where
-    it is a speed, each of the run's own parameters. Of other measures 0: their natural size is not known.
+    it is a speed (of that of its rate where nothing drives the system in time), each of the run's own parameters. Of
+    other measures 0: their natural size is not known.
 
     parameters: None, the system's own, which gives a number; or [runs, parameters], which gives an array [runs]
     """
@@ -99,7 +100,10 @@ def residue(system: System, measure: str, threshold: float, parameters: np.ndarr
     left = np.zeros(len(rows))
     if measure in TRAVEL and system.cyclic is not None:
         recording = equations(system)
-        of_size = recording.scales[system.state_names.index(system.cyclic)], recording.period
-        size, period = evaluated(of_size, 0.0, [], 1.0, rows.T, left.shape)
-        left = RESIDUE * threshold * (size / period if measure == "mean_velocity" else size)
+        scales = dict(zip(system.state_names, recording.scales, strict=True))
+        sizes = scales[system.cyclic], recording.period, scales[system.machine.coordinates[system.cyclic]]
+        size, period, speed = evaluated(sizes, 0.0, [], 1.0, rows.T, left.shape)
+        if measure == "mean_velocity":
+            size = size / period if recording.timed else speed
+        left = RESIDUE * threshold * size
     return float(left[0]) if parameters is None else left

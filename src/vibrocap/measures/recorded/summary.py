@@ -5,13 +5,14 @@ import dataclasses
 from typing import Annotated
 
 from vibrocap.measures.recorded.energy import EnergyBalance, energy_balance
-from vibrocap.measures.recorded.settling import response_class
+from vibrocap.measures.recorded.settling import usual_threshold
 from vibrocap.measures.recorded.sticking import stick_fraction
 from vibrocap.measures.recorded.travel import MeanVelocity, drift, mean_velocity, winding
 from vibrocap.measures.recorded.windows import usual_window, whole_periods
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trust import residue
 from vibrocap.physics import events
 from vibrocap.physics.names import numbered
 from vibrocap.quantities.declared import Force, In, Length, Number, States, Time
@@ -70,8 +71,9 @@ def motion_summary(motion: Trajectory) -> MotionSummary:
 
 
 def _cost_of_transport(motion: Trajectory, velocity: MeanVelocity, whole: int) -> float | None:
-    """Work of the drive per distance travelled; None for what cannot travel."""
-    if velocity.value == 0.0 or response_class(motion).symmetric:
+    """Work of the drive per distance travelled; None for what does not travel."""
+    threshold = usual_threshold(motion.tolerance) if velocity.settled else 0.0
+    if abs(velocity.value) <= residue(motion.system, "mean_velocity", threshold):
         return None
     balance = energy_balance(motion, periods=usual_window(whole))
     start, end = balance.window

@@ -20,6 +20,7 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.measures.of_measure import MeasureInUnit, SlopeInUnit
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trust import residue
 from vibrocap.numerics.api import Budget, EnsembleStart, Form, ensemble_run
 from vibrocap.numerics.expressions.graph import Expression, evaluate, evaluated, sensitivity
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
@@ -338,7 +339,9 @@ def _measured(ends: _Ends, orbit: PeriodicSolution) -> tuple[dict[str, float], d
         values[f"{name}_work"] = float(ends.end[n + k] / turns)
         slopes[f"{name}_work"] = ends.by_parameter[n + k] / turns
     if (cyclic := ends.map.cyclic) >= 0:
-        drift = 0.0 if orbit.symmetric else float(ends.end[cyclic] / turns)
+        drift = float(ends.end[cyclic] / turns)
+        if orbit.symmetric or abs(drift) <= residue(orbit.system, "drift", orbit.tolerance):
+            drift = 0.0
         by = ends.by_parameter[cyclic] / turns
         values["drift"], slopes["drift"] = drift, by
         values["mean_velocity"] = drift / ends.period
