@@ -227,6 +227,16 @@ def test_runs_along_a_straight_border(margin, runs):
     assert mapped(evaluate, unit_square(65), margin=margin).attrs["runs_computed"] == runs
 
 
+def test_what_is_filled_in_beside_infinite_values_is_that_of_the_nearest_corner():
+    """A cost is infinite where nothing travels, which need not be a label: 0 times that was no number."""
+    evaluate = Evaluator(
+        kind=lambda x, y: np.zeros(len(x), dtype=int), cost=lambda x, y: np.where(x < 0.3, np.inf, 1.0 + x)
+    )
+    dataset = mapped(evaluate, unit_square(17), ("kind",), coarse=8)
+    expected = np.where(np.arange(17) <= 4, np.inf, np.where(np.arange(17) < 8, 1.5, 1.0 + np.arange(17) / 16))
+    assert np.array_equal(dataset["cost"].values, np.repeat(expected[:, None], 17, axis=1))
+
+
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 GOOD = Evaluator(mode_sequence=words(circle), mean_velocity=lambda x, y: x - 0.3)
 

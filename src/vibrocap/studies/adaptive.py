@@ -97,8 +97,8 @@ def adaptive_map(
 
     Returns a dataset on the full grid. `computed` marks runs; other values come from the corners of the cell around a
     point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis evenly spaced
-    in it), the others from the nearest corner. Attributes: runs computed, of the full grid and their ratio, rounds,
-    labels, and for the ensemble its settings and the case.
+    in it), others, and those beside a corner that is not finite, from the nearest corner. Attributes: runs computed, of
+    the full grid and their ratio, rounds, labels, and for the ensemble its settings and the case.
     Raises ValueError, naming the argument, before any work, and for an evaluator that returns something else.
     """
     import xarray
@@ -128,13 +128,11 @@ def adaptive_map(
         for start in range(0, len(new), tile):
             place = new[start : start + tile]
             i, j = np.unravel_index(place, computed.shape)
-            results = _checked_results(evaluate(x[i], y[j]), len(place), by)
-            if "travel" in by and "travel" not in results:
-                if (band := attributes.get("dead_band")) is None:
-                    assert system is not None
-                    own = dict(zip(axes, (x[i], y[j]), strict=True))
-                    band = residues(system, own, len(place), "mean_velocity", attributes["settle"])
-                results["travel"] = _travel(results, band)
+            if (band := attributes.get("dead_band")) is None:
+                assert system is not None
+                own = dict(zip(axes, (x[i], y[j]), strict=True))
+                band = residues(system, own, len(place), "mean_velocity", attributes["settle"])
+            results = _checked_results(evaluate(x[i], y[j]), len(place), by, band)
             if blocks and set(results) != set(blocks[0]):
                 raise ValueError(f"evaluate returned {', '.join(results)}, and before that {', '.join(blocks[0])}")
             codes[i, j], computed[i, j] = _codes(results, by, refine_unsettled, known), True
@@ -200,29 +198,24 @@ def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str
     return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
 
 
-def _checked_results(returned: Mapping[str, Any], runs: int, by: Sequence[str]) -> dict[str, np.ndarray]:
-    """What the evaluator returned, as arrays."""
+def _checked_results(returned: Mapping[str, Any], runs: int, by: Sequence[str], band: Any) -> dict[str, np.ndarray]:
+    """What the evaluator returned, as arrays, with the direction of travel where that is asked for."""
     results = {name: np.asarray(values) for name, values in returned.items()}
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
     for name, values in results.items():
         if values.shape != (runs,):
             wanted = f"{name} should hold one value per run, shape ({runs},)"
             raise ArgumentError("evaluate", f"{wanted}, got {values.shape}")
+    if "travel" in by and "travel" not in results and "mean_velocity" in results:
+        trust = Trust(results.get("status", np.full(runs, FINISHED)), None, band)
+        direction = trust.direction(results["mean_velocity"])
+        results["travel"] = np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
     for label in by:
-        if label == "travel" and label not in results and "mean_velocity" in results:
-            continue  # which has its sign
         if label not in results:
             raise ArgumentError("by", f"{label} should be among the results of evaluate, got {', '.join(results)}")
         if not discrete(results[label], label):
             raise ArgumentError("by", f"{label} takes real values and has no borders; choose a discrete measure")
     return results
-
-
-def _travel(results: Mapping[str, np.ndarray], residue: Any) -> np.ndarray:
-    """The direction of travel of each run; residue: mean velocities up to which there is none."""
-    velocity = results["mean_velocity"]
-    direction = Trust(results.get("status", np.full(len(velocity), FINISHED)), None, residue).direction(velocity)
-    return np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
 
 
 def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettled: bool, known: dict) -> np.ndarray:
@@ -369,14 +362,15 @@ def filled(
     full[order] = values
     full = full.reshape(computed.shape)
     (i, j), (i0, i1, j0, j1) = np.nonzero(~computed), corners
+    full[i, j] = nearest = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
     if discrete(values, name):
-        full[i, j] = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
         return full
     x, y = (_scale(axis)[0] for axis in axes)
     u, v = (x[i] - x[i0]) / (x[i1] - x[i0]), (y[j] - y[j0]) / (y[j1] - y[j0])
     with np.errstate(invalid="ignore"):  # a corner may be infinite or no number
         straight = full[i0, j0] * ((1 - u) * (1 - v)) + full[i1, j1] * (u * v)
-        full[i, j] = straight + (full[i1, j0] * (u * (1 - v)) + full[i0, j1] * ((1 - u) * v))
+        straight += full[i1, j0] * (u * (1 - v)) + full[i0, j1] * ((1 - u) * v)
+    full[i, j] = np.where(np.isfinite(straight), straight, nearest)
     return full
 
 
