@@ -92,6 +92,12 @@ FAULTS = {
     "a stop should bound one coordinate": (
         lambda q, c: [*swings(q, c)[:3], Contact(c, load=1.0), Stop(q.angle + q.position, 0.3, restitution=0.5)]
     ),
+    "a rigid stop holds 'position' while a function of time changes its sliding velocity": (
+        lambda q, c: [
+            table := Support("table", x=sin(q.time)),
+            *swings(q, body := capsule(q, on=table), Stop(between=(table, body), gap=0.3, restitution=0.5)),
+        ]
+    ),
     "a rigid stop bounds a rubbing body, among several contacts": (
         lambda q, c: [c, b := block(q, c), joint(q), Contact(c), Contact(b, on=c), Stop(q.angle, 0.3, restitution=0.5)]
     ),

@@ -82,6 +82,11 @@ def stopped(motion: Any, stop: Stop) -> str:
     name = next((name for name in motion.names if not (stop.way - motion.along[name]).moves), None)
     if name is None or (stop.rigid and stop.way.slopes.keys() != {name}):
         raise MechanicsError("a stop should bound one coordinate, which grows one to one with its stretch")
+    if stop.rigid and stop.way.curvature:
+        how = "let what it rubs on bear the stop, or let that be elastic"
+        raise MechanicsError(
+            f"a rigid stop holds {name!r} while a function of time changes its sliding velocity: {how}"
+        )
     return name
 
 
