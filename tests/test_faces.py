@@ -20,7 +20,9 @@ from mechanisms import BeltRow, Slider
 from thinned import exhaustive_but, slow_but
 from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
-from vibrocap.plotting.look.labels import parts_in_si, parts_title, quantity_label
+from vibrocap.physics.catalogue import machines
+from vibrocap.physics.symbols import machine_symbols
+from vibrocap.plotting.look.labels import parts_in_si, parts_title, quantity_label, symbol_text
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 TRAVELS = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
@@ -130,10 +132,13 @@ def test_every_kind_of_part_is_put_into_words():
             assert "None" not in words
 
 
-def test_a_speed_over_what_moves_is_not_called_the_rate_of_a_place():
-    """Sheets drew the speed of a stage on a rod that shakes as the stage's own: zero while the place changed."""
-    system = vc.System(Slider(), vc.Coulomb(), vc.Harmonic())
-    assert quantity_label(system.machine.contact_states[0], system) == "sliding velocity $v$"
+def test_labels_of_states_have_the_symbols_of_their_machine():
+    """Sheets drew the speed of a stage on a rod that shakes as X', zero while X changed, and every place as X."""
+    for machine in (*(kind() for kind in machines().values()), Slider()):
+        system = vc.System(machine, vc.Coulomb(), vc.Harmonic())
+        for name, (symbol, _) in machine_symbols(type(machine)).items():
+            assert quantity_label(name, system).endswith(f" {symbol_text(symbol)}")
+    assert quantity_label("velocity", system) == "sliding velocity $v$"
 
 
 @pytest.mark.parametrize("path", ["drives.belt.amplitude", 'frictions."block 2".static_coefficient', "friction_2.law"])

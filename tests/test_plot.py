@@ -214,7 +214,7 @@ def test_sheet_shows_the_load_where_it_matters(loaded):
 def test_one_inner_coordinate_beside_several_contacts_keeps_its_own_symbol():
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic(1.2, 1.3)), periods=2)
     labels = [ax.get_ylabel() for ax in vc.figure(motion).axes]
-    assert labels[1:4] == ["gap $z_1$", "velocity $v_i$", "friction force $R_i$"]
+    assert labels[1:4] == ["displacement $z$", "velocity $v_i$", "friction force $R_i$"]
 
 
 @pytest.mark.plain

@@ -154,7 +154,7 @@ def _relative(motion: Trajectory, name: str, recent: panel.Stretch) -> tuple[Cal
     speed = float(np.diff(motion.at([start, end], name))[0]) * scale(name, system) / (end - start)
     shown = Trace(motion, *recent)
     origin = float(np.mean(shown[name] - speed * shown.time))
-    words, symbol = ("position", "$X$") if name == "position" else quantity_label(name, system).rsplit(" ", 1)
+    *_, words, symbol = quantity_label(name, system).split(" ")
     time = r"\tau" if system.units is None else "t"
     steady = rf"{words} less steady travel {symbol[:-1]} - \langle {symbol[1:-1]}' \rangle\,{time}$"
     return lambda trace: speed * trace.time + origin, with_unit(steady, name, system)
@@ -244,7 +244,7 @@ def _over_time(names: list[str], label: str = "") -> Draw:
         several = len(panel.contacts_of(motion)) > 1
         if several or len(names) > 1:
             one = quantity_label(names[0], motion.system)
-            words = label or (re.sub(r"(_\{?\d\}?)?\$$", "_i$", one) if len(names) > 1 else one)
+            words = label or (re.sub(r"(_\{?\d\}?)?('*)\$$", r"_i\2$", one) if len(names) > 1 else one)
             panel.draw_all(motion, names, words, detail, ax)
         else:
             panel.history(motion, names[0], detail, ax, shaded=True)

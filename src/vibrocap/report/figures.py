@@ -28,6 +28,11 @@ CROWDED = 4  # curves, from which on the legend is set small
 ENDED: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 4.5, "markeredgewidth": 1.1}
 LAWS = {"LM": "LM: LuGre law (bristles).", "EM": "EM: exponential law (sticks)."}
 LABELS = {
+    "angle": r"angle $\theta$",
+    "angle_rate": r"angular velocity $\theta'$",
+    "position": "capsule position $X$",
+    "velocity": "capsule velocity $X'$",
+    "contact_velocity": "sliding velocity $X'$",
     "mass_ratio": r"mass ratio $\lambda$",
     "mean_velocity": "average velocity",
     "excess": r"friction $-$ steady friction",

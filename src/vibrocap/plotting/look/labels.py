@@ -17,14 +17,6 @@ from vibrocap.physics.system import System
 LABELS = {
     "time": r"time $\tau$",
     "periods": r"time in drive periods $\tau/T$",
-    "angle": r"angle $\theta$",
-    "angle_rate": r"angular velocity $\theta'$",
-    "displacement": r"inner displacement $z$",
-    "displacement_rate": r"inner velocity $z'$",
-    "position": r"capsule position $X$",
-    "velocity": r"capsule velocity $X'$",
-    "contact_velocity": r"sliding velocity $X'$",
-    "sliding_velocity": "sliding velocity $v$",
     "bristle": r"bristle deflection $\xi$",
     "bristle_rate": r"bristle rate $\xi'$",
     "friction": r"friction force $R$",
@@ -109,50 +101,45 @@ def law_words(name: str, first: bool = True) -> str:
     return words[0].upper() + words[1:] if first else words
 
 
-def _own_label(name: str, machine: Any) -> str:
-    """The words of a coordinate, or of its rate, with its symbol; the name alone of anything else."""
-    for place, rate in machine.coordinates.items():
-        if name in (place, rate) and (symbol := machine.all_coordinates[place].symbol):
-            number = name_and_number(place)[1]
-            below = f"_{number}" if number > 1 or place in machine.counts else ""
-            words = name_and_number(name)[0].replace("_", " ")
-            return f"{words} {symbol_text(symbol + below + ('' if name == place else chr(39)))}"
-    return name.replace("_", " ")
+def _state_label(name: str, system: System) -> str:
+    """A state of a machine, or the place of another body of it, in words with its symbol (`physics/symbols.py`)."""
+    machine, symbols = system.machine, machine_symbols(type(system.machine))
+    stem, number = name_and_number(name)
+    if name in symbols:
+        symbol, _ = symbols[name]
+        if symbol.startswith("v"):  # over a support that moves, or along a path: the rate of no place
+            return f"sliding velocity {symbol_text(symbol)}"
+    elif stem in symbols:
+        symbol = f"{symbols[stem][0]}_{number}"
+    else:
+        return name.replace("_", " ")
+    words = stem.replace("_", " ").replace("angle rate", "angular velocity")
+    if name in ("position", "velocity") and machine.cyclic is not None and len(machine.contact_states) == 1:
+        words = f"{machine.contact_names[0]} {words}"
+    return f"{words} {symbol_text(symbol)}"
 
 
 def quantity_label(name: str, system: System) -> str:
     """A quantity of a motion in words with its symbol, its name where there are none."""
-    machine = system.machine
-    contact = machine.derived.contacts[0]
-    body = contact.body.name
-    label = LABELS[name].replace("capsule", body) if name in LABELS else _own_label(name, machine)
-    if name in machine.contact_states and machine_symbols(type(machine))[name][0] == "v":  # not the rate of a place
-        label = LABELS["sliding_velocity"]
-    if name == "position" and machine.cyclic is None:
-        label = "position $x$"
-    if len(machine.contact_states) > 1:
-        stem, number = name_and_number(name)
-        known = {
-            "position": "position $x_{}$",
-            "velocity": "velocity $v_{}$",
-            "sliding_velocity": "sliding velocity $v_{}$",
-            "contact_velocity": "sliding velocity $v_{}$",
-            "friction": "friction $R_{}$",
-            "displacement": "gap $z_{}$",
-        }
-        label = known[stem].format(number) if stem in known else label
-    elif name == "contact_velocity" and not (contact.on is contact.path is None):
-        label = LABELS["sliding_velocity"]
-    elif name == "contact_velocity" and machine.imposes_motion:
-        label = LABELS["velocity"].replace("capsule", body)
-    elif name == "contact_velocity" and machine.contact_states[0] != "velocity":
-        label = LABELS["sliding_velocity"]
+    machine, (stem, number) = system.machine, name_and_number(name)
+    if stem == "contact_velocity":
+        contact, state = machine.derived.contacts[0], machine.contact_states[0]
+        if len(machine.contact_states) > 1:
+            return f"sliding velocity $v_{number}$"
+        if not (contact.on is contact.path is None):
+            return "sliding velocity $v$"
+        if machine.imposes_motion:
+            symbol, _ = machine_symbols(type(machine))[machine.place]
+            return f"{contact.body.name} velocity {symbol_text(symbol + chr(39))}"
+        return f"sliding velocity {_state_label(state, system).rsplit(' ', 1)[1]}"
     if name == "drive" and system.controller is not None:
-        label = "command $u$"
-    elif name == "drive":
+        return "command $u$"
+    if name == "drive":
         imposed = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
-        label = imposed if machine.imposes_motion else f"drive {machine.effort}"
-    return label
+        return imposed if machine.imposes_motion else f"drive {machine.effort}"
+    if stem == "friction" and len(machine.contact_states) > 1:
+        return f"friction $R_{number}$"
+    return LABELS.get(name) or _state_label(name, system)
 
 
 IN_SI = "In SI units."
