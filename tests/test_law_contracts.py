@@ -30,17 +30,9 @@ each_dynamic_law = pytest.mark.parametrize(
 
 
 @pytest.mark.parametrize("law", [*laws().values(), *map(law_of, WRAPPED)], ids=lambda law: law.name)
-def test_declarations_fit_together(law):
-    fields = {info.name for info in parameter_table(law)}
-    assert " = " in law.__doc__, "its equation"
-    assert isinstance(law.creeps, bool)
-    assert set(law.shape_parameters) <= fields
-    assert set(law.switched) <= set(law.internal)
-    assert len(set(law.internal)) == len(law.internal)
-    assert law.internal_symmetry is None or len(law.internal_symmetry) == len(law.internal)
+def test_a_law_states_its_equation_and_is_found_by_its_name(law):
+    assert " = " in law.__doc__
     assert law().symmetric == ("anisotropic" not in law.name)
-    if law.kind != "kinked":
-        assert not law.internal
     assert law.name in laws()
     assert law_of(law.name) is law
 

@@ -82,7 +82,7 @@ ROWS = [seed for seed in range(34) if seed not in (7, 28)]
 @pytest.mark.parametrize("seed", exhaustive_but([3], ROWS))
 @pytest.mark.slow
 def test_random_rows_end_where_implicit_steps_do(seed, implicit):
-    """The same of several contacts, dense output included; tighter tolerances never take fewer steps."""
+    """Within tolerances, with the same events and dense output; tighter tolerances never take fewer steps."""
     row = random_row(seed)
     tight, steps = implicit(*row, 1e-12), []
     t = np.linspace(0.0, 0.98 * tight.end, 200)  # a linkage may lift off, a little later or earlier
