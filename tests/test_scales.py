@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibrocap as vc
-from thinned import slow_but
 from vibrocap.case.case import CaseError, case_from_text, case_text
 from vibrocap.physics.catalogue import drives, law, laws, machines
-from vibrocap.physics.dimensions.units import QUANTITIES, parameter_keys, suffix, written_in_si
+from vibrocap.physics.dimensions.units import parameter_keys, suffix, written_in_si
 from vibrocap.physics.parameters import parameter as vc_parameter
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.parameters import parameters as vc_parameters
@@ -148,19 +147,6 @@ def test_a_dimensional_argument_of_every_law(kind):
     assert found == pytest.approx(force * units.factor("friction"), rel=1e-13)
     expected = [rate * units.factor(f"{name}_rate") for name, rate in zip(states, rates, strict=True)]
     assert found_rates == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "kind", slow_but([0, 1], [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()]), ids=lambda kind: kind.name
-)
-def test_every_quantity_of_a_motion_has_a_unit(kind):
-    system = vc.System(vc.PendulumCapsule(), kind, vc.Harmonic(), units=vc.PendulumScales(0.12, 0.27))
-    motion = vc.simulate(system, periods=0.1)
-    none = {"side", *kind.switched}
-    for name in (*motion.names, "time"):
-        assert (system.si.unit(name) == "1") == (name in none), name
-    assert system.si.unit("drive") == "N m"
-    assert system.si.unit("angle_rate") == QUANTITIES["angle_rate"]
 
 
 def test_a_machine_of_ones_own_counts_in_units_that_are_given():

@@ -63,12 +63,6 @@ def test_a_hold_beyond_its_limit_by_more_than_a_billionth_is_a_slip_that_was_mis
         assert any("a slip was missed" in failure for failure in motion.certify(motion).failures) == fails
 
 
-@pytest.mark.parametrize(("lost", "fails"), [(3e-10, False), (3e-9, True)])
-def test_a_slip_that_began_too_early_by_more_than_a_billionth_is_told(motion, lost, fails):
-    with mock.patch.object(evidence, "_slip_shortfall", return_value=lost):
-        assert any("began too early" in failure for failure in motion.certify(motion).failures) == fails
-
-
 @pytest.mark.parametrize(("share", "fails"), [(0.5, False), (2.0, True)])
 def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails):
     """Of the natural size of the velocity of the capsule, which is one."""
@@ -77,23 +71,27 @@ def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails
     assert any("an event was not located" in failure for failure in failures) == fails
 
 
-@pytest.mark.parametrize(("passed", "fails"), [(5e-15, False), (5e-14, True)])
-def test_a_velocity_may_pass_rest_by_rounding(motion, passed, fails):
-    """64 roundings of the largest velocity, or of 1."""
-    with mock.patch.object(evidence, "_contact_evidence", return_value=(1.0, -passed, 0.5)):  # share, least, fastest
-        assert any("passes rest" in failure for failure in motion.certify(motion).failures) == fails
+def last_shifted(values, off):
+    return values + off * (np.arange(len(values)) == len(values) - 1)
 
 
-@pytest.mark.parametrize(("off", "fails"), [(2e-8, False), (4e-6, True)])
-def test_a_balance_may_be_off_by_a_hundred_tolerances(motion, off, fails):
-    """Of the natural size of energy, some 3 here, and by a tenth of a tolerance more for each step."""
-    at_marks = evidence._at_marks
+BEYOND = {  # what a certificate then says: (evidence, made wrong by a size, sizes on both sides of the threshold)
+    # a billionth of the limit
+    "began too early": ("_slip_shortfall", lambda real, lost: lost, (3e-10, 3e-9)),
+    # 64 roundings of the largest velocity, or of 1: (share held, least velocity, fastest)
+    "passes rest": ("_contact_evidence", lambda real, passed: (1.0, -passed, 0.5), (5e-15, 5e-14)),
+    # a hundred tolerances of the natural size of energy, some 3 here, and a tenth of one more for each step
+    "the balance of": ("_at_marks", last_shifted, (2e-8, 4e-6)),
+}
 
-    def shifted(values):
-        return at_marks(values) + off * (np.arange(len(at_marks(values))) == len(at_marks(values)) - 1)
 
-    with mock.patch.object(evidence, "_at_marks", shifted):
-        assert any("the balance of" in failure for failure in motion.certify(motion).failures) == fails
+@pytest.mark.parametrize("said", BEYOND)
+def test_a_certificate_says_what_is_just_beyond_its_threshold(motion, said):
+    name, wrong, sizes = BEYOND[said]
+    real = getattr(evidence, name)
+    for size, fails in zip(sizes, (False, True), strict=True):
+        with mock.patch.object(evidence, name, lambda *given, size=size: wrong(real(*given), size)):
+            assert any(said in failure for failure in motion.certify(motion).failures) == fails
 
 
 @pytest.mark.parametrize(("off", "told"), [(3e-10, False), (1e-7, True)])
