@@ -20,19 +20,8 @@ COUNTED = ({"length_unit_m": 0.01}, {"length_unit_m": 0.023, "time_unit_s": 0.07
 OVER = "drive.frequency_Hz"
 # numbers of the integration, and of how surely a number is known
 OF_THE_RUN = {"certify", "certificate", "steps", "noise", "error", "residual", "reason", "ratio", "remaining"}
-OF_THE_RUN |= {
-    "population",
-    "scale",
-    "scales",
-    "facts",
-    "text",
-    "system",
-    "coefficients",
-    "series",
-    "observe",
-    "slopes",
-    "counts",
-}
+OF_THE_RUN |= {"population", "scale", "scales", "facts", "text", "system", "coefficients", "series", "observe"}
+OF_THE_RUN |= {"slopes", "counts"}
 # where a run or a branch made its steps, and how many a search took: rounding decides whether one more
 STEPPED = {"arclength", "parts", "start", "taylor_steps", "iterations"}
 
@@ -112,8 +101,7 @@ OF_MOTIONS = {
     ]
 } | {
     "the motion": lambda motion: motion,
-    "its power": lambda motion: vc.energy_balance(motion).mean_power,
-    "its work in a period": lambda motion: vc.energy_balance(motion).per_period,
+    "its power": lambda motion: [vc.energy_balance(motion).mean_power, vc.energy_balance(motion).per_period],
     "all measures": lambda motion: vc.measured(motion, list(vc.measure_table(motion.system))),
     "a moment": lambda motion: [
         motion.at(0.5, "velocity"),

@@ -55,10 +55,8 @@ def stored_motion(system, periods) -> Trajectory:
 
 MOTIONS = {
     "exponential": (vc.Exponential(), vc.Harmonic(), 2.5),
-    "exponential, light": (vc.Exponential(), vc.Harmonic(), 0.3),
     "exponential, two tones": (vc.Exponential(), vc.Biharmonic(second_amplitude=0.9, second_phase=0.7), 2.5),
     "lugre": (vc.LuGre(), vc.Harmonic(), 2.5),
-    "lugre, slow": (vc.LuGre(), vc.Harmonic(amplitude=0.4), 1.5),
 }
 WINDOW = 3
 
@@ -82,7 +80,7 @@ def window_of(motion):
     return (done - WINDOW) * motion.period, done * motion.period
 
 
-@pytest.mark.parametrize("name", slow_but([2], exhaustive_but([2, 3], [*MOTIONS])))
+@pytest.mark.parametrize("name", slow_but([0], [*MOTIONS][1:]))
 class TestAgainstArrays:
     """Six points per piece against twelve or sixteen, which are exact to rounding.
 
@@ -164,17 +162,6 @@ class TestAgainstArrays:
             assert values["symmetric"] == response.symmetric
 
 
-def test_both_answers_about_symmetry_occur():
-    """A motion that travels has a mirror-image solution; one that does not is its own."""
-    travels = vc.measured(motion_of("exponential"), ["symmetric", "drift"], settle=1e-3)
-    assert travels["symmetric"] == 0.0
-    assert abs(travels["drift"]) > 0.1
-    still = vc.simulate(system_with(vc.Exponential(), 2.5, vc.Harmonic(amplitude=0.3)), periods=30, tolerance=TOLERANCE)
-    values = vc.measured(still, ["symmetric", "drift"], settle=1e-6)
-    assert values["symmetric"] == 1.0
-    assert abs(values["drift"]) < 1e-6
-
-
 @pytest.mark.slow
 def test_symmetry_is_that_of_each_run_of_an_ensemble():
     """The first lifts off, the second is its own mirror image, the drive of the third has no half-period symmetry."""
@@ -192,39 +179,26 @@ def test_symmetry_is_that_of_each_run_of_an_ensemble():
 
 def test_closed_form_of_a_made_up_motion():
     """X = 0.3 + 0.05 t + 0.4 cos(t + 0.7), with a rest that crosses period marks and a side that changes."""
-    travel = Signal(((0.4, 1.0, 0.7),), offset=0.3, slope=0.05)
-    period = 2 * math.pi
-    motion = made_up_motion(
-        vc.Exponential(), travel, lambda t, side: 0.0 * t, periods=6, stuck=[(5.8 * math.pi, 6.2 * math.pi)]
-    )
-    values = vc.measured(
-        motion, ["drift", "largest_velocity", "least_velocity", "stick_fraction", "stick_phases"], window=4
-    )
-    assert values["drift"] == pytest.approx(0.05 * period, abs=1e-13)
-    assert values["largest_velocity"] == pytest.approx(0.45, abs=1e-13)
-    assert values["least_velocity"] == pytest.approx(-0.35, abs=1e-13)
-    assert values["stick_fraction"] == pytest.approx(0.4 * math.pi / (4 * period), rel=1e-12)
-    assert values["stick_phases"] == 1.0
+    travel, period = Signal(((0.4, 1.0, 0.7),), offset=0.3, slope=0.05), 2 * math.pi
+    rest = [(5.8 * math.pi, 6.2 * math.pi)]
+    motion = made_up_motion(vc.Exponential(), travel, lambda t, side: 0.0 * t, periods=6, stuck=rest)
+    expected = {"drift": 0.05 * period, "largest_velocity": 0.45, "least_velocity": -0.35}
+    expected |= {"stick_fraction": 0.4 * math.pi / (4 * period), "stick_phases": 1.0}
+    assert vc.measured(motion, [*expected], window=4) == pytest.approx(expected, rel=1e-12, abs=1e-13)
     assert vc.measured(motion, "stick_phases", window=3) == {"stick_phases": 1.0}  # what the window cuts off counts
     assert vc.measured(motion, "stick_phases", window=2) == {"stick_phases": 0.0}
 
 
-@pytest.mark.parametrize("rests", [3, 49, 60])
+@pytest.mark.parametrize("rests", [3, 60])
 def test_words_of_many_letters(rests):
     """Up to 104 letters in full; a longer word ends in dots."""
-    travel = Signal(slope=1.0)
     marks = np.linspace(0.1, 6.2, 2 * rests)
-    motion = made_up_motion(
-        vc.Exponential(),
-        travel,
-        lambda t, side: 0.0 * t,
-        periods=1,
-        stuck=list(zip(marks[::2], marks[1::2], strict=True)),
-    )
-    word = vc.measured(motion, "mode_sequence", window=1)["mode_sequence"]
+    stuck = list(zip(marks[::2], marks[1::2], strict=True))
+    motion = made_up_motion(vc.Exponential(), Signal(slope=1.0), lambda t, side: 0.0 * t, periods=1, stuck=stuck)
     ints = vc.mode_sequence(motion)
     assert ints == "FS" * rests
-    assert word == (ints if 2 * rests + 1 <= 104 else ints[:104] + "...")
+    word = vc.measured(motion, "mode_sequence", window=1)["mode_sequence"]
+    assert word == (ints if rests == 3 else ints[:104] + "...")
 
 
 # --- one's own -------------------------------------------------------------------------------------------------------
@@ -284,14 +258,11 @@ def test_measures_that_cannot_be_taken_are_refused(measures, complaint):
 
 
 def test_names_that_measures_have_elsewhere_lead_to_them():
-    table = vc.measure_table()
-    assert set(SYNONYMS.values()) <= set(table)
-    assert not set(SYNONYMS) & set(table)
+    assert set(SYNONYMS.values()) <= set(vc.measure_table())
+    assert not set(SYNONYMS) & set(vc.measure_table())
     for name, meant in SYNONYMS.items():
         with pytest.raises(ValueError, match=f"there is no measure '{name}'; did you mean '{meant}'?"):
             resolved(name)
-    with pytest.raises(ValueError, match="did you mean 'mean_velocity'"):
-        vc.crossing(SYSTEM, "Average speed", "machine.mass_ratio", (1.0, 2.0))
 
 
 @pytest.mark.parametrize("kind", sorted(machines()))
@@ -350,15 +321,14 @@ def small_ensemble(ratios, **settings):
 def test_the_same_bits_however_it_is_cut(monkeypatch):
     ratios = np.linspace(0.3, 5.0, 23)
     ints = small_ensemble(ratios, threads=1)
-    two, backwards = small_ensemble(ratios, threads=2), small_ensemble(ratios[::-1])
-    alone = [small_ensemble(ratios[i : i + 1]) for i in (0, 11, 22)]
+    backwards, alone = small_ensemble(ratios[::-1], threads=2), small_ensemble(ratios[11:12])
     monkeypatch.setattr(devices, "PROCESSOR", dataclasses.replace(devices.PROCESSOR, chunk=5))
     chunks = small_ensemble(ratios)
     for name, column in ints.items():
         assert len(column) == 23
-        for other in (two[name], backwards[name][::-1], chunks[name]):
+        for other in (backwards[name][::-1], chunks[name]):
             assert np.array_equal(column, other), name
-        assert [single[name][0] for single in alone] == [column[i] for i in (0, 11, 22)], name
+        assert alone[name][0] == column[11], name
 
 
 def test_the_window_fits_the_run_unless_told():
@@ -375,23 +345,14 @@ def test_the_window_fits_the_run_unless_told():
 
 def test_failed_runs_are_shown_as_failed():
     """More events than allowed: a status, no numbers; the other runs are what they are alone."""
-    results = vc.ensemble(
-        SYSTEM,
-        {"drive.amplitude": [1.8, 0.1]},
-        initial={"angle": 0.05},
-        measures=ASKED,
-        periods=6,
-        window=2,
-        max_events_per_period=1,
-    )
+    asked = {"initial": {"angle": 0.05}, "measures": ASKED, "periods": 6, "window": 2, "max_events_per_period": 1}
+    results = vc.ensemble(SYSTEM, {"drive.amplitude": [1.8, 0.1]}, **asked)
     statuses = [list(vc.Status)[code] for code in results["status"]]
     assert statuses == [vc.Status.TOO_MANY_EVENTS, vc.Status.FINISHED]
     assert (results["window_start"][0], results["window_periods"][0]) == (-1, 0)
     assert results["mode_sequence"].tolist() == ["", "S"]
-    for name in ASKED:
-        if name != "mode_sequence":
-            assert np.isnan(results[name][0])
-            assert np.isfinite(results[name][1])
+    for name in {*ASKED} - {"mode_sequence"}:
+        assert np.isnan(results[name]).tolist() == [True, False]
 
 
 def test_runs_of_one_form_go_together(monkeypatch):

@@ -80,20 +80,19 @@ def neighbours(orbit, path):
     """Measures [6] of the orbits three steps below and three above, by name; None where a mode sequence is another."""
     at = orbit.system.parameter(path)
     step = STEP * (abs(at) or 1.0)
-    settings = []
+    rows = []
     for k in (-3, -2, -1, 1, 2, 3):
         other = orbit.system.with_parameters({path: at + k * step})
         near = vc.shoot(other, orbit.state, orbit.response_period, tolerance=1e-13)
         if not near.closes or near.mode_sequence != orbit.mode_sequence:
             return None, step
-        balance = vc.energy_balance(near.motion(tolerance=1e-12))
-        work = balance.drive / near.response_period
-        settings.append({"drive_work": work})
+        work = vc.energy_balance(near.motion(tolerance=1e-12)).drive / near.response_period
+        rows.append({"drive_work": work})
         if near.drift is not None:
             drift = near.drift / near.response_period
-            settings[-1] |= {"mean_velocity": near.mean_velocity, "drift": drift}
-            settings[-1] |= {"cost_of_transport": work / abs(drift) if drift else math.inf}
-    return {name: np.array([setting[name] for setting in settings]) for name in settings[0]}, step
+            cost = work / abs(drift) if drift else math.inf
+            rows[-1] |= {"mean_velocity": near.mean_velocity, "drift": drift, "cost_of_transport": cost}
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}, step
 
 
 def check(orbit, paths=None, measures=None):
@@ -137,7 +136,7 @@ CASES = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, len(SYSTEMS)], [*SYSTEMS, *CASES]))
+@pytest.mark.parametrize("name", exhaustive_but([0, 5, len(SYSTEMS)], [*SYSTEMS, *CASES]))
 def test_slopes_are_those_of_tight_differences(name):
     """Loads, laws of every kind, moving corners, a slope, an actuator; impacts, imposed motions, contacts, a rotor."""
     if name in SYSTEMS:
@@ -148,45 +147,6 @@ def test_slopes_are_those_of_tight_differences(name):
     orbit = vc.orbit(plain, initial=initial, tolerance=1e-13)
     assert orbit.closes
     assert check(orbit) >= (4 * 5 if name in SYSTEMS else 8)
-
-
-DRIVES = (
-    lambda u: vc.Square(amplitude=0.8 + 0.8 * u[0], frequency=0.7 + u[1], duty=0.25 + 0.5 * u[2]),
-    lambda u: vc.Biharmonic(0.8 + u[0], 0.7 + u[1], 0.2 + 0.6 * u[2], 6.0 * u[3]),
-    lambda u: vc.Trapezoid(0.8 + u[0], 0.7 + u[1], 0.1 + 0.2 * u[2], 0.1 + 0.15 * u[3], 0.1 + 0.2 * u[4]),
-    lambda u: vc.Triangle(0.8 + u[0], 0.7 + u[1], rise=0.2 + 0.2 * u[2]),
-)
-LAWS = (
-    lambda u: vc.Exponential(0.03 + 0.07 * u[0], 0.1 + 0.1 * u[1], 4.0 + 8.0 * u[2]),
-    lambda u: vc.LuGre(),
-    lambda u: vc.Coulomb(0.03 + 0.1 * u[0], 0.03 + 0.1 * u[0]),
-)
-
-
-def random_system(seed):
-    """The orbit of a random system: three laws, four drives, most with moving corners, every second load dynamic.
-
-    Drawn again until its steady motion closes, is stable and travels.
-    """
-    rng = np.random.default_rng(seed)
-    load = "dynamic" if seed % 2 else 1.0
-    while True:
-        ratio, stiffness, damping = 1.5 + 2.5 * rng.random(), 1.0 + 3.0 * rng.random(), 0.4 + 1.6 * rng.random()
-        machine = vc.PendulumCapsule(ratio, stiffness, damping, normal_load=load)
-        drawn = vc.System(machine, LAWS[seed % 3](rng.random(3)), DRIVES[seed % 4](rng.random(5)))
-        orbit = vc.orbit(drawn, initial=START, settle_periods=200, tolerance=1e-10)
-        if orbit.closes and orbit.stable and not orbit.symmetric and abs(orbit.mean_velocity) > 1e-3:
-            return vc.shoot(drawn, orbit.state, orbit.response_period, tolerance=1e-13)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([3], range(20)))
-def test_slopes_of_random_systems_are_those_of_tight_differences(seed):
-    """Where the mode sequence of all neighbours is that of the orbit, to 1e-8; the others are left out, and are few."""
-    orbit = random_system(seed)
-    known = [*orbit.gradients().slopes]
-    paths = [x.parameter for x in known if x.parameter.startswith("drive.") or x.parameter == "machine.mass_ratio"]
-    assert check(orbit, paths, ["mean_velocity", "drive_work"]) >= 2 * 2
 
 
 @pytest.mark.slow

@@ -86,6 +86,14 @@ def test_escape_and_offset_points():
     assert loop.boundary == pytest.approx(0.3, abs=1e-9)
 
 
+def test_a_dip_is_no_escape():
+    """side R = |v| (|v| - 0.6) falls to -0.09 and rises from there: there is no first peak on the way up."""
+    loop = vc.friction_loop(swinging(lambda v, a, side: v * (np.abs(v) - 0.6)))
+    assert len(loop.forward.offset_points) == 2
+    assert loop.forward.escape is None
+    assert loop.boundary == pytest.approx(TOP, rel=1e-12)  # so all is presliding
+
+
 def test_quasi_static_bristles():
     """Constant g and no bristle damping: xi depends on the way alone; PHYSICS section 5."""
     g, force, amplitude = 0.3, 0.25, 0.5
@@ -157,7 +165,13 @@ def test_a_loop_against_a_dense_look_and_what_the_contact_loses(loops, name):
     inner = np.min(np.abs(curve.time[:, None] - borders), axis=1) > 0.0
     assert curve.friction[inner] == pytest.approx(motion.at(curve.time[inner], "friction"), abs=1e-9)
     assert curve.displacement[-1] == pytest.approx(vc.drift(motion), abs=1e-10)
-    for part in (loop.forward, loop.back):  # slides are whole, not cut by the end of the run
+
+
+def test_slides_are_whole():
+    """A slide that the end of the run cuts is not taken, though it is the faster one of a transient that alternates."""
+    motion = paper_motion(vc.LuGre(), periods=21)
+    loop = vc.friction_loop(motion)
+    for part in (loop.forward, loop.back):
         assert motion.at(part.excursion, "velocity") == pytest.approx([0.0, 0.0], abs=1e-12)
 
 

@@ -1,15 +1,11 @@
 """A study may come from a stranger: nothing in it runs, and what this package does not write is refused."""
 
-import contextlib
 import json
 import os
-import pickle
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
-import zarr
 
 from cases import refused
 from systems import capsule
@@ -64,16 +60,6 @@ def rechunk(study, name, data):
     (study / "done" / "0.0").write_bytes(mark_text(record["identity"], index, chunks, None))
 
 
-class Payload:
-    """What a pickle runs when it is read."""
-
-    def __init__(self, path):
-        self.path = path
-
-    def __reduce__(self):
-        return os.mkdir, (str(self.path),)
-
-
 def refused_everywhere(study, capsys, said):
     """Reading, plotting, verifying, exporting and resuming all refuse, without a traceback."""
     for read in (open_study, verify_study, lambda path: write_study(path, path.with_suffix(".csv"))):
@@ -84,30 +70,6 @@ def refused_everywhere(study, capsys, said):
     assert main(["plot", str(study)]) == 2
     assert main(["sweep", str(study), "--verify"]) == 2
     assert "Traceback" not in capsys.readouterr().err
-
-
-def test_a_pickle_in_zarr_format_2_does_not_run(tmp_path, study, capsys, monkeypatch):
-    """A Zarr 2 array of objects, whose last filter is `pickle`, in the place of an array of ours.
-
-    The codec library is told to read it, as its older versions do unasked.
-    """
-    monkeypatch.setattr("numcodecs.pickles.ALLOW_UNSAFE_PICKLE_DECODE", True)
-    place, ran = study / "results.zarr" / "mean_velocity", tmp_path / "ran"
-    shutil.rmtree(place)
-    place.mkdir()
-    (study / "results.zarr" / "zarr.json").unlink()
-    (study / "results.zarr" / ".zgroup").write_text('{"zarr_format": 2}')
-    filters = [{"id": "vlen-utf8"}, {"id": "pickle", "protocol": 4}]
-    array = {"zarr_format": 2, "shape": [2, 6], "chunks": [2, 6], "dtype": "|O", "fill_value": None, "order": "C"}
-    (place / ".zarray").write_text(json.dumps(array | {"compressor": None, "filters": filters}))
-    (place / ".zattrs").write_text('{"_ARRAY_DIMENSIONS": ["friction.law", "machine.mass_ratio"]}')
-    (place / "0.0").write_bytes(pickle.dumps(np.array([Payload(ran)], dtype=object)))
-    rewrite(study, record_of(study))
-    refused_everywhere(study, capsys, "does not belong to the study")
-    assert not ran.exists()
-    with contextlib.suppress(Exception):
-        zarr.open_array(place, mode="r", zarr_format=2)[:]
-    assert ran.exists()  # so the payload would have run
 
 
 def changed(name, **entries):
