@@ -151,7 +151,7 @@ def test_runs_caught_by_unstable_orbits_are_noticed():
 
 @pytest.mark.slow
 def test_chaos_is_one_attractor_that_is_its_own_mirror_image():
-    steady = attractors(CHAOTIC, 200)
+    steady = attractors(CHAOTIC, 60)
     assert [attractor.motion.kind for attractor in steady.attractors] == ["chaotic"]
     assert steady.attractors[0].twin == 0
     assert steady.attractors[0].share + steady.share(NOT_SETTLED) == 1.0

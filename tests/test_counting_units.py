@@ -112,7 +112,6 @@ OF_MOTIONS = {
 }
 OF_SYSTEMS = {  # those of commands, in SI and without units, stand in `test_views.py`
     "contacts": lambda system: vc.contact_modes(system, {"velocity": 0.01}, time=0.02),
-    "class": vc.classify,
     "attractors": lambda system: vc.attractors(system, 20, ranges={"velocity": (-0.1, 0.1)}),
     "diagram": lambda system: vc.bifurcation_diagram(system, OVER, (4.5, 5.5), 3),
     "smoothing": lambda system: vc.regularisation_error(system, widths=(0.01,)),

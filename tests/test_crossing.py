@@ -214,8 +214,8 @@ def test_crossings_along_a_branch_are_those_of_the_sweep():
 @pytest.mark.slow
 def test_crossings_are_found_past_a_fold():
     """The travelling LuGre capsule: unstable twins between the pitchfork and the fold, stable ones beyond it."""
-    folded = vc.branches(capsule("lugre", 2.0, 1.0, **{"drive.amplitude": 1.88}), "drive.amplitude", (1.85, 1.95),
-                         initial=START).branches[1]  # fmt: skip
+    system = capsule("lugre", 2.0, 1.0, **{"drive.amplitude": 1.88})
+    folded = vc.branch(system, "drive.amplitude", (1.87, 1.95), initial=START)
     (fold,) = folded.kind(vc.SpecialKind.FOLD)
     for share, stable in ((0.5, False), (1.5, True)):
         (place,) = folded.crossings("drift", share * fold.drift)

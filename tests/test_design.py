@@ -335,7 +335,7 @@ def crawler_under(drive):
     return vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive)
 
 
-@pytest.mark.slow
+@pytest.mark.plain
 def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed():
     """V/sqrt(mu k L/2) = ((s - 1)/s) sqrt(s/(s + 1)) for three phases with w1 = w3 = w* and w2 = s w*.
 
@@ -356,7 +356,7 @@ def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed():
     assert cost.of(steady) == pytest.approx(cost.value * (1.0 + 2.0 * back / steady.drift), rel=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.plain
 def test_centre_of_mass_that_never_stops_is_beyond_the_speed_of_strokes_from_rest():
     """Two phases, 0.1 forward in the capsule and 0.001 back: the closed form of Chernousko is 17 times the bound."""
     first, second = 0.1, 0.001

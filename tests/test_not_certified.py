@@ -208,7 +208,7 @@ class Forgetful(vc.Coulomb):
         return 0.5 * sliding, bristle
 
 
-@pytest.mark.slow
+@pytest.mark.plain
 def test_works_that_contradict_the_forces_are_not_certified():
     """Of an orbit only the certificate of its recorded period tells, of an ensemble nothing unless works are asked."""
     orbit = vc.orbit(vc.System(vc.PendulumCapsule(), Forgetful(), vc.Harmonic(amplitude=1.2)), initial=START)

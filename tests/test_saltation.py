@@ -205,8 +205,7 @@ SYSTEMS = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 2, 6, 11], list(SYSTEMS)))
+@pytest.mark.parametrize("name", exhaustive_but([0, 1, 2, 3, *range(6, 10), 11, 12], list(SYSTEMS)))
 def test_derivatives_are_those_of_simulated_motions(name, monkeypatch):
     """Of the map over two periods, to what the differences of whole simulations are known to; of tangents alone."""
     monkeypatch.setattr(StroboscopicMap, "through_joint_turns", lambda *_: None)
