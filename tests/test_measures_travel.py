@@ -183,6 +183,14 @@ def test_symmetric_orbits_do_not_drift_and_others_have_a_twin():
     assert vc.drift(runs[0]) > 0.1
 
 
+@pytest.mark.plain
+def test_symmetry_is_not_asked_of_a_drive_without_it():
+    drive = vc.Biharmonic(amplitude=1.8, frequency=1.0, second_amplitude=0.4, second_phase=0.5)
+    motion = vc.simulate(paper_system(vc.Exponential(), 4.0, 1.2, drive=drive), periods=40, initial={"angle": 1.0})
+    found = vc.response_class(motion)
+    assert (found.kind, found.symmetric) == ("period-1", None)
+
+
 def test_a_period_eight_response():
     """LuGre with delta1 = 1, else the paper's first set: three period doublings, found by its map repeating."""
     motion = paper_motion(vc.LuGre(bristle_damping=1.0), periods=330, tolerance=1e-9)
