@@ -10,6 +10,7 @@ import vibrocap as vc
 from vibrocap.case.case import case_from_text
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.motion.trust import ZERO
+from vibrocap.studies import adaptive
 from vibrocap.studies.adaptive import adaptive_map, border
 
 BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
@@ -143,6 +144,17 @@ def test_margin_sees_an_island_beside_a_border():
     assert_is_full_map(mapped(evaluate, coarse=32, margin=1), evaluate)
     blind = mapped(evaluate, coarse=32, margin=0)
     assert (blind["mode_sequence"].values != evaluate.on_full_grid(blind, "mode_sequence")).any()
+
+
+def test_what_is_counted_is_filled_from_the_nearest_corner():
+    """Of a cell of 4 x 2 steps whose four corners were run; in the middle from the lower one."""
+    computed = np.zeros((5, 3), dtype=bool)
+    computed[np.ix_([0, 4], [0, 2])] = True
+    order, missing = np.flatnonzero(computed), int(np.sum(~computed))
+    corners = np.repeat([[0], [4], [0], [2]], missing, axis=1)
+    axes = np.linspace(1.0, 2.0, 5), np.linspace(0.0, 1.0, 3)
+    full = adaptive.filled(np.array([1.0, 2.0, 3.0, 4.0]), order, computed, corners, axes)
+    assert full.tolist() == 3 * [[1.0, 1.0, 2.0]] + 2 * [[3.0, 3.0, 4.0]]
 
 
 def test_fillings_are_bilinear_and_log_axes_are_filled_in_their_logarithm():
