@@ -690,17 +690,6 @@ def test_scales_of_which_no_unit_can_be_made_are_refused(size, case, capsys):
     assert 0.0 < abs(record["energy"]["drive"]["value"]) < math.inf
 
 
-@pytest.mark.exhaustive
-@pytest.mark.skipif(sys.platform != "linux", reason="names of files are any bytes")
-def test_a_name_that_is_not_utf8_stands_in_what_is_written_as_escapes(case):
-    strange = case.with_name("c\udcff.toml")
-    strange.write_text(CASE)
-    out = case.with_name("d\udcff")
-    words = ["optimise", str(strange), "--over", "drive.frequency=0.9:1.1", "--evaluations", "20", "--out", str(out)]
-    assert main([*words, "--report"]) == OK
-    assert r"c\udcff.toml" in (out / "report.html").read_text(encoding="utf-8")
-
-
 def test_a_processor_that_llvm_does_not_know_is_refused(case, monkeypatch):
     """LLVM would print a line and end the process."""
     done = run("simulate", case, env=os.environ | {"VIBROCAP_CPU_NAME": "haswel"})

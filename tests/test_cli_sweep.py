@@ -283,16 +283,6 @@ def test_study_in_the_way(case, cheap, capsys):
     assert "is a file; give a folder" in refused(capsys, "sweep", case, "--over", MASS, "--out", case)
 
 
-def test_folder_that_cannot_be_written_is_refused(case, capsys, monkeypatch):
-    def forbidden(**_):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("tempfile.TemporaryFile", forbidden)
-    message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map", "--export", "map.csv")
-    for option in ("--out", "--export"):
-        assert f"{option}: cannot write into" in message
-
-
 @pytest.mark.parametrize("command_name", ["sweep", "plot"])
 def test_missing_extra_is_named(command_name, case, capsys, monkeypatch):
     found = importlib.util.find_spec

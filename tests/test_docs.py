@@ -521,9 +521,6 @@ def test_the_new_machine_with_two_contacts_is_found_compiled_and_certified(new_p
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
     text = case_text(vc.Case(vc.System(machine, laws, drive), periods=20))
     assert "[friction_2]" in text
-    Path("case.toml").write_text(text, encoding="utf-8")
-    run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
-    run_command("vibrocap simulate run.nc")
     run_command("vibrocap list tandem --check")
 
 

@@ -40,22 +40,9 @@ def travel():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "waypoints", "tolerance"),
-    [("bench-in-si", (0.25, 0.1), 0.005), ("travels-by-stick-slip", (2.0, -1.0, 0.02), 0.001)],
-    ids=["SI", "plain"],
-)
-def test_a_schedule_passes_its_waypoints_by_motions_of_the_own_drive(steering, tmp_path, name, waypoints, tolerance):
-    case, out = vc.read_case(EXAMPLES / f"{name}.toml"), tmp_path / "path.toml"
-    asked = [
-        str(EXAMPLES / f"{name}.toml"),
-        "--tolerance",
-        str(tolerance),
-        "--out",
-        str(out),
-        "--",
-        *map(str, waypoints),
-    ]
+def test_a_schedule_passes_its_waypoints_by_motions_of_the_own_drive(steering, tmp_path):
+    case, out, waypoints, tolerance = vc.read_case(BENCH), tmp_path / "path.toml", (0.25, 0.1), 0.005
+    asked = [str(BENCH), "--tolerance", str(tolerance), "--out", str(out), "--", *map(str, waypoints)]
     paths = [path for path in case.system.parameter_paths if path.startswith("drive.") and path.endswith("amplitude")]
     amplitudes = {path: case.system.parameter(path) for path in paths}
     legs, state, time = steering.main(asked), dict(case.initial), 0.0
@@ -83,15 +70,6 @@ def test_a_waypoint_that_no_schedule_holds_is_refused(steering, monkeypatch):
             steering.steered(vc.Case(system, case.initial), [waypoint], 0.01)
     with pytest.raises(SystemExit, match="one to 3 waypoints, got 4"):
         steering.steered(case, [1.0, 2.0, 3.0, 4.0], 0.01)
-
-
-@pytest.mark.slow
-def test_a_fault_in_the_ensemble_is_not_an_arrival(steering, monkeypatch):
-    ends = steering.ends
-    monkeypatch.setattr(steering, "LONGEST", 8)
-    monkeypatch.setattr(steering, "ends", lambda *given: ends(*given) + 0.05)
-    with pytest.raises(SystemExit, match="no burst"):
-        steering.steered(vc.read_case(EXAMPLES / "travels-by-stick-slip.toml"), [1.5], 0.01)
 
 
 # --- Gymnasium -------------------------------------------------------------------------------------------------------

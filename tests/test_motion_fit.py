@@ -68,7 +68,7 @@ def exact() -> list[vc.Record]:
 
 def test_exact_records_give_the_parameters_back(exact):
     """Of a start that is known no more than by its samples; the second record is predicted."""
-    fitted = vc.fit_motion(BLOCK, exact, WITHIN, held_out="second", starts=4)
+    fitted = vc.fit_motion(BLOCK, exact, WITHIN, held_out="second", starts=2)
     for path, value in TRUTH.items():
         assert fitted[path].value == pytest.approx(value, rel=1e-6)
     assert fitted.converged
@@ -237,11 +237,11 @@ def test_levels_of_friction_that_meet_give_way_to_each_other(exact):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "weaker", "least"), [(0, 0.4, 0.95), (3, 0.35, 0.8), (6, 0.35, 0.95)])
+@pytest.mark.parametrize(("seed", "weaker", "least"), [(0, 0.4, 0.95), (3, 0.35, 0.8)])
 def test_a_band_knows_what_slopes_do_not_tell(seed, weaker, least):
     """A static level that the fitted motion hardly has, or not at all, decides where the predicted one sticks.
 
-    With slopes alone the bands hold 1.0, 0.4 and 0.96 of the samples, the first as it is 1e13 wide.
+    With slopes alone the bands hold 1.0 and 0.4 of the samples, the first as it is 1e13 wide.
     """
     system, time = TRUE_BLOCK.with_parameters({"friction.static_coefficient": 0.6}), TIME[:201]
     forces = {"fast": multisine(seed, time), "slow": weaker * multisine(seed + 10, time)}

@@ -159,13 +159,6 @@ def test_every_travelling_motion_has_a_mirror_twin(runs, friction):
     assert shown.largest_difference > 0.01  # has lost the symmetry
 
 
-def test_steady_velocity_is_zero_from_random_starts(runs):
-    for friction in ("lugre", "exponential"):
-        velocities = runs.random_starts(friction)
-        assert len(velocities) == 72
-        assert np.max(np.abs(velocities)) < 1e-9
-
-
 def test_transient_averages_vanish_elsewhere_than_printed(runs):
     assert zeros(runs, "lugre")["first 40 periods"] == pytest.approx(1.929, abs=0.01)
     assert zeros(runs, "exponential")["first 40 periods"] == pytest.approx(1.776, abs=0.01)
@@ -354,6 +347,7 @@ def check_page(page, folder):
     )
 
 
+@pytest.mark.slow
 def test_one_figure_is_written_with_its_claims(tmp_path):
     shares, helping = [], []
     whole = [tmp_path / "out" / name for name in ("report.html", "claims.json", "claims.csv")]

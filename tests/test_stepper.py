@@ -48,12 +48,9 @@ TABLE = vc.DriveTable(times=(0.0, 1.0, 2.2, 3.0, 5.0), values=(0.0, 1.5, -0.5, -
 OWN = {
     "readme": README,
     "lugre": vc.System(CAPSULE, vc.LuGre(), vc.Harmonic(1.8, 1.0)),
-    "elasto-plastic": vc.System(CAPSULE, vc.ElastoPlastic(), vc.Harmonic(1.8, 1.0)),
-    "maxwell-slip": vc.System(CAPSULE, vc.MaxwellSlip(), vc.Harmonic(1.8, 1.0)),
     "corners": vc.System(CAPSULE, vc.Exponential(), vc.Triangle(amplitude=1.8)),
     "cubic": vc.System(CAPSULE, vc.Stribeck(), TABLE),
     "several": vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Square(amplitude=1.2, frequency=1.3)),
-    "three": vc.System(vc.ThreeBodyCrawler(), vc.Exponential(), vc.Square(amplitude=1.2, frequency=1.3)),
     "dynamic-load": vc.System(
         vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=1.2)
     ),
@@ -67,13 +64,9 @@ OWN = {
 HELD = {
     "readme": vc.System(CAPSULE, vc.Exponential(), SQUARE),
     "lugre": vc.System(CAPSULE, vc.LuGre(), SQUARE),
-    "elasto-plastic": vc.System(CAPSULE, vc.ElastoPlastic(), SQUARE),
     "slopes": vc.System(CAPSULE, vc.Exponential(), vc.Triangle(amplitude=1.8)),
     "several": OWN["several"],
-    "three": OWN["three"],
-    "dynamic-load": vc.System(
-        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=1.2)
-    ),
+    "dynamic-load": OWN["dynamic-load"],
     "stops": vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Square(amplitude=1.0)),
     "imposed": OWN["imposed"],
     "imposed-curved": vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.SevenPhase()),
@@ -180,9 +173,7 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
         assert table == counts  # whether a velocity touches zero is a matter of rounding
 
 
-@pytest.mark.parametrize(
-    "system", cases({name: HELD[name] for name in ("readme", "lugre", "several", "three", "dynamic-load")})
-)
+@pytest.mark.parametrize("system", cases({name: HELD[name] for name in ("readme", "lugre", "several", "dynamic-load")}))
 def test_what_is_seen_under_an_input_is_what_a_motion_is_asked_for(system):
     drive, initial = system.drive, initial_of(system)
     reference = vc.simulate(system, periods=3, initial=initial, tolerance=1e-10)

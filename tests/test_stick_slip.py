@@ -15,7 +15,6 @@ from scipy.signal import lfilter
 from vibrocap.arguments import Refusal
 from vibrocap.cli.command import COMMANDS, perform
 from vibrocap.cli.commands.stick_slip import StickSlipRequest
-from vibrocap.records.phases import noise_level
 from vibrocap.records.pull import read_pulls
 from vibrocap.records.record import RecordError
 from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X, recurrence
@@ -271,18 +270,6 @@ def test_regime_diagram_parts_blocks_where_they_stick_for_half_of_the_time():
         regime_diagram([stick_slip(*blocks[0].record())])
     with pytest.raises(ValueError, match="at least one"):
         regime_diagram([])
-
-
-def test_noise_level_is_that_of_the_noise():
-    white = np.random.default_rng(0).standard_normal(40000)
-    assert noise_level(white + 0.01 * np.arange(len(white)) ** 1.5) == pytest.approx(1.0, rel=0.03)
-    assert noise_level(white, 10) == pytest.approx(10**-0.5, rel=0.1)
-    coloured = gaussian_filter1d(white, 3)
-    means = coloured.reshape(-1, 50).mean(axis=1)
-    assert noise_level(coloured, 50) == pytest.approx(means.std(), rel=0.2)
-    assert noise_level(coloured) < 0.2 * coloured.std()  # why the means are looked at
-    assert noise_level(0.25 * np.round(np.arange(4000) / 100)) == pytest.approx(0.25 / 12**0.5)
-    assert noise_level(0.25 * np.round(8 + 0.3 * white)) >= 0.25 / 12**0.5
 
 
 # --- what cannot be told, and bad data -------------------------------------------------------------------------------
