@@ -20,7 +20,7 @@ import vibrocap as vc
 from cases import SETTLED as CASE
 from cases import printed, printed_json, refused
 from thinned import exhaustive_but, slow_but
-from vibrocap.case.case import RUN_DEFAULTS, Case, case_from_text, case_text, read_case
+from vibrocap.case.case import RUN_DEFAULTS, Case, case_from_text, read_case
 from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.main import MOVED, app_of, main
 from vibrocap.cli.overview import GROUPS, names, overview
@@ -259,10 +259,9 @@ def test_json_of_a_law_that_cannot_stick_has_null_not_nan(lugre, capsys):
 @pytest.mark.plain
 def test_every_contact_tells_how_long_it_rests(tmp_path, capsys):
     system = vc.System(vc.TwoBodyCrawler(), [vc.LuGre(), vc.Coulomb(0.1, 0.2)], vc.Harmonic())
-    path = tmp_path / "case.toml"
-    path.write_text(case_text(Case(system, periods=2)))
+    path = Case(system, periods=1).save(tmp_path / "case.toml")
     record = printed_json(capsys, "simulate", path)
-    motion = vc.simulate(system, periods=2)
+    motion = vc.simulate(system, periods=1)
     shares = [record[name] for name in ("stick_fraction", "stick_fraction_2")]
     assert shares == [vc.stick_fraction(motion, contact=i) for i in (1, 2)]
     main(["simulate", str(path)])
@@ -482,19 +481,9 @@ def test_limits_exact_as_printed_and_when_they_do_not_exist(lugre, capsys):
 
 
 def test_limits_of_every_contact(tmp_path, capsys):
-    machine = vc.TwoBodyCrawler(normal_load=1.0, normal_load_2=2.0)
-    path = tmp_path / "case.toml"
-    path.write_text(
-        case_text(
-            Case(
-                vc.System(
-                    machine,
-                    [vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2), vc.Exponential(0.1, 0.3)],
-                    vc.Harmonic(),
-                )
-            )
-        )
-    )
+    laws = [vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2), vc.Exponential(0.1, 0.3)]
+    system = vc.System(vc.TwoBodyCrawler(normal_load=1.0, normal_load_2=2.0), laws, vc.Harmonic())
+    path = vc.save_case(system, tmp_path / "case.toml")
     record = printed_json(capsys, "friction", path)
     assert {name: each["breakaway_force"] for name, each in record.items()} == {"friction": 0.2, "friction_2": 0.6}
     assert "friction_2: exponential at normal load N = 2" in printed(capsys, "friction", path)

@@ -1,5 +1,6 @@
 """MuJoCo models of cases: what is lost is named, and what is said is the equations, by MuJoCo's own accelerations."""
 
+import functools
 import math
 import re
 import xml.etree.ElementTree as ET
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import cases
 import vibrocap as vc
 from benchmarks.mujoco_contact import contact_case, loss_case
 from law_instances import LAW_NAMES, LAWS
@@ -291,10 +293,7 @@ def test_a_case_in_si_is_judged_in_si(tmp_path, capsys):
 
 
 def test_bad_input_is_named(tmp_path, capsys, monkeypatch):
-    def refused(*words):
-        assert main(["export", *words]) == 2
-        return capsys.readouterr().err
-
+    refused = functools.partial(cases.refused, capsys, "export")
     xml = str(tmp_path / "capsule.xml")
     assert "--judge: should be left out without --to mjcf" in refused(TRAVELS, "--judge", "--out", str(tmp_path / "c"))
     assert "--out: should end in .xml" in refused(TRAVELS, "--to", "mjcf", "--out", str(tmp_path / "capsule"))

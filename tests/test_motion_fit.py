@@ -324,6 +324,7 @@ def test_a_wrong_model_is_doubted(exact):
     assert "no better than a constant" in worse.facts["second"]
 
 
+@pytest.mark.slow
 def test_motions_that_end_early_are_not_trusted():
     """The capsule lifts off under the force of one record: nothing is said of its errors, and of no parameter."""
     capsule = vc.System(vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(0.1, 0.3), vc.Harmonic())

@@ -189,15 +189,6 @@ def test_letters_are_outlines_of_a_font_that_journals_take(tmp_path, kind, witho
 
 
 @pytest.mark.slow
-def test_fits_and_records_take_a_width_too(tmp_path):
-    file, kept = tmp_path / "pull.csv", ["stick-slip", str(tmp_path / "pull.csv"), "--plot"]
-    time, force = Belt(10.0).record(0.02)
-    np.savetxt(file, np.stack([time, force], axis=1), delimiter=",", header="time [s],force [N]", comments="")
-    assert main([*kept, str(tmp_path / "pull.png"), "--width", "column", "--no-header"]) == 0
-    assert matplotlib.image.imread(tmp_path / "pull.png").shape[1] == 3.4 * 300
-
-
-@pytest.mark.slow
 def test_the_command_line_takes_a_width_and_a_style_sheet(tmp_path, capsys):
     sheet = tmp_path / "journal.mplstyle"
     sheet.write_text("savefig.dpi: 100\n")

@@ -525,6 +525,7 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
             vc.mode_sequence(motion, contact=contact)
 
 
+@pytest.mark.slow
 def test_a_settled_sheet_says_so_and_shows_the_whole_response():
     """Of a motion that repeats after two periods the planes close; what does not settle is said not to."""
     row = vc.read_case("examples/three-blocks-shaken-on-a-belt.toml").simulate()

@@ -316,16 +316,15 @@ def test_copies_restored_pickled_and_threaded_motions_have_equal_bits():
 
 @pytest.mark.slow
 def test_looking_changes_nothing():
-    for law in (vc.Exponential(), vc.LuGre()):
-        system = vc.System(CAPSULE, law, vc.Triangle(amplitude=1.8))
-        one, other = (vc.stepper(system, initial=START) for _ in range(2))
-        for _ in range(200):
-            one.step(0.05)
-            one.look()
-        other.step(10.0 - 1.0)
-        other.step(one.time - other.time)
-        np.testing.assert_array_equal(one.values, other.values)
-        assert one.events == other.events
+    system = vc.System(CAPSULE, vc.LuGre(), vc.Triangle(amplitude=1.8))
+    one, other = (vc.stepper(system, initial=START) for _ in range(2))
+    for _ in range(200):
+        one.step(0.05)
+        one.look()
+    other.step(10.0 - 1.0)
+    other.step(one.time - other.time)
+    np.testing.assert_array_equal(one.values, other.values)
+    assert one.events == other.events
 
 
 @pytest.mark.plain(False)
