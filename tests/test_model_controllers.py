@@ -192,6 +192,17 @@ def test_a_line_is_left_at_one_event_where_the_reference_turns_too_sharply():
 
 
 @pytest.mark.plain
+def test_a_line_is_left_once_however_loose_the_tolerance():
+    """The command reaches its limit to rounding where it leaves; to the tolerance only, the line was met again."""
+    pendulum, drive = vc.PendulumCapsule(), vc.Harmonic(0.8, 2.0)
+    system = vc.System(pendulum, vc.Exponential(), drive, controller=vc.AngleSlidingMode(1.0, 1.0))
+    motions = [vc.simulate(system, periods=2, tolerance=tolerance) for tolerance in (1e-6, 1e-10)]
+    commands = [[kind for kind in motion.event_kinds if kind.startswith("command")] for motion in motions]
+    assert commands[0] == commands[1]
+    assert len(commands[0]) > 6
+
+
+@pytest.mark.plain
 def test_a_line_that_the_command_cannot_keep_is_crossed():
     """From 10 the first passage asks for 3.58 of a command of 1: it turns round there, and again, before it stays."""
     motion = vc.simulate(switched(), periods=20, initial={"displacement": 10.0}, tolerance=1e-13)
