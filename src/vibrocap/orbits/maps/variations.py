@@ -3,10 +3,11 @@
 import copy
 import dataclasses
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, derivative, sensitivity
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, sensitivity
 
 # Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
 # Not without limit: what decays fast along a motion that is smooth already would be followed by steps too long for it.
@@ -24,6 +25,7 @@ def with_integrals(equations: Equations) -> Equations:
 
     So a tangent tells how the works change. What an impact loses at an instant is no part of them.
     """
+    equations = _alone(equations)
     graph, n, names = equations.graph, len(equations.rates), carried(equations)
     powers = [equations.powers[equations.channels.index(name)] for name in names]
     integrals = tuple(graph.node("state", n + k) for k in range(len(powers)))
@@ -45,6 +47,27 @@ def with_integrals(equations: Equations) -> Equations:
     )
 
 
+def _alone(equations: Equations) -> Equations:
+    """The same equations on a graph of their own, without what was recorded since on theirs.
+
+    So what is made of them is the same in every process: digits too, whatever kernel was written before.
+    """
+    graph = Graph()
+    for node in equations.graph.nodes[: _needed(equations, equations.graph)]:
+        graph.node(*node)
+    return copy.deepcopy(equations, {id(equations.graph): graph})
+
+
+def _needed(value: Any, graph: Graph) -> int:
+    """How many of the first nodes of a graph a record of expressions needs."""
+    if isinstance(value, Expression):
+        return value.index + 1 if value.graph is graph else 0
+    if dataclasses.is_dataclass(value):
+        value = [getattr(value, field.name) for field in dataclasses.fields(value)]
+    members = value.values() if isinstance(value, Mapping) else value if isinstance(value, (tuple, list)) else ()
+    return max((_needed(member, graph) for member in members), default=0)
+
+
 def _changed(equations: Equations, reset: Callable[[Sequence[Expression]], tuple[Expression, ...]]) -> tuple:
     """The equations of the contacts with what `reset` makes of the states after a reversal."""
     contacts = equations.contacts
@@ -61,7 +84,7 @@ def variational_equations(equations: Equations, directed: bool = False) -> Equat
     directed: whether a direction dp in the parameters belongs to the tangent; it stands behind the parameter vector, as
         long as that. Of a drive with corners one segment holds then, whose numbers are parameters like all others.
     """
-    equations = copy.deepcopy(equations)  # with its graph, which begins as the other does
+    equations = _alone(equations)
     graph, n, own = equations.graph, len(equations.rates), len(equations.parameter_paths)
     numbers = range(own) if directed else range(0)
     tangent = tuple(graph.node("state", n + i) for i in range(n))
