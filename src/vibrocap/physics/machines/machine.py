@@ -125,11 +125,12 @@ class Machine(Described):
     def scales(self, time=1.0):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`.
 
-        1; in SI of lengths and speeds what the weight of all bodies gives them on all springs, where that is less.
+        1; in SI of lengths and speeds what the weight of all bodies gives them on all springs, where that is less: of a
+        machine that only turns there is none.
         """
         sizes: dict[str, Any] = dict.fromkeys(self.states, 1.0)
-        if self.si_scales is SIScales:
-            mass, stiffness = self.evaluated("straight")
+        mass, stiffness = self.evaluated("straight") if self.si_scales is SIScales else (0.0, 0.0)
+        if not (isinstance(mass, float) and mass == 0.0):
             moved = oscillation(mass, stiffness, mass * STANDARD_GRAVITY_M_PER_S2, time)
             for place, rate in self.coordinates.items():
                 if self.all_coordinates[place].unit == "m":
