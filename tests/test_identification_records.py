@@ -84,6 +84,7 @@ def test_offset_and_gain_differ_between_records_and_are_found_of_an_unseen_one()
     for name, value in {"offset": 0.3, "offset[b]": -0.4, "gain[b]": 1.2}.items():
         assert value in fitted[name], name
         assert fitted[name].determined, name
+    assert (fitted["offset"].unit, fitted["gain[b]"].unit) == ("N", "1")
     # what its begin leaves open adds a twentieth to the squares of the noise of 2 %
     assert fitted.held_out_relative_rmse == pytest.approx(0.02, rel=0.15)
     assert 0.6 * 801 < len(fitted.records[-1].time) < 801
