@@ -423,6 +423,7 @@ def test_bad_input_is_refused_before_any_work(over, settings, complaint):
         vc.ensemble(SYSTEM, over, **settings)
 
 
+@pytest.mark.plain
 def test_rate_of_the_drive_behind_an_actuator():
     """T_a u' + u = c: the rate is (c - u)/T_a."""
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(), actuator=vc.Actuator(time_constant=0.3))
