@@ -198,7 +198,8 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
         return values(ordered, gathered)[name][0]
 
     ends = ways.through(asked)
-    return chosen([(condition, text_of(value if isinstance(value, float) else math.nan)) for condition, value in ends])
+    texts = [(condition, text_of(value if isinstance(value, float) else math.nan)) for condition, value in ends]
+    return ways.whole(chosen(texts))
 
 
 def result_record(system: System, kernel: BrowserKernel) -> dict[str, Any]:

@@ -9,6 +9,7 @@ with the questions that lead there and what is said at its end. A part of one's 
 import json
 import math
 import operator
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -19,6 +20,8 @@ from vibrocap.physics.parameters import complaint_of, parameter_table
 from vibrocap.physics.system import System
 
 MOST_WAYS = 500  # through one function
+LONG = 60  # letters: longer expressions have a name, so that what stands in several of them is written once
+NAME = re.compile(r"\b_\d+\b")
 HELD = "\x00"  # round an expression in a text
 
 
@@ -31,6 +34,21 @@ class Ways:
     def __init__(self):
         self.asked: list[tuple[str, bool]] = []
         self._ahead: list[bool] = []
+        self._names: dict[str, str] = {}  # of long expressions, each after those in it
+
+    def name(self, text: str) -> str:
+        """An expression in JavaScript, or the name of a long one."""
+        return text if len(text) <= LONG else self._names.setdefault(text, f"_{len(self._names)}")
+
+    def whole(self, text: str) -> str:
+        """An expression in JavaScript with what its names stand for."""
+        texts, lines = {name: each for each, name in self._names.items()}, []
+        wanted = set(NAME.findall(text))
+        for name in reversed(texts):
+            if name in wanted:
+                wanted.update(NAME.findall(texts[name]))
+                lines.append(f"{name}={texts[name]}")
+        return f"(()=>{{const {','.join(reversed(lines))};return {text};}})()" if lines else text
 
     def answer(self, question: str) -> bool:
         """The answer on this way: as before where it was asked before."""
@@ -68,7 +86,7 @@ class Written(float):
     def __new__(cls, value: float, text: str, ways: Ways):
         """The number of an expression."""
         self = super().__new__(cls, value)
-        self.text, self.ways = text, ways
+        self.text, self.ways = ways.name(text), ways
         return self
 
     def __bool__(self) -> bool:
@@ -192,7 +210,8 @@ def rules(system: System, paths: tuple[str, ...]) -> str:
         for asked, value in ways.through(check):
             if isinstance(value, ValueError) and asked:
                 texts.setdefault(_said(value, field), []).append(condition(asked))
-    return "||".join(f"({'||'.join(dict.fromkeys(text))})&&{place}" for place, text in texts.items()) or "null"
+    broken = (f"({'||'.join(dict.fromkeys(text))})&&{place}" for place, text in texts.items())
+    return ways.whole("||".join(broken) or "null")
 
 
 def mirrored(system: System, paths: tuple[str, ...]) -> str:
@@ -209,13 +228,14 @@ def mirrored(system: System, paths: tuple[str, ...]) -> str:
         object.__setattr__(variant, "drive", asking)
     ends = ways.through(lambda: variant.mirrored, MOST_CASES)
     cases = [(asked, "true" if value is True else "false") for asked, value in ends]
-    return "false" if len(cases) == MOST_CASES else chosen(cases)
+    return "false" if len(cases) == MOST_CASES else ways.whole(chosen(cases))
 
 
 def parts_of_period(system: System, paths: tuple[str, ...]) -> str:
     """How many equal parts the period of a drive with corners has, as an expression in JavaScript of the parameters."""
-    timed = written_system(system, paths, Ways()).timed_drive
-    return text_of(round(timed.parts)) if isinstance(timed, SampledReference) else "1"
+    ways = Ways()
+    timed = written_system(system, paths, ways).timed_drive
+    return ways.whole(text_of(round(timed.parts))) if isinstance(timed, SampledReference) else "1"
 
 
 class _AskedShape:

@@ -54,6 +54,7 @@ class Triangle(PiecewiseWave):
 
     name: ClassVar[str] = "triangle"
     source: ClassVar[str] = "chernousko2002"
+    joined: ClassVar[bool] = True
 
     def segments(self) -> tuple[Segment, ...]:
         fall = 1.0 - self.rise
@@ -76,6 +77,7 @@ class Trapezoid(PiecewiseWave):
 
     name: ClassVar[str] = "trapezoid"
     source: ClassVar[str] = "vibrocap"
+    joined: ClassVar[bool] = True
 
     @model_validator(mode="after")
     def _within_a_period(self):

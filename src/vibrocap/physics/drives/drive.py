@@ -89,7 +89,11 @@ class Piecewise(Drive):
     A motion has no step across a corner: the corners are instants that are known beforehand. `segments` is called
     with numbers, and with symbols to learn how the corners and coefficients follow from the parameters; like all
     formulas of a part it should not branch on a value. What only multiplies belongs into `size`.
+
+    joined: whether, with all numbers, each segment ends where the next one begins; else `continuous` compares them
     """
+
+    joined: ClassVar[bool] = False
 
     @property
     def degree(self) -> int:
@@ -139,7 +143,7 @@ class Piecewise(Drive):
     @property
     def continuous(self) -> bool:
         """Whether each segment ends where the next one begins, to rounding."""
-        if self.size() == 0.0:
+        if self.joined or self.size() == 0.0:
             return True
         table = segment_table(self)
         plain = all(type(number) in (int, float) for row in table for number in row)

@@ -75,6 +75,7 @@ class ThreePhase(Piecewise):
 
     name: ClassVar[str] = "three-phase"
     source: ClassVar[str] = "chernousko2002"
+    joined: ClassVar[bool] = True
 
     def _speeds(self) -> tuple:
         forward = 1.0 / self.first_acceleration + 1.0 / self.second_acceleration
@@ -128,6 +129,7 @@ class SevenPhase(Piecewise):
 
     name: ClassVar[str] = "seven-phase"
     source: ClassVar[str] = "huda2015"
+    joined: ClassVar[bool] = True
 
     @model_validator(mode="after")
     def _told_apart(self):
