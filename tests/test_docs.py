@@ -37,8 +37,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
 # Of these the snippets and commands are fast; others run studies or fits, or compile kernels that no fast test needs.
 FAST_PAGES = ("README.md", "CONTRIBUTING.md")
-# Long, and what they use is used by other tests.
-RARE_PAGES = ("why-not-solve-ivp.md", "identification.md", "design.md", "orbits.md", "machines.md")
+RARE_PAGES = ("why-not-solve-ivp.md", "identification.md")  # long, and what they use is used by other tests
 # Commands that begin so take more than a few seconds.
 SLOW = tuple(
     f"vibrocap {name}"
