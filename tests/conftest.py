@@ -55,7 +55,7 @@ def pytest_runtest_protocol(item: pytest.Item):
     return (yield)
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def parts_are_forgotten():
     """No part that a test loads stays registered: tables of all laws and machines in its process would have it."""
     from vibrocap.physics.catalogue import registered, unregister

@@ -246,7 +246,6 @@ def test_exported_steps_are_those_of_the_motion():
     assert [*stepped.states] == pytest.approx([*case.simulate().state.values()], abs=1e-10)
 
 
-@pytest.mark.usefixtures("parts_are_forgotten")
 def test_a_controller_of_ones_own_stands_in_cases_and_studies_know_its_code(tmp_path):
     (part,) = load_parts("examples/own_parts/controllers/cubic.py")
     system = vc.System(vc.Oscillator(stiffness=0.0), STICKS, vc.Constant(0.3), controller=part())

@@ -39,7 +39,6 @@ angle = 1.0
 [run]
 periods = 12
 """
-pytestmark = pytest.mark.usefixtures("parts_are_forgotten")
 SWEEP = ["sweep", "case.toml", "--over", "friction.law=long-tail,exponential", "--over", "drive.amplitude=1:2:2"]
 
 

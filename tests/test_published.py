@@ -9,7 +9,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "examples" / "published"
 SPEC = importlib.util.spec_from_file_location("published", FOLDER / "published.py")
 published = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(published)
-pytestmark = [pytest.mark.usefixtures("parts_are_forgotten"), pytest.mark.plain]
+pytestmark = pytest.mark.plain
 ROWS = {row["case"]: row for row in published.rows()}
 FAST = (  # they share three kernels
     "siconos-friction-oscillator",
