@@ -500,7 +500,7 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
     motion = vc.simulate(system, periods=3)
     fig = vc.figure(motion)
     named = {title: ax for ax in fig.axes if (title := ax.get_title(loc="left"))}
-    assert list(named)[:5] == ["Travel of body 1 over the whole run", "Gaps", "Bodies", "Contacts", "Modes"]
+    assert list(named)[:5] == ["Travel of body 1 over the whole run", "Displacements", "Bodies", "Contacts", "Modes"]
     for title, names in (("Bodies", ("velocity", "velocity_2", "velocity_3")), ("Gaps", ("displacement",))):
         for line, name in zip(named[title].lines, names, strict=False):
             time, value = np.asarray(line.get_xdata()) * motion.period, np.asarray(line.get_ydata())
