@@ -501,7 +501,7 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
     fig = vc.figure(motion)
     named = {title: ax for ax in fig.axes if (title := ax.get_title(loc="left"))}
     assert list(named)[:5] == ["Travel of body 1 over the whole run", "Displacements", "Bodies", "Contacts", "Modes"]
-    for title, names in (("Bodies", ("velocity", "velocity_2", "velocity_3")), ("Gaps", ("displacement",))):
+    for title, names in (("Bodies", ("velocity", "velocity_2", "velocity_3")), ("Displacements", ("displacement",))):
         for line, name in zip(named[title].lines, names, strict=False):
             time, value = np.asarray(line.get_xdata()) * motion.period, np.asarray(line.get_ydata())
             inside = np.min(abs(time[:, None] - np.append(motion.piece_start, motion.end)), axis=1) > 1e-6
