@@ -20,6 +20,7 @@ from mechanisms import BeltRow, Slider
 from thinned import exhaustive_but, slow_but
 from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
+from vibrocap.mechanics import coordinate
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.symbols import machine_symbols
 from vibrocap.plotting.look.labels import parts_in_si, parts_title, quantity_label, symbol_text
@@ -139,6 +140,12 @@ def test_labels_of_states_have_the_symbols_of_their_machine():
         for name, (symbol, _) in machine_symbols(type(machine)).items():
             assert quantity_label(name, system).endswith(f" {symbol_text(symbol)}")
     assert quantity_label("velocity", system) == "sliding velocity $v$"
+
+    @vc.parameters
+    class Lifted(Slider):
+        position = coordinate("v", "place of the stage", "m")
+
+    assert quantity_label("position", vc.System(Lifted(), vc.Coulomb(), vc.Harmonic())).endswith("position $v$")
 
 
 @pytest.mark.parametrize("path", ["drives.belt.amplitude", 'frictions."block 2".static_coefficient', "friction_2.law"])

@@ -107,7 +107,8 @@ def _state_label(name: str, system: System) -> str:
     stem, number = name_and_number(name)
     if name in symbols:
         symbol, _ = symbols[name]
-        if symbol.startswith("v"):  # over a support that moves, or along a path: the rate of no place
+        if name in machine.contact_states and re.fullmatch(r"v(_\d+)?", symbol):
+            # over a support that moves, or along a path: the rate of no place
             return f"sliding velocity {symbol_text(symbol)}"
     elif stem in symbols:
         symbol = f"{symbols[stem][0]}_{number}"
