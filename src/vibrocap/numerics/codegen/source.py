@@ -32,6 +32,7 @@ from vibrocap.numerics.codegen.straight_line import (
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.expressions.structure import (
+    Forms,
     decay_rates,
     gaps,
     no_series_at_rest,
@@ -70,6 +71,7 @@ def constants_source(equations: Equations, layout: Layout) -> str:
         record_slopes(equations)
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
+    forms = Forms(equations.graph, equations.rates)
     constants = {
         **layout.constants(),
         "RATE_ROWS": layout.rates or (-1,) * layout.states,
@@ -91,6 +93,7 @@ def constants_source(equations: Equations, layout: Layout) -> str:
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
         "LOCATED": (*(1 for _ in equations.switches), *map(int, equations.located)) or (0,),
+        "POLISHED": tuple(int(not forms.affine(guard.index)) for guard in equations.switches) or (0,),
         "BOUND_KINDS": equations.bound_kinds or (0,),
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": limits_are_constant(equations),

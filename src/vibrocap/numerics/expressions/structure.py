@@ -54,6 +54,17 @@ class Forms:
             self._degrees[index] = degree
         return self._degrees[index]
 
+    def affine(self, index: int) -> bool:
+        """Whether a node is a sum of multiples of states, time and constants, whose series tells it to rounding."""
+        op, *operands = self.graph.nodes[index]
+        if op in ("time", "state") or self.degree(index) == 0:
+            return True
+        if op in ("add", "sub", "neg"):
+            return all(map(self.affine, operands))
+        if op == "div":
+            return self.degree(operands[1]) == 0 and self.affine(operands[0])
+        return op == "mul" and min(map(self.degree, operands)) == 0 and all(map(self.affine, operands))
+
     def multiple(self, index: int) -> tuple[Expression, int]:
         """(factor, base): the node is factor * base with a constant factor, drawn out of products too."""
         if index not in self._multiples:

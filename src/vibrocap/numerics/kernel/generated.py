@@ -40,6 +40,7 @@ SLOW_STATE: tuple[int, ...] = (-1,)  # of each: the state that is slaved; -1: th
 # The guards of the branches of law and machine: at a zero of one, the equations go over to another of their pieces.
 SWITCHES = 1  # how many guards there are
 LOCATED = (1,)  # of each guard: whether it is a series, whose zero is an event, or asked where a step starts
+POLISHED = (0,)  # of each guard of a branch: whether its series may leave out what it is over the tolerance
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
 BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's

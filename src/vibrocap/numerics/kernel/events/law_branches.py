@@ -93,11 +93,12 @@ def polished_switch(floats, ints, lane, event, h, remaining, again):
     """Newton's method for the guard itself: its series leaves out what a force over the tolerance may be.
 
     What is met at the root of the series alone, a wall that no longer presses, may be met again at once. So is what
-    the dense output of an implicit step tells, which is less exact than its end. Guards of the law in explicit steps
-    are clearly positive behind it, and a bound ends the run.
+    the dense output of an implicit step tells, which is less exact than its end. Of a place, as of all that is affine
+    in the states, the series tells all. Guards of the law in explicit steps are clearly positive behind it, and a bound
+    ends the run.
     """
     which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
-    if which < 0 or not (again or LAW_BRANCHES <= which < BRANCHES):
+    if which < 0 or not (again or (LAW_BRANCHES <= which < BRANCHES and POLISHED[which] == 1)):
         return event, h
     for _ in range(REPEATS):
         guards_at(floats, lane, h, out)

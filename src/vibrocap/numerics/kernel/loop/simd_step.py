@@ -136,7 +136,7 @@ def step_simd(floats, ints, trace, running):
             plain = plain & (clear | located | (sure & (leading > 0.0) & (changes == 0.0)))
             if bits(located) != 0:
                 h = where(located, h * root_simd(floats, leading, last, located), h)
-                if i >= LAW_BRANCHES:
+                if i >= LAW_BRANCHES and POLISHED[i] == 1:
                     h = polished_simd(floats, ints, i, located, h)
                     plain = plain & (h > 0.0)
                 event = event | located
