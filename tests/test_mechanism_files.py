@@ -241,11 +241,17 @@ def test_a_signal_has_its_own_drive():
     assert '[drives.clamp]\nwaveform = "harmonic"\namplitude_N_m = 0.25\n' in text
     again = case_from_text(text)
     assert again.system.dimensionless == case.system
+    clamp = text.index("[drives.clamp]")
+    in_step = case_from_text(text[:clamp] + re.sub("frequency_.*\n", "", text[clamp:], count=1))
+    assert in_step.system.drives == (vc.Harmonic(0.5, None),)
+    assert case_from_text(case_text(in_step)).system == in_step.system
+    faster = in_step.system.with_parameters({"drive.frequency_Hz": 3.0})
+    assert vc.Case(faster, periods=1).simulate().end == pytest.approx(1.0 / 3.0)
     assert again.system.parameter("drives.clamp.amplitude_N_m") == 0.25
     over = vc.sweep(case, {"drives.clamp.amplitude": [0.0, 0.5]}, measures=["least_reaction"], periods=2)
     assert over["least_reaction"].values == pytest.approx([1.0, 0.5], abs=1e-3)
     other = case_from_dict(changed("clutch-slips-twice") | {"drives": {"clamp": {"waveform": "biharmonic"}}}).system
-    assert other.drives == (vc.Biharmonic(),)
+    assert other.drives == (vc.Biharmonic(frequency=None),)  # that of the drive
     assert (
         case_from_text(case_text(case), changes={"drives.clamp.waveform": "biharmonic"}).system.drives[0].frequency
         == 2.0

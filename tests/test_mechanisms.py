@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from mechanisms import MECHANISMS as OWN
-from mechanisms import Washboard
+from mechanisms import BeltRow, Washboard
 from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.mechanics import (
@@ -332,6 +332,24 @@ def test_what_depends_on_time_repeats_in_the_period_of_the_drive(name, frequency
     over = {"drive.frequency": [frequency, 1.1 * frequency]}
     with pytest.raises(ValueError, match=f"after which the {name} is another"):
         vc.ensemble(system, over, periods=2, measures=["peak_friction"])
+
+
+def test_a_signal_without_a_frequency_has_that_of_the_drive():
+    """As one that is given it at each frequency, run by run, and in slopes; a drive has its own."""
+    law, drive, waves = vc.Coulomb(0.2, 0.3), vc.Square(0.4, 0.9), vc.Biharmonic(1.5, 0.9, 0.1, 0.4)
+    own = vc.System(BeltRow(), law, drive, drives={"belt": waves})
+    in_step = vc.System(BeltRow(), law, drive, drives={"belt": dataclasses.replace(waves, frequency=None)})
+    work = vc.ensemble(in_step, {"drive.frequency": [0.9, 1.1]}, periods=20, measures=["belt_work"])["belt_work"]
+    for frequency, done in zip((0.9, 1.1), work, strict=True):
+        both = own.with_parameters(dict.fromkeys(("drive.frequency", "drives.belt.frequency"), frequency))
+        alone = vc.ensemble(both, {"drive.amplitude": [0.4]}, periods=20, measures=["belt_work"])["belt_work"]
+        assert done == pytest.approx(alone[0], rel=1e-9)
+    (slope,), step = vc.orbit(in_step).gradients("drive.frequency", "belt_work").slopes, 1e-4
+    near = (vc.orbit(in_step.with_parameters({"drive.frequency": 0.9 + change})) for change in (-step, step))
+    below, above = (orbit.motion()["belt_work"][-1] for orbit in near)
+    assert slope.slope == pytest.approx((above - below) / (2.0 * step), rel=1e-6)
+    with pytest.raises(ArgumentError, match="drive.frequency should be a positive number"):
+        vc.System(BeltRow(), law, vc.Harmonic(frequency=None))
 
 
 def test_a_part_on_a_feeder_obeys_its_equations():

@@ -9,15 +9,19 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, suggestion
-from vibrocap.case.sections import chosen_classes, kind_key
+from vibrocap.case.sections import chosen_classes, kind_key, kinds_of
+from vibrocap.physics.drives.drive import Piecewise, Wave
 from vibrocap.physics.names import NAMED_LAW, SIGNAL, numbered, own_laws, plain_path, split_path
 from vibrocap.physics.parameters import given_parameters
+
+FREQUENCY = "frequency"
 
 
 def unfolded(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
     """(the sections by part: "drives.clamp", "friction_2" of [frictions.bit]; what each law is called in the case).
 
-    A signal without a section has the waveform that the class of machine gives it.
+    A signal without a section has the waveform that the class of machine gives it; one whose frequency is left out,
+    that of the drive.
     """
     sections: dict[str, Any] = {}
     for name, section in data.items():
@@ -34,8 +38,18 @@ def unfolded(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
     sections |= laws
     for name, signal in machine.signals.items():
         values = {key: x for key, x in given_parameters(signal.default).items() if x != 0.0}
-        sections.setdefault(SIGNAL + name, {kind_key("drive"): signal.default.name, **values})
+        part, usual = SIGNAL + name, {kind_key("drive"): signal.default.name, **values}
+        sections[part] = _in_step(sections.get(part, usual))
     return sections, asked
+
+
+def _in_step(section: Any) -> Any:
+    """The section of a signal; its frequency is None where it is left out."""
+    if not isinstance(section, Mapping) or any(key.partition("_")[0] == FREQUENCY for key in section):
+        return section
+    kind = kinds_of("drive").get(section.get(kind_key("drive")))
+    waves = kind is not None and issubclass(kind, Wave) and not issubclass(kind, Piecewise)
+    return {**section, FREQUENCY: None} if waves else section
 
 
 def unfolded_changes(data: dict[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -150,6 +150,8 @@ class System:
             if not isinstance(record, contract):
                 what = contract.__name__.lower()
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {record!r}")
+        if getattr(self.drive, "frequency", 1.0) is None:
+            raise ArgumentError("drive.frequency", "should be a positive number; only a signal takes it from the drive")
         check_contacts(self.machine, 1 + len(self.further))
         for number, law in enumerate(self.laws, 1):
             if law.internal and self.machine.loads()[number - 1] == 0:
@@ -163,8 +165,9 @@ class System:
                 raise ArgumentError(f"{SIGNAL}{name}", f"the waveform {what}, such as harmonic")
         if not self.machine.driven_by(self.drive, self.drives).repeats_after(self.drive.period):
             period = said(self.drive.period * self.result_units.factor("time"), self.result_units.unit("time"), 6)
-            what = f"has the period {period}, after which the {self.machine.name} is another"
-            raise ArgumentError("drive", f"{what}: all that depends on time should repeat in it; change both together")
+            what = f"has the period {period}, after which the {self.machine.name} is another: all that"
+            with_it = "a signal without a frequency has that of the drive"
+            raise ArgumentError("drive", f"{what} depends on time should repeat in it; {with_it}")
         if self.machine.imposes_motion and self.actuator is not None:
             what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
             raise ArgumentError("actuator", f"should be left out: the drive {what}")

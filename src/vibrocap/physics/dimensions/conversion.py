@@ -298,7 +298,7 @@ def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], 
         if key in names:
             return UNDECLARED
         return f"no such key in SI; {suggestion(key, keys)}"
-    if isinstance(value, str):
+    if value is None or isinstance(value, str):
         return first
     united = [key.key for key in keys.values() if key.name == name and key.has_unit]
     if bare and len(united) == 1 and key in stems:

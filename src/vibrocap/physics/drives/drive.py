@@ -8,13 +8,16 @@ import math
 import sys
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, WrapValidator
 
 from vibrocap.physics.elementary import cos  # noqa: F401 for parts
 from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters  # noqa: F401 for parts
 
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 WithinOne = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]  # a share, but neither 0 nor 1
+
+# None, left out in a case: of a signal, the frequency of the drive.
+Frequency = Annotated[Positive, WrapValidator(lambda value, checked: value if value is None else checked(value))]
 
 FREQUENCY = parameter(1.0, "omega", "drive frequency", "frequency", over=" over the machine's natural frequency")
 ROUNDING = 64.0 * sys.float_info.epsilon  # of values over the largest, and of times over the period
@@ -39,6 +42,10 @@ class Drive(Part):
     def curvature(self, t):
         """Rate of the slope at time t; only of drives that impose a motion."""
         raise NotImplementedError
+
+    def beside(self, drive: "Drive") -> "Drive":
+        """This drive as a signal beside the drive of the machine."""
+        return self
 
     @property
     def continuous(self) -> bool:
@@ -69,6 +76,15 @@ class Wave(Drive):
     @property
     def period(self) -> float:
         return 2.0 * math.pi / self.frequency
+
+    def beside(self, drive: Drive) -> Drive:
+        """The same with the frequency of the drive where it has none of its own."""
+        if self.frequency is not None:
+            return self
+        frequency = drive.frequency if isinstance(drive, Wave) else 2.0 * math.pi / drive.period
+        beside = object.__new__(type(self))
+        vars(beside).update(vars(self), frequency=frequency)
+        return beside
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import FREQUENCY, Number, Positive, Wave, parameter, parameters
+from vibrocap.physics.drives.drive import FREQUENCY, Frequency, Number, Wave, parameter, parameters
 from vibrocap.physics.elementary import cos, sin
 
 
@@ -11,7 +11,7 @@ class Harmonic(Wave):
     """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
 
     amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
-    frequency: Positive = FREQUENCY
+    frequency: Frequency = FREQUENCY
 
     name: ClassVar[str] = "harmonic"
     source: ClassVar[str] = "liu2019"
@@ -32,7 +32,7 @@ class Biharmonic(Wave):
     """Biharmonic drive: h cos(omega tau) + h2 cos(2 omega tau + psi). Odd under half a period only if h2 = 0."""
 
     amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
-    frequency: Positive = FREQUENCY
+    frequency: Frequency = FREQUENCY
     second_amplitude: Number = parameter(0.0, "h2", "amplitude of the second harmonic", "effort")
     second_phase: Number = parameter(0.0, "psi", "phase of the second harmonic", "phase", over=" [rad]")
 
@@ -69,7 +69,7 @@ class FourierSeries(Wave):
     with a_2 or b_2 away from 0.
     """
 
-    frequency: Positive = FREQUENCY
+    frequency: Frequency = FREQUENCY
     cosine_1: Number = parameter(1.8, "a1", "cosine amplitude at omega", "effort")
     sine_1: Number = parameter(0.0, "b1", "sine amplitude at omega", "effort")
     cosine_2: Number = parameter(0.0, "a2", "cosine amplitude at 2 omega", "effort")

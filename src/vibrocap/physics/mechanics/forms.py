@@ -238,7 +238,9 @@ class Described(Part):
 
     def driven_by(self, drive, waves=None) -> Any:
         """The machine under a drive, whose value each function is given; of a motion and of signals it knows all."""
-        driven = self if waves is None or not self.signals else self._with("waves", waves)
+        driven = self
+        if waves is not None and self.signals:
+            driven = self._with("waves", tuple(wave and wave.beside(drive) for wave in waves))
         return driven._with("imposed", drive) if self.imposes_motion else driven
 
     def tilted(self, normal, along) -> Any:
