@@ -348,7 +348,7 @@ def test_a_signal_without_a_frequency_has_that_of_the_drive():
     near = (vc.orbit(in_step.with_parameters({"drive.frequency": 0.9 + change})) for change in (-step, step))
     below, above = (orbit.motion()["belt_work"][-1] for orbit in near)
     assert slope.slope == pytest.approx((above - below) / (2.0 * step), rel=1e-6)
-    with pytest.raises(ArgumentError, match="drive.frequency should be a positive number"):
+    with pytest.raises(ArgumentError, match=r"drive\.frequency should be a positive number"):
         vc.System(BeltRow(), law, vc.Harmonic(frequency=None))
 
 

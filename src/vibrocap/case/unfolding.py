@@ -47,7 +47,7 @@ def _in_step(section: Any) -> Any:
     """The section of a signal; its frequency is None where it is left out."""
     if not isinstance(section, Mapping) or any(key.partition("_")[0] == FREQUENCY for key in section):
         return section
-    kind = kinds_of("drive").get(section.get(kind_key("drive")))
+    kind = kinds_of("drive").get(section.get(kind_key("drive"), ""))
     waves = kind is not None and issubclass(kind, Wave) and not issubclass(kind, Piecewise)
     return {**section, FREQUENCY: None} if waves else section
 
