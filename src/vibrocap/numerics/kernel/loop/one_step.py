@@ -137,21 +137,9 @@ MOST_ZERO_PROGRESS = 12  # decisions in a row without advance, per contact, befo
 
 
 def step(floats, ints, trace, lane):
-    """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
-    if lane.zero_progress > MOST_ZERO_PROGRESS * CONTACTS:
-        lane.status = UNDECIDED
-        return
-    if not SEVERAL and not hook.within_bounds(floats, ints, trace, lane):
-        return
-    if not sides_hold(floats, ints, trace, lane):
-        return  # the series must be made anew for other sides
-    if SEVERAL and not hook.within_bounds(floats, ints, trace, lane):
-        return  # of the mode that was decided: one that was only tried may have no loads
-    if not hook.branch_holds(floats, ints, trace, lane):
-        return
-    if hook.tangent_waits(ints, lane):
-        hook.enter_piece(floats, ints, lane)
-        return
+    """One step of one lane: its modes hold, its length, the first event within it, the move there, the next mode."""
+    if not modes_hold(floats, ints, trace, lane):
+        return  # the series must be made anew
     remaining = lane.until - lane.time
     if lane.period_count == lane.whole_periods:
         remaining = min(remaining, lane.tail - lane.time)
@@ -159,32 +147,68 @@ def step(floats, ints, trace, lane):
         hook.on_instant(floats, ints, trace, lane)
         turn_period(floats, ints, trace, lane)
         return
+    longest = length_of_step(floats, ints, lane, remaining)
+    if not (longest > 0.0):
+        return
+    event, c, h = end_of_step(floats, ints, trace, lane, longest, remaining)
+    if not (h > 0.0):
+        return
+    move_on(floats, ints, trace, lane, event, h)
+    if lane.status == RUNNING:
+        next_mode(floats, ints, trace, lane, event, c, h, remaining)
+
+
+def modes_hold(floats, ints, trace, lane):
+    """Whether side and branch of all contacts hold from here on, within the bounds of the equations."""
+    if lane.zero_progress > MOST_ZERO_PROGRESS * CONTACTS:
+        lane.status = UNDECIDED
+        return False
+    if not SEVERAL and not hook.within_bounds(floats, ints, trace, lane):
+        return False
+    if not sides_hold(floats, ints, trace, lane):
+        return False
+    if SEVERAL and not hook.within_bounds(floats, ints, trace, lane):
+        return False  # of the mode that was decided: one that was only tried may have no loads
+    if not hook.branch_holds(floats, ints, trace, lane):
+        return False
+    if hook.tangent_waits(ints, lane):
+        hook.enter_piece(floats, ints, lane)
+        return False
+    return True
+
+
+def length_of_step(floats, ints, lane, remaining):
+    """Length over which the series is as exact as the tolerance; none, 0 or less, where there is no such step."""
     h = hook.step_length(floats, ints, lane, remaining)
     if SEVERAL and h < 0.0:
-        return  # the series must be made anew for a step of the other method
+        return h  # the series must be made anew for a step of the other method
     if not (h > 0.0):
         lane.status = NOT_FINITE if h != h else STEP_UNDERFLOW
-        return
+        return 0.0
     h = min(h, remaining)
     if h <= 4.0 * EPSILON * lane.time and h < remaining:
         lane.status = STEP_UNDERFLOW
-        return
+        return 0.0
     while lane.stiff == 0 and not resolved(floats, lane, h):
         h *= 0.5
-    longest = h
-    event, c, h, touch = first_event(floats, ints, lane, h)
+    return h
+
+
+def end_of_step(floats, ints, trace, lane, longest, remaining):
+    """(event, its contact, length of the step): the first event, or the end; 0.0 where the step is to be explicit."""
+    event, c, h, touch = first_event(floats, ints, lane, longest)
     # Alone on a slow manifold a step has a series throughout; lanes take implicit steps beside theirs.
     if SEVERAL and not (SLOWED and LANES == 1) and lane.stiff == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
             h = hook.shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):
-                return  # so near an event steps are explicit, and its series finds it
+                return 0, 0, 0.0  # so near an event steps are explicit, and its series finds it
             event, c, h, touch = first_event(floats, ints, lane, h)
             if event == 0 and touch < 0.0:
                 break
         if event != 0 or touch >= 0.0:
             hook.leave_implicit(ints, lane)
-            return
+            return 0, 0, 0.0
     if 0.0 <= touch < h:
         hook.on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
@@ -197,6 +221,11 @@ def step(floats, ints, trace, lane):
     elif event >= PLACE_PASSED:
         again = hook.made_again(floats, ints, lane, h)
         event, h = hook.polished_switch(floats, ints, lane, event, h, remaining, again)
+    return event, c, h
+
+
+def move_on(floats, ints, trace, lane, event, h):
+    """The lane moves to the end of the step, told to all that watch it."""
     hook.on_piece(floats, ints, trace, lane, h)
     hook.watch_load(floats, ints, lane, h)
     if lane.stiff == 0:
@@ -213,13 +242,15 @@ def step(floats, ints, trace, lane):
             return
     settle(ints, lane)
     lane.zero_progress = 0
+
+
+def next_mode(floats, ints, trace, lane, event, c, h, remaining):
+    """What holds from the end of the step on: behind its event, and in the next period or beyond a corner."""
     if event == PLACE_PASSED:
         hook.on_place(floats, ints, lane)
     elif event != 0:
         cross(floats, ints, trace, lane, event, c, h)
-    if lane.status != RUNNING:
-        return
-    if remaining - h <= 2.0 * EPSILON * lane.period:
+    if lane.status == RUNNING and remaining - h <= 2.0 * EPSILON * lane.period:
         turn(floats, ints, trace, lane, event, h)
 
 

@@ -233,7 +233,7 @@ def first_events(floats, ints, plain, slow, longest, h):
         sure = plain & searched & (changes == 1.0)
         if bits(sure) != 0:
             root = root_simd(floats, leading, last, sure)
-            # As in `one_step.step`: the last stretch is a step of its own.
+            # As in `one_step.end_of_step`: the last stretch is a step of its own.
             early = sure & sticking & (root > NEAR)
             h = where(sure, h * root, h)
             h = where(early, (1.0 - 0.5 * NEAR) * h, h)

@@ -53,19 +53,54 @@ def advance(floats, ints, trace, rounds):
 
 
 def step_simd(floats, ints, trace, running):
-    """One step of all lanes on which it is plain; returns these lanes, as bits."""
+    """One step of all lanes on which it is plain; returns these lanes, as bits. Its phases are those of `step`."""
     align_stack()
     every = all_lanes()
-    period = lanes.period
     remaining = lanes.until - lanes.time
     longest, last, before, clear = taylor_steps(floats)
-    moving = running
+    free = longest
     damped = running & ~running
     slow = damped
     if SLOWED:
         slow = running & slow_lanes(floats)
-    turning = damped  # so near rest that the sign of its velocity counts
-    free = longest
+    moving, turning, longest, reach = signs_count(floats, ints, running, slow, longest)
+    if MAYBE_STIFF:
+        moving, longest, damped = plain_methods(floats, ints, moving, slow, turning, longest, reach, last, before)
+    if SLOWED and bits(slow) != 0:
+        longest = before_turning(floats, slow, longest)
+    h = min(remaining, longest)
+    plain = modes_hold_simd(floats, ints, moving, clear, h)
+    settled, near, far = plain, plain, plain
+    if SLOWED and bits(slow) != 0:
+        settled, near, far = settled_lanes(floats, h, longest)
+        plain = plain & (~slow | (settled & near))
+    if SHARP and STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0:
+        side, start = lanes.side[SHARP_CONTACT], lanes.velocity[SHARP_CONTACT]
+        change = excursion(floats, at.velocity_row[SHARP_CONTACT] + every, h)
+        plain = plain & resolved_simd(floats, side, start, change, h, plain)
+    plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
+    plain, h, event, which = first_switches(floats, ints, plain, slow | damped, h, event, which)
+    if MAYBE_STIFF:
+        store(floats, at.damped_step, where(damped & ~plain, longest, 0.0))
+    if SLOWED:
+        follow_manifolds(floats, slow, (settled, near, far), plain, h, where(slow, max(h, free), 0.0))
+    move_simd(floats, ints, trace, plain, h)
+    if SEVERAL or BRANCHES > 0:
+        store(floats, at.event_contact, which)
+    if SHARED:
+        moved = bits(plain)
+        for lane in every_lane():
+            if (moved >> lane) & 1:
+                pin(floats, lane)
+    finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * lanes.period)))
+    return bits(plain | slow)
+
+
+def signs_count(floats, ints, running, slow, longest):
+    """(lanes whose kinked contacts tell their side over the step, those so near rest that the sign of a velocity
+    counts, lengths of the steps, how far a plain series reaches)."""
+    moving = running
+    turning = running & ~running
     reach = longest
     if MAYBE_STIFF and SEVERAL:
         rate = lanes.decay_rate
@@ -80,26 +115,32 @@ def step_simd(floats, ints, trace, running):
                 if SLOWED and bits(slow & ~counts) != 0:
                     reach = out_of_doubt(floats, c, slow & ~counts, reach)
                     longest = where(slow, min(longest, reach), longest)
-                h = min(remaining, reach)
+                h = min(lanes.until - lanes.time, reach)
                 turning = turning | ~(counts | still_simd(floats, ints, c, h))
-                counts = counts | ~sign_in_doubt(floats, c, every, h)
+                counts = counts | ~sign_in_doubt(floats, c, all_lanes(), h)
             moving = moving & counts
-    if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
-        rate = lanes.decay_rate
-        non_stiff = ~(rate * longest > NON_STIFF) & (slow | (ORDER * last * longest < NON_STIFF * before))
-        non_stiff = non_stiff | (longest >= remaining)
-        for c in range(CONTACTS):
-            non_stiff = non_stiff | (lanes.transition[c] > 0)
-        moving = moving & (lanes.stiff == 0) & (non_stiff | slow | (lanes.patience > 1))
-        if SEVERAL:
-            moving = moving & (non_stiff | ~one_rests(floats, every))
-            longest = where(turning, reach, longest)
-        wanted = moving & ~non_stiff & ~turning
-        longest, damped = stabilised_step(floats, every, wanted, longest, lanes.tolerance)
-    if SLOWED and bits(slow) != 0:
-        longest = before_turning(floats, slow, longest)
-    h = min(remaining, longest)
-    plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
+    return moving, turning, longest, reach
+
+
+def plain_methods(floats, ints, moving, slow, turning, longest, reach, last, before):
+    """(lanes whose method stays, lengths of their steps, in which of them a stabilised one), as in
+    `stabilised.series_step`."""
+    rate = lanes.decay_rate
+    non_stiff = ~(rate * longest > NON_STIFF) & (slow | (ORDER * last * longest < NON_STIFF * before))
+    non_stiff = non_stiff | (longest >= lanes.until - lanes.time)
+    for c in range(CONTACTS):
+        non_stiff = non_stiff | (lanes.transition[c] > 0)
+    moving = moving & (lanes.stiff == 0) & (non_stiff | slow | (lanes.patience > 1))
+    if SEVERAL:
+        moving = moving & (non_stiff | ~one_rests(floats, all_lanes()))
+        longest = where(turning, reach, longest)
+    longest, damped = stabilised_step(floats, all_lanes(), moving & ~non_stiff & ~turning, longest, lanes.tolerance)
+    return moving, longest, damped
+
+
+def modes_hold_simd(floats, ints, moving, clear, h):
+    """Lanes whose modes hold at the start of the step, and whose equations do over all of it; clear: far from bounds"""
+    plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * lanes.period) | (h >= lanes.until - lanes.time))
     for c in range(CONTACTS):
         plain = plain & (lanes.transition[c] >= 0) & (lanes.transition[c] <= 2)
     plain = hook.tangents_wait(ints, plain)
@@ -112,15 +153,11 @@ def step_simd(floats, ints, trace, running):
             plain = plain & (clear | holds)
     if RETURNING:
         plain = plain & ~passing_simd(floats, h)
-    settled, near, far = plain, plain, plain
-    if SLOWED and bits(slow) != 0:
-        settled, near, far = settled_lanes(floats, h, longest)
-        plain = plain & (~slow | (settled & near))
-    if SHARP and STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0:
-        side, start = lanes.side[SHARP_CONTACT], lanes.velocity[SHARP_CONTACT]
-        change = excursion(floats, at.velocity_row[SHARP_CONTACT] + every, h)
-        plain = plain & resolved_simd(floats, side, start, change, h, plain)
-    plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
+    return plain
+
+
+def first_switches(floats, ints, plain, slaved, h, event, which):
+    """The same as of `side_by_side.first_events`, with what ends a branch; slaved: lanes whose steps are no series"""
     for i in range(BRANCHES):
         row = at.guard_row[i]
         clear = ~plain | within_piece(floats, row, h)
@@ -132,7 +169,7 @@ def step_simd(floats, ints, trace, running):
                 sure = sure | one
             switch_simd(floats, row, one, h)
             leading, last, changes = signs_simd(floats)
-            located = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
+            located = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~slaved
             plain = plain & (clear | located | (sure & (leading > 0.0) & (changes == 0.0)))
             if bits(located) != 0:
                 h = where(located, h * root_simd(floats, leading, last, located), h)
@@ -141,20 +178,7 @@ def step_simd(floats, ints, trace, running):
                     plain = plain & (h > 0.0)
                 event = event | located
                 which = where(located, 1.0 * (CONTACTS + i), which)
-    if MAYBE_STIFF:
-        store(floats, at.damped_step, where(damped & ~plain, longest, 0.0))
-    if SLOWED:
-        follow_manifolds(floats, slow, (settled, near, far), plain, h, where(slow, max(h, free), 0.0))
-    move_simd(floats, ints, trace, plain, h)
-    if SEVERAL or BRANCHES > 0:
-        store(floats, at.event_contact, which)
-    if SHARED:
-        moved = bits(plain)
-        for lane in every_lane():
-            if (moved >> lane) & 1:
-                pin(floats, lane)
-    finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
-    return bits(plain | slow)
+    return plain, h, event, which
 
 
 def polished_simd(floats, ints, i, located, h):
