@@ -159,10 +159,11 @@ def test_chaos_is_one_attractor_that_is_its_own_mirror_image():
 
 
 @pytest.mark.slow
-def test_rests_of_a_block_are_a_continuum_that_is_not_told_apart():
+@pytest.mark.parametrize("starts", [20, 300])
+def test_rests_of_a_block_are_a_continuum_that_is_not_told_apart(starts):
     """A spring that pulls less than the contact holds: every start comes to rest somewhere else."""
     system = vc.System(vc.Oscillator(damping=0.5), vc.Exponential(), vc.Harmonic(amplitude=0.05))
-    steady = attractors(system, 300)
+    steady = attractors(system, starts)
     assert steady.share(NOT_TOLD) == 1.0
     assert steady.attractors == ()
 

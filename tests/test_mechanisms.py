@@ -332,6 +332,8 @@ def test_what_depends_on_time_repeats_in_the_period_of_the_drive(name, frequency
     over = {"drive.frequency": [frequency, 1.1 * frequency]}
     with pytest.raises(ValueError, match=f"after which the {name} is another"):
         vc.ensemble(system, over, periods=2, measures=["peak_friction"])
+    with pytest.raises(ArgumentError, match=r"over: drive\.frequency decides whether the machine repeats"):
+        vc.branch(system, "drive.frequency", (0.5 * frequency, frequency))  # both ends have a common period
 
 
 def test_a_signal_without_a_frequency_has_that_of_the_drive():
@@ -344,7 +346,8 @@ def test_a_signal_without_a_frequency_has_that_of_the_drive():
         both = own.with_parameters(dict.fromkeys(("drive.frequency", "drives.belt.frequency"), frequency))
         alone = vc.ensemble(both, {"drive.amplitude": [0.4]}, periods=20, measures=["belt_work"])["belt_work"]
         assert done == pytest.approx(alone[0], rel=1e-9)
-    (slope,), step = vc.orbit(in_step).gradients("drive.frequency", "belt_work").slopes, 1e-4
+    orbit, step = vc.orbit(in_step), 1e-4
+    (slope,) = orbit.gradients("drive.frequency", "belt_work").slopes
     near = (vc.orbit(in_step.with_parameters({"drive.frequency": 0.9 + change})) for change in (-step, step))
     below, above = (orbit.motion()["belt_work"][-1] for orbit in near)
     assert slope.slope == pytest.approx((above - below) / (2.0 * step), rel=1e-6)

@@ -6,8 +6,10 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.dimensions.conversion import quantity_in_si, value_in_words
-from vibrocap.physics.names import split_path
+from vibrocap.physics.names import fields_of, split_path
 from vibrocap.physics.system import System
+
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)  # the share of a range at which no two frequencies have a common period by chance
 
 
 def checked_pair(name: str, system: System, path: str, pair: Any) -> tuple[float, float]:
@@ -35,7 +37,23 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
         _check_samples(system, over, low, high)
     for end in (low, high):
         system_at(system, over, end)
+    if not repeats_at(system, over, low + GOLDEN * (high - low)):
+        why = f"{over} decides whether the machine repeats in the drive's period; compare values of it by a sweep"
+        raise ArgumentError("over", why)
     return low, high
+
+
+def repeats_at(system: System, path: str, value: float) -> bool:
+    """Whether what depends on time in the machine repeats in the drive's period at another value of a parameter.
+
+    True where a part cannot have that value.
+    """
+    part, name = split_path(path)
+    try:
+        parts = fields_of(system.parts | {part: dataclasses.replace(system.parts[part], **{name: value})})
+    except ValueError:
+        return True
+    return parts["machine"].driven_by(parts["drive"], parts["drives"]).repeats_after(parts["drive"].period)
 
 
 def _check_samples(system: System, over: str, low: float, high: float) -> None:

@@ -18,6 +18,7 @@ from vibrocap.orbits.attractors.classification import (
     within_set,
 )
 from vibrocap.orbits.attractors.starts import checked_ranges, spread_starts, visited_ranges
+from vibrocap.orbits.closing.orbit import in_continuum
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.closing.settling_runs import (
     SettlingRuns,
@@ -38,8 +39,7 @@ from vibrocap.results import Result
 
 # What a start leads to, where that is none of the attractors.
 NOT_SETTLED, FAILED, NOT_TOLD, NOT_CERTIFIED = -2, -3, -4, -5
-MOST_SHOT = 100  # settled motions that are shot: more of them are a continuum, such as the rests of a block
-SEVERAL = 3  # runs that lead to an orbit which is no sample of a continuum
+MOST_SHOT = 100  # settled motions that are shot: more of them are not told apart
 MOST_CLOUDS = 32  # unsettled runs whose iterates are gathered; the others are compared with these
 FEW = 64  # iterates of each of those others
 EXPONENT_PERIODS = 1000  # over which a motion that did not settle is looked at
@@ -93,7 +93,7 @@ class Attractors(Result):
     """The attractors of a system, that with most starts first, and where each start led.
 
     starts: [starts, states]; label: [starts] index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4):
-        settled, but there are too many different motions to tell them apart (a continuum of rests); NOT_CERTIFIED (-5):
+        settled, to one of a continuum of motions (rests of a block) or of too many to tell them apart; NOT_CERTIFIED (-5):
         where it led is no motion of the equations, by evidence taken of its last response
     ranges: of the states in which the starts are spread; settle_periods: most drive periods that a run was given
     """
@@ -197,9 +197,9 @@ def _attractors_of_good(map_: StroboscopicMap, runs: SettlingRuns, periods: int)
         reached, which, runs = settled_without_clock(map_, runs, periods)
         settled, orbits = which >= 0, []
     waiting = np.flatnonzero(runs.finished & ~settled)
+    apart = [k for k, known in enumerate(orbits) if not in_continuum(map_, known.orbit)]  # no samples of a continuum
+    orbits, which = selected(orbits, which, apart) if clock else (orbits, which)
     continuum = bool(np.any(settled & (which < 0)))
-    if continuum:  # orbits that a run or two lead to are samples of it
-        orbits, which = selected(orbits, which, [k for k in range(len(orbits)) if np.sum(which == k) >= SEVERAL])
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
     motions = [class_of(orbit) for orbit in (*(known.orbit for known in orbits), *reached)]
     places = list(range(len(motions)))

@@ -33,6 +33,7 @@ from vibrocap.orbits.maps.stroboscopic_map import (
     state_vector,
 )
 from vibrocap.orbits.maps.variations import carried, variational_equations, with_integrals
+from vibrocap.orbits.parameter_range import repeats_at
 from vibrocap.physics.dimensions.conversion import quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Number
@@ -40,6 +41,7 @@ from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.results import Result
 
 TRAVEL = ("mean_velocity", "drift")
+BESIDE = 1e-3  # of a value: how far away another one is
 DEGENERATE = 1e-9  # least singular value of I - P_y, over natural sizes: below it the orbit is one of a continuum
 ON_CORNER = 1e-8  # of the period, by which an event may be from a corner of the drive on which it falls
 SHORT = 1e-13  # share of the period: a segment that is no longer has no length
@@ -111,7 +113,8 @@ def gradients(
     """The slopes of measures of a closed orbit over parameters, exact to the tolerance of its runs.
 
     over: paths of parameters, in SI such as "drive.frequency_Hz" of a system in SI; None: every parameter that is a
-        number, but for those that a segment of the drive without length keeps from having a slope to both sides
+        number, but for those that a segment of the drive without length keeps from having a slope to both sides, and
+        those at other values of which the machine does not repeat in the drive's period
     measures: of `measures_with_gradients`; None: the mean velocity, or the work of the drive of what cannot travel
     They are those of the mode sequence of the orbit: at a change of it they hold to one side. Raises ArgumentError for
     what is asked, for a system that has no gradients (`check_gradients`), and for an orbit that is not closed or is one
@@ -132,6 +135,7 @@ def gradients(
     numbers = [path for path in system.parameter_paths if isinstance(system.parameter(path), float)]  # no counts
     paths: Any = numbers if over is None else [over] if one else over
     asked = list(dict.fromkeys(quantity(path, system).plain for path in paths))
+    asked = [path for path in asked if _repeats_beside(system, path, every)]
     ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
     values, slopes = _measured(ends, orbit)
     pairs = [(name, i) for name in wanted for i in range(len(ends.asked))]
@@ -146,6 +150,20 @@ def check_gradients(system: System) -> None:
     if system.machine.imposes_distances:
         name = system.machine.name
         raise ArgumentError("system", f"contacts of a {name} turn at one instant, through which no tangent is carried")
+
+
+def _repeats_beside(system: System, path: str, every: bool) -> bool:
+    """Whether the machine repeats in the drive's period beside the value of a parameter too.
+
+    every: all that is none is left out; else ArgumentError
+    """
+    value = system.parameter(path)
+    if not isinstance(value, float) or repeats_at(system, path, value + BESIDE * (abs(value) or 1.0)):
+        return True
+    if not every:
+        why = f"{path} decides whether the machine repeats in the drive's period: at other values there is no orbit"
+        raise ArgumentError("over", why)
+    return False
 
 
 class _Ends:
