@@ -524,7 +524,7 @@ class Solver:
 
     @property
     def _jumps(self) -> bool:
-        return self.now.machine.effort in ("displacement", "number")
+        return self.now.machine.effort in ("displacement", "angle", "number")
 
     def _still(self, t, those) -> None:
         """Velocities that are zero exactly."""

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, o
 from renumbered import renumbered
 from thinned import exhaustive_but
 from vibrocap.orbits.continuation import cycle_following
+from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.walk import segment
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.following import Followed, followed, started
@@ -364,3 +366,13 @@ def test_a_walk_along_cycles_ends_where_they_cross_their_section_at_less_than_th
     walk = Followed(list(cosines), special, BranchEnd.PARAMETER_BOUND)  # type: ignore[arg-type]
     ended = cycle_following._crossing(None, walk)  # type: ignore[arg-type]
     assert (ended.points, ended.special, ended.end) == ([0, 1, 2], special[:2], BranchEnd.TOO_MANY_POINTS)
+
+
+def test_a_guess_beyond_a_stop_is_a_motion_from_the_stop():
+    """Where no next point closes, the events along the last guess are compared; one past a wall ended the command."""
+    system = vc.System(vc.RigidStopCapsule(gap=0.5, restitution=0.5), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.2, 1.0))
+    closing_map = ClosingMap(system, "drive.frequency", (0.9, 1.1))
+    names = system.state_names
+    at_wall, beyond = (np.array([place if name == "displacement" else 0.0 for name in names]) for place in (0.5, 0.51))
+    guesses = [SimpleNamespace(x=closing_map.point(state, 1.0), image=0.0 * state) for state in (at_wall, beyond)]
+    assert np.array_equal(*(closing_map.motion(guess).sections[-1] for guess in guesses))

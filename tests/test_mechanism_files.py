@@ -24,6 +24,7 @@ from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_t
 from vibrocap.case.expressions import Expression, ExpressionError
 from vibrocap.case.mechanism import HEAD, PARTS
 from vibrocap.case.mechanism import TABLES as KEYS
+from vibrocap.motion.trust import RESIDUE, residue
 from vibrocap.physics.dimensions.scales import FreeScales
 from vibrocap.physics.parameters import LENGTH, NUMBER
 
@@ -150,6 +151,72 @@ def test_what_moves_by_nanometres_is_as_accurate_as_what_moves_by_metres():
     assert case.system.scales() == pytest.approx((2.94e-7, 0.0017), rel=0.02)
     ends = [vc.simulate(case, periods=3, tolerance=tolerance).sections[-1] for tolerance in (1e-9, 1e-13)]
     assert np.max(np.abs(ends[0] - ends[1]) / (1e-9, 6e-6)) < 1e-6  # of the largest place and speed
+
+
+def test_a_body_that_rubs_on_another_has_a_natural_size_for_its_sliding_velocity():
+    """In SI there was one more for the velocity that is no state, and every certificate ended in a traceback."""
+    tables = tomllib.loads(SLED)
+    tables["machine"]["stiffness_N_per_m"] = 1e3
+    tables["mechanism"]["parameters"]["stiffness"] = {"role": "stiffness", "symbol": "k", "meaning": "spring"}
+    tables["mechanism"]["coordinates"]["upper"] = {"unit": "m", "symbol": "Y", "meaning": "place of the load"}
+    tables["mechanism"]["mass"].append({"name": "load", "mass": "mass", "x": "upper"})
+    tables["mechanism"]["spring"] = [{"stiffness": "stiffness", "stretch": "upper - position"}]
+    tables["mechanism"]["contact"].append({"body": "load", "on": "sled", "load": "weight"})
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.1, "static_coefficient": 0.1}
+    tables["drive"] = {"waveform": "harmonic", "amplitude_N": 30.0, "frequency_Hz": 3.0}
+    motion = vc.simulate(case_from_dict(tables), periods=3)
+    place, speed, upper, sliding = motion.system.scales()
+    assert "sliding_velocity_2" in motion.system.state_names
+    assert (upper, sliding) == pytest.approx((place, speed))
+    assert motion.certificate.ok
+
+
+def test_a_wheel_that_rolls_travels_by_the_speed_at_which_it_slides():
+    """The rate of its place is no state: what a mean velocity may be off by was asked of that, a traceback."""
+    tables = tomllib.loads(SLED)
+    tables["machine"]["inertia_kg_m2"], tables["machine"]["radius_m"] = 1e-3, 0.05
+    tables["mechanism"]["parameters"] |= {
+        "inertia": {"role": "inertia", "symbol": "J", "meaning": "wheel"},
+        "radius": {"role": "distance", "symbol": "r", "meaning": "radius"},
+    }
+    turn = {"turn": {"unit": "rad", "symbol": "phi", "meaning": "turn of the wheel"}}
+    tables["mechanism"] |= {"effort": "torque", "coordinates": turn | tables["mechanism"]["coordinates"]}
+    del tables["mechanism"]["coordinates"]["position"]["rate"]
+    tables["mechanism"]["mass"][0] |= {"inertia": "inertia", "angle": "turn"}
+    tables["mechanism"]["drive"], tables["mechanism"]["contact"][0]["path"] = (
+        [{"path": "turn"}],
+        "position - radius*turn",
+    )
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.2, "static_coefficient": 0.2}
+    tables["drive"] = {"waveform": "harmonic", "amplitude_N_m": 0.1, "frequency_Hz": 1.0}
+    system = case_from_dict(tables).system
+    assert system.state_names[2:] == ("position", "sliding_velocity")
+    assert residue(system, "mean_velocity", 1e-6) == RESIDUE * 1e-6 * system.scales()[2]
+    motion = vc.simulate(system, periods=2)
+    assert motion.certificate.ok
+    farthest = 2.0 * 0.1 * 0.05 / (1e-3 + 2.0 * 0.05**2) / (2.0 * np.pi) ** 2  # M r/(J + m r^2) over omega^2, twice
+    assert motion.at(0.5, "position") == pytest.approx(farthest, rel=1e-9)
+
+
+def test_an_angle_is_given_in_degrees_wherever_it_drives():
+    """Of an imposed angle, the reference of a controller and a signal; these were pure numbers, refused in rad too."""
+    tables = tomllib.loads(SLED)
+    tables["mechanism"] |= {"effort": "angle", "signals": {"lean": {"unit": "rad", "symbol": "a", "meaning": "lean"}}}
+    tables["mechanism"]["parameters"]["arm"] = {"role": "distance", "symbol": "l", "meaning": "arm"}
+    bob = {"name": "bob", "mass": "mass", "on": "sled", "x": "arm*sin(drive)", "z": "arm*cos(lean)"}
+    tables["mechanism"]["mass"].append(bob)
+    tables["machine"]["arm_m"], tables["mechanism"]["drive"] = 0.1, []
+    tables["friction"] = {"law": "coulomb", "coulomb_coefficient": 0.2, "static_coefficient": 0.2}
+    wave = {"waveform": "harmonic", "amplitude_deg": 90.0}
+    tables |= {"drive": wave | {"frequency_Hz": 1.0}, "drives": {"lean": wave}}
+    system = case_from_dict(tables).system
+    assert system.drive.amplitude == system.drives[0].amplitude == pytest.approx(np.pi / 2)
+    assert system.si.unit("drive") == "rad"
+    swing = vc.System(
+        vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic(), vc.PendulumScales(1.0, 1.0), controller=vc.AnglePID()
+    )
+    assert swing.si.unit("reference") == "rad"
+    assert swing.with_parameters({"drive.amplitude_deg": 90.0}).drive.amplitude == pytest.approx(np.pi / 2)
 
 
 def test_stops_of_nanometres_are_those_of_metres():

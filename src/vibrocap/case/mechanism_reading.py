@@ -28,7 +28,6 @@ from vibrocap.case.mechanism import (
     placed,
 )
 from vibrocap.case.mechanism_tables import (
-    EFFORT_WORDS,
     MOST,
     MOST_PRODUCTS,
     RANGES,
@@ -43,6 +42,7 @@ from vibrocap.case.mechanism_tables import (
 from vibrocap.physics.dimensions.scales import EFFORTS, STANDARD_GRAVITY_M_PER_S2, FreeScales, SIScales
 from vibrocap.physics.dimensions.units import unit_name
 from vibrocap.physics.drives.loadings import Constant
+from vibrocap.physics.machines.machine import IMPOSED
 from vibrocap.physics.mechanics.forms import whole_pattern
 from vibrocap.physics.mechanics.parts import Coordinate, Signal
 from vibrocap.physics.mechanics.sums import bounded
@@ -107,9 +107,9 @@ class Reading:
     def __init__(self, tables: dict[str, Any]):
         self.tables, self.complaints = tables, Complaints()
         self.scaled = tables.get("units", UNITS[0]) == UNITS[0]
-        self.effort = EFFORT_WORDS[tables.get("effort", "force")]
+        self.effort = tables.get("effort", "force")
         self.sizes: dict[str, Dimension] = {"time": TIME}
-        if self.effort in ("displacement", "number"):
+        if self.effort in IMPOSED:
             self.sizes["drive"] = EFFORTS[self.effort]
         self.words: set[str] = set()  # parameters that may be a word
         self.required: list[str] = []  # parameters without a default

@@ -12,7 +12,7 @@ from vibrocap.physics.catalogue import PART_NAME, machines
 MOST = 64  # coordinates, bodies and what `repeat` makes of one part
 MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
 WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-EFFORT_WORDS = {"force": "force", "torque": "torque", "displacement": "displacement", "angle": "number"}
+EFFORT_WORDS = ("force", "torque", "displacement", "angle")
 RANGES = {"> 0": {"gt": 0.0}, ">= 0": {"ge": 0.0}, "any": {}}
 REPEATED = re.compile(r"\{i([+-]\d{1,2})?\}")
 UNITS = ("scaled", "SI")

@@ -10,7 +10,7 @@ from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 20
-KINDS = ("displacement", "speed", "number")  # of references
+KINDS = ("displacement", "speed", "angle")  # of references
 TRIED = ("oscillator", "two-mass-capsule", "pendulum-capsule")  # on the first that has what it measures
 
 

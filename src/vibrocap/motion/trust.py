@@ -101,7 +101,7 @@ def residue(system: System, measure: str, threshold: float, parameters: np.ndarr
     if measure in TRAVEL and system.cyclic is not None:
         recording = equations(system)
         scales = dict(zip(system.state_names, recording.scales, strict=True))
-        sizes = scales[system.cyclic], recording.period, scales[system.machine.coordinates[system.cyclic]]
+        sizes = scales[system.cyclic], recording.period, scales[system.machine.rate_states[system.cyclic]]
         size, period, speed = evaluated(sizes, 0.0, [], 1.0, rows.T, left.shape)
         if measure == "mean_velocity":
             size = size / period if recording.timed else speed

@@ -44,7 +44,8 @@ class SteadyEquations:
     def __init__(self, system: System, path: str | None = None):
         """Raises ArgumentError for a system that is driven in time."""
         if is_driven(system):
-            text = f"should not be driven in time, but its drive is {system.drive.name}"
+            waves = " and ".join(wave.name for wave in (system.drive, *system.drives))
+            text = f"should not be driven in time, as by waveforms that are {waves}"
             raise ArgumentError("system", f"{text}: it has no equilibria; orbit(system) finds its steady motions")
         self.system = system
         recorded = system if path is None else recorded_with(system, path)

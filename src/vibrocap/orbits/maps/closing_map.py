@@ -11,7 +11,7 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.recorded.sticking import joined
 from vibrocap.motion.recording.equations import equations, turning_states
 from vibrocap.motion.recording.section import whole_turns, winding
-from vibrocap.motion.simulate import simulate
+from vibrocap.motion.simulate import simulate, within_room
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.grazing import grazing_beyond
@@ -164,9 +164,9 @@ class ClosingMap(Residual):
         return {"state": state, "multipliers": point.multipliers(self.half), **numbers}
 
     def motion(self, closing: Any) -> Trajectory:
-        """The motion from a point, over the response of the map, or a cycle."""
+        """The motion from a point, over the response of the map, or a cycle; of a guess beyond a stop from the stop."""
         system = self.system.with_parameters({self.path: self.parameter(closing.x)})
-        start = named_states(system, self.state(closing.x, closing))
+        start = within_room(system, named_states(system, self.state(closing.x, closing)))
         periods = self.response_period * (0.5 if self.half else 1.0) or self.period(closing.x) / system.drive.period
         return simulate(system, periods=periods, initial=start, tolerance=self.tolerance)
 

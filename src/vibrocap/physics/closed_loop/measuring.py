@@ -41,7 +41,7 @@ def check_controller(parts: Mapping[str, Any], placed: Any) -> None:
 def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
     """ArgumentError for what cannot be measured. behind: what the controller moves, the machine or its actuator"""
     machine, controller = parts["machine"], parts["controller"]
-    wanted = "rad" if controller.reference == "number" else DRIVE_UNITS[controller.reference]
+    wanted = DRIVE_UNITS[controller.reference]
     units = state_units({**parts, "controller": None})
     own = [name for name in machine.states if name not in machine.switched]
     names = [name for name in controller.measures(behind) if name not in (SIDE, CURVATURE)]

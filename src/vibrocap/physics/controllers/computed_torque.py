@@ -46,7 +46,7 @@ class AngleComputedTorque(ComputedTorque):
     measured: str = parameter(OWN, "theta", "the state that is tracked; own: the state angle of the machine")
 
     name: ClassVar[str] = "angle-computed-torque"
-    reference: ClassVar = "number"
+    reference: ClassVar = "angle"
 
 
 @parameters

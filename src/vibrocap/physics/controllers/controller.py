@@ -33,7 +33,7 @@ class Controller(Part):
     """
 
     name: ClassVar[str]
-    reference: ClassVar[Literal["displacement", "speed", "number"]]
+    reference: ClassVar[Literal["displacement", "speed", "angle"]]
     states: Any = ()
     all_states: ClassVar[tuple[str, ...]] = ()
     switched: Any = ()
@@ -115,7 +115,7 @@ class Limited(Controller):
 
     def own_measured(self, machine) -> str:
         """The state that is measured where nothing else is said: angle, place or velocity, as the reference is."""
-        if self.reference == "number":
+        if self.reference == "angle":
             return "angle"
         if self.reference == "speed":
             return machine.contact_states[0]
@@ -203,7 +203,7 @@ class AccelerationController(Limited):
 
     def own_measured(self, machine) -> str:
         """The state that is tracked where nothing else is said: the angle, or the first state."""
-        return "angle" if self.reference == "number" else machine.states[0]
+        return "angle" if self.reference == "angle" else machine.states[0]
 
     def measures(self, machine) -> tuple[str, ...]:
         return *super().measures(machine), CURVATURE

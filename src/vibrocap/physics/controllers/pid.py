@@ -53,7 +53,7 @@ class AnglePID(Linear):
     measured: str = parameter(OWN, "theta", "the state that is measured; own: the state angle of the machine")
 
     name: ClassVar[str] = "angle-pid"
-    reference: ClassVar = "number"
+    reference: ClassVar = "angle"
 
 
 @parameters

@@ -73,7 +73,7 @@ class AngleSlidingMode(SlidingMode):
     measured: str = parameter(OWN, "theta", "the state that is tracked; own: the state angle of the machine")
 
     name: ClassVar[str] = "angle-sliding-mode"
-    reference: ClassVar = "number"
+    reference: ClassVar = "angle"
 
 
 @parameters

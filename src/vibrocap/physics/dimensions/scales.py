@@ -24,7 +24,7 @@ from vibrocap.physics.parameters import (
 )
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
-EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}
+EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "angle": NUMBER, "number": NUMBER}
 # In place of an effort, of a law: at a contact that turns, where forces are torques and ways angles; and under a load
 # that follows the motion, where the law acts per load, so that its stiffness is one over the load.
 TURNING, PER_LOAD, TURNING_PER_LOAD = "turning", "per load", "turning, per load"

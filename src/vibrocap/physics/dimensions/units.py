@@ -26,6 +26,7 @@ from vibrocap.physics.names import (
     state_names,
 )
 from vibrocap.physics.parameters import (
+    EFFORT,
     LENGTH,
     MASS,
     NUMBER,
@@ -44,8 +45,7 @@ ROLE_UNITS: dict[str, dict[str, float]] = {
     "phase": {"rad": 1.0, "deg": math.pi / 180.0},
     "quadratic damping": {"kg/m": 1.0},
 }
-# unit of a state: others in which it may be given
-OTHER_UNITS: dict[str, dict[str, float]] = {"rad": {"deg": math.pi / 180.0}}
+OTHER_UNITS = {"rad": {"deg": math.pi / 180.0}}  # unit of a state: others in which it may be given
 
 QUANTITY_NAMES = {  # of what a motion can be asked for, by SI unit; the rate of a state has its unit over s
     "s": "time",
@@ -64,15 +64,12 @@ TURNED = {"kg": "kg m^2", "N": "N m", "m": "rad"}
 UNDECLARED = (
     'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'
 )
-DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "speed": "m/s", "number": "1"}
+DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "speed": "m/s", "angle": "rad", "number": "1"}
 
 
 @dataclasses.dataclass(frozen=True)
 class Key:
-    """One way to give a quantity in SI.
-
-    name: of the parameter or state. key: under which it stands, with its unit. factor: what one such unit is in SI.
-    """
+    """One way to give a parameter or state, by name, in SI: its key with its unit, and what one such unit is in SI."""
 
     name: str
     key: str
@@ -124,6 +121,8 @@ def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:
     """The units in which a parameter may be given, with what one is in SI; a declared unit keeps its radians."""
     assert info.dimension is not None
     own = info.unit if "rad" in info.unit else unit_name(info.dimension, effort)
+    if info.dimension == EFFORT and effort in ("angle", "rad"):
+        return ROLE_UNITS["phase"]
     of_law = effort in (TURNING, PER_LOAD, TURNING_PER_LOAD) and info.dimension.force
     return {own: 1.0} if of_law else ROLE_UNITS.get(info.role) or {own: 1.0}
 

@@ -4,6 +4,7 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
+import itertools
 from collections.abc import Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
@@ -22,7 +23,7 @@ from vibrocap.physics.mechanics.stops import stopped
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters  # noqa: F401
 
-IMPOSED = ("displacement", "number")  # efforts that are motions
+IMPOSED = ("displacement", "angle", "number")  # efforts that are motions
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,7 +81,7 @@ class Machine(Described):
     """
 
     name: ClassVar[str]
-    effort: ClassVar[Literal["force", "torque", "displacement", "number"]] = "force"
+    effort: ClassVar[Literal["force", "torque", "displacement", "angle", "number"]] = "force"
     si_scales: ClassVar[type[Scales]] = FreeScales
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
@@ -132,7 +133,7 @@ class Machine(Described):
         mass, stiffness = self.evaluated("straight") if self.si_scales is SIScales else (0.0, 0.0)
         if not (isinstance(mass, float) and mass == 0.0):
             moved = oscillation(mass, stiffness, mass * STANDARD_GRAVITY_M_PER_S2, time)
-            for place, rate in self.coordinates.items():
+            for place, rate in self.rate_states.items():
                 if self.all_coordinates[place].unit == "m":
                     sizes |= zip((place, rate), (size / (1.0 + size) for size in moved), strict=True)
         return tuple(sizes.values())
@@ -149,6 +150,11 @@ class Machine(Described):
         return tuple(Shape(*shape) for shape in self.evaluated("scene", t, y))
 
     # --- what follows ------------------------------------------------------------------------------------------------
+
+    @property
+    def rate_states(self) -> dict[str, str]:
+        """The state that stands for the rate of each coordinate: that of a contact, where it slides with it alone."""
+        return {place: rate for place, rate in itertools.pairwise(self.states) if place in self.coordinates}
 
     @property
     def follows_load(self) -> bool:
@@ -230,7 +236,7 @@ class Machine(Described):
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
         if not self.imposes_motion or not (actuator := self.evaluated("actuator", t, y, 0.0, frictions)):
             return {}
-        name = "actuator_torque" if self.effort == "number" else "actuator_force"
+        name = "actuator_torque" if self.effort in ("angle", "number") else "actuator_force"
         named = {numbered(name, i): force for i, force in enumerate(actuator[:-1], start=1)}
         return {**named, "actuator_power": actuator[-1]}
 
