@@ -93,8 +93,8 @@ class Attractors(Result):
     """The attractors of a system, that with most starts first, and where each start led.
 
     starts: [starts, states]; label: [starts] index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4):
-        settled, to one of a continuum of motions (rests of a block) or of too many to tell them apart; NOT_CERTIFIED (-5):
-        where it led is no motion of the equations, by evidence taken of its last response
+        settled, to one of a continuum of motions (rests of a block) or of too many to tell them apart;
+        NOT_CERTIFIED (-5): where it led is no motion of the equations, by evidence taken of its last response
     ranges: of the states in which the starts are spread; settle_periods: most drive periods that a run was given
     """
 
