@@ -13,7 +13,7 @@ from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, o
 from renumbered import renumbered
 from thinned import exhaustive_but
 from vibrocap.orbits.continuation import cycle_following
-from vibrocap.orbits.maps.closing_map import ClosingMap
+from vibrocap.orbits.maps.closing_map import ClosingMap, nudged_slope
 from vibrocap.orbits.walk import segment
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.following import Followed, followed, started
@@ -376,3 +376,25 @@ def test_a_guess_beyond_a_stop_is_a_motion_from_the_stop():
     at_wall, beyond = (np.array([place if name == "displacement" else 0.0 for name in names]) for place in (0.5, 0.51))
     guesses = [SimpleNamespace(x=closing_map.point(state, 1.0), image=0.0 * state) for state in (at_wall, beyond)]
     assert np.array_equal(*(closing_map.motion(guess).sections[-1] for guess in guesses))
+
+
+def test_a_slope_that_differs_to_both_sides_is_asked_closer():
+    """As near a grazing motion, whose image is a square root: a nudge of its distance is off by a quarter."""
+    images = [np.array([math.sqrt(1.2e-6 + nudge)]) for nudge in (0.0, 1e-6, -1e-6)]
+    assert nudged_slope(images, ["FB"] * 3, 1e-6)[1]
+    assert not nudged_slope(images, ["FB", "FB", "FSB"], 1e-6)[1]  # a corner: there is one side
+    images = [np.array([math.sqrt(1.2e-6 + nudge)]) for nudge in (0.0, 1e-8, -1e-8)]
+    slope, apart = nudged_slope(images, ["FB"] * 3, 1e-8)
+    assert not apart
+    assert slope[0] == pytest.approx(0.5 / math.sqrt(1.2e-6), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_branch_on_its_way_to_a_grazing_takes_few_points():
+    """By a slope that was off by a quarter each point took ten steps, and none was longer than the one before."""
+    system = vc.System(
+        vc.RigidStopCapsule(restitution=0.6, gap=0.5, back_gap=0.5), vc.Coulomb(0.2, 0.3), vc.Harmonic(0.8, 0.8)
+    )
+    branch = vc.branch(system, "drive.frequency", (0.5, 1.1), points=150)
+    assert BranchEnd.TOO_MANY_POINTS not in branch.ends
+    assert np.max(np.abs(branch.multipliers)) > 1e5

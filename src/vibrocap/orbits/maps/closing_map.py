@@ -32,6 +32,7 @@ from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
+FINER_NUDGE = 1e-2  # times the nudge, where what it gives differs to both sides; below it rounding shows
 APART = 0.1  # of their sum, by which the slopes to both sides differ where something changes between them
 
 
@@ -235,34 +236,44 @@ class ClosingMap(Residual):
             ends[:m, n:] = (whole[0][:, self.unknowns] * self.sizes[self.unknowns]).T
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
-        image = ends[:, self.unknowns] / sizes
-        runs = [0, m, m + 1]
-        stops = IMPACT in self.system.machine.switch_events
-        gathered = Gathered(self.system, ended[runs], np.ones(3), lambda: np.ones(3, dtype=bool), 0.0)
-        impacts = gathered.impacts.tolist() if stops else [NO_STOPS] * len(runs)
-        words, open_ = self._words(gathered), np.atleast_2d(map_.contact_side(ends[runs, :n].T, rows[0])).T
-        seen = zip(words, impacts, open_, ends[runs][:, self.switched], strict=True)
-        alike = [(word, struck, *side, *switched) for word, struck, side, switched in seen]
+        images, alike = self._seen(ended[[0, m, m + 1]], rows[0])
+        near = None if like is None else like.slope[:m]
+        slope, apart = nudged_slope(images, alike, self.nudge, near)
+        if apart:  # as near a grazing motion, where a nudge leads too far
+            beside = rows[0] + FINER_NUDGE * (rows[m:] - rows[0])
+            again = map_.run(budget, start[m:], beside, recording=recording, order=ORDER, mark_distance=lengths[m:])
+            finer, happens = self._seen(again, rows[0])
+            slope, _ = nudged_slope([images[0], *finer], [alike[0], *happens], self.nudge * FINER_NUDGE, near)
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not map_.keeps_order or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
-        near = None if like is None else like.slope[:m]
         return OrbitClosing(
             x=x,
-            mismatch=image[0] - x[:m] - turned[self.unknowns] / sizes,
+            mismatch=images[0] - x[:m] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
-            slope=nudged_slope(image[0], image[m], image[m + 1], alike, self.nudge, near),
-            at_rest=self.resting & (image[0] == 0.0),
+            slope=slope,
+            at_rest=self.resting & (images[0] == 0.0),
             finished=bool(np.all(ended.finished)) and possible,
-            mode_sequence=words[0],
+            mode_sequence=alike[0][0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
             winding=tuple(winding(self.system, np.zeros(n) if self.half else turned).values()),
             turns=np.append(self.turns, np.inf),
-            impacts=impacts[0],
+            impacts=alike[0][1],
             judge=functools.partial(map_.certified, ended[:1], rows[:1]),
             lifts_off=self.lifts_off(ended),
         )
+
+    def _seen(self, ended: RunResults, row: np.ndarray) -> tuple[np.ndarray, list[tuple]]:
+        """(images of runs [runs, unknowns] over natural sizes, what happens along each: words, impacts, sides)."""
+        ends, count = ended.state[:, : self.map.states], len(ended)
+        stops = IMPACT in self.system.machine.switch_events
+        gathered = Gathered(self.system, ended, np.ones(count), lambda: np.ones(count, dtype=bool), 0.0)
+        impacts = gathered.impacts.tolist() if stops else [NO_STOPS] * count
+        sides = np.atleast_2d(self.map.contact_side(ends.T, row)).T
+        seen = zip(self._words(gathered), impacts, sides, (ends * self.mirror)[:, self.switched], strict=True)
+        alike = [(word, struck, *side, *switched) for word, struck, side, switched in seen]
+        return (ends * self.mirror)[:, self.unknowns] / self.sizes[self.unknowns], alike
 
     def lifts_off(self, ended: RunResults) -> bool:
         """Whether a run ended as a contact lost its load."""
@@ -279,26 +290,23 @@ class ClosingMap(Residual):
 
 
 def nudged_slope(
-    image: np.ndarray,
-    above: np.ndarray,
-    below: np.ndarray,
-    words: Sequence[Hashable],
-    nudge: float,
-    like: np.ndarray | None = None,
-) -> np.ndarray:
-    """Derivative of the image by the parameter, from the side on which the modes are those of the image itself.
+    images: Sequence[np.ndarray] | np.ndarray, happens: Sequence[Hashable], nudge: float, like: np.ndarray | None = None
+) -> tuple[np.ndarray, bool]:
+    """(derivative of the image by the parameter, whether it differs to both sides though the same happens there).
 
-    like: of a neighbour, which tells the side where words do not: those of a further contact, or a motion that grazes
+    From the side on which the same happens as along the image itself. images, happens: its own, and those of a nudge
+    up and down; like: of a neighbour, which tells the side where events do not: those of a motion that grazes
     """
-    here, up, down = words
+    (image, above, below), (here, up, down) = images, happens
     onward, back = (above - image) / nudge, (image - below) / nudge
     apart = np.linalg.norm(onward - back) > APART * (np.linalg.norm(onward) + np.linalg.norm(back))
     nearer = like is not None and np.linalg.norm(onward - like) <= np.linalg.norm(back - like)
+    slope = 0.5 * (onward + back)
     if up == here and (down != here or (apart and nearer)):
-        return onward
-    if down == here and (up != here or (apart and like is not None)):
-        return back
-    return 0.5 * (onward + back)
+        slope = onward
+    elif down == here and (up != here or (apart and like is not None)):
+        slope = back
+    return slope, bool(apart and up == down == here)
 
 
 def recorded_with(system: System, path: str) -> System:
