@@ -8,12 +8,15 @@ import vibrocap as vc
 from mechanisms import Slider
 from vibrocap.mechanics import (
     Contact,
+    Damper,
     Drive,
     Machine,
     Mass,
+    Number,
     Positive,
     Potential,
     Spring,
+    Support,
     coordinate,
     parameter,
     parameters,
@@ -49,16 +52,32 @@ class Pulled(Machine):
 
 @parameters
 class Crawler(Machine):
-    """The two-mass crawler with both masses of one's own."""
+    """The two-mass crawler with both masses of one's own, on a belt."""
 
     body: Positive = parameter(1.0, "M", "body", "mass")
     inner: Positive = parameter(1.0, "m", "inner mass", "mass")
+    speed: Number = parameter(0.0, "v", "speed of the belt", "speed")
     position = coordinate("X", "place of the body", "m")
     name, effort = "crawler", "displacement"
 
     def parts(self, q):
-        body = Mass("body", self.body, x=q.position)
-        return body, Mass("inner mass", self.inner, on=body, x=q.imposed(q.drive)), Contact(body, load=1.0)
+        belt, body = Support("belt", x=self.speed * q.time), Mass("body", self.body, x=q.position)
+        inner = Mass("inner mass", self.inner, on=body, x=q.imposed(q.drive))
+        return belt, body, inner, Contact(body, on=belt, load=1.0)
+
+
+@parameters
+class Excited(Machine):
+    """A capsule with a damper that drives its inner mass."""
+
+    position = coordinate("X", "place of the capsule", "m")
+    shift = coordinate("z", "inner mass from the capsule", "m")
+    name = "excited"
+
+    def parts(self, q):
+        body = Mass("body", 1.0, x=q.position)
+        inner = Mass("inner mass", 1.0, on=body, x=q.shift)
+        return body, inner, Spring(1.0, q.shift), Damper(-0.1, q.shift), Drive(q.shift), Contact(body, load=1.0)
 
 
 def test_the_largest_speed_is_that_of_the_stroke_of_the_body():
@@ -73,10 +92,25 @@ def test_the_largest_speed_is_that_of_the_stroke_of_the_body():
 
 
 @pytest.mark.parametrize(
-    ("machine", "said"),
-    [(Slider(), "ground moves"), (Plates(), "not all contacts are with the ground"), (Pulled(), "outside")],
+    ("machine", "reason"),
+    [
+        (Slider(), "ground"),
+        (Plates(), "not all contacts are with the ground"),
+        (Pulled(), "outside"),
+        (Excited(), "damper"),
+        (Crawler(speed=0.5), "ground"),
+        (vc.Oscillator(stiffness=0.0, belt_speed=0.1), "ground"),
+        (vc.Oscillator(), "does not travel"),
+    ],
 )
-def test_machines_that_something_else_moves_have_no_least_cost(machine, said):
+def test_machines_that_something_else_moves_have_no_least_cost(machine, reason):
     """The slider's steady motion was 0 times the least cost of all."""
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=f"cost of transport: [^;]*{reason}"):
         vc.performance_bounds(vc.System(machine, vc.Coulomb(), vc.Harmonic()))
+
+
+def test_a_belt_at_rest_and_dampers_leave_the_least_cost():
+    """Neither gives energy: a block that never slides back pays friction and damper alone."""
+    block = vc.Oscillator(stiffness=0.0, damping=0.1, belt_speed=0.0)
+    (cost,) = vc.performance_bounds(vc.System(block, vc.Coulomb(0.2, 0.2), vc.Harmonic()))
+    assert (cost.measure, cost.value) == ("cost_of_transport", 0.2)

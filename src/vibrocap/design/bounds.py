@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,13 +16,13 @@ from vibrocap.motion.trajectory import GAUSS_NODES, gauss
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.physics.drives.drive import Piecewise, Wave, segment_table
-from vibrocap.physics.mechanics.forms import BELT
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Number, NumberInUnit
 from vibrocap.results import Result
 
 SPEEDS = np.logspace(-12.0, 12.0, 481)  # at which the least friction is looked for, then between the best three
 CELLS = 512  # of a period, in each of which a stroke turns round once at most
+SIZES = np.repeat((0.1, 1.0, 10.0), 8)  # of the states at which it is asked what else gives force or energy
 ROUNDING = 1e-12  # of the largest move in a cell: less is none
 
 
@@ -98,25 +98,46 @@ def _least_cost(system: System) -> PerformanceBound | str:
         return f"{name}: of laws with a memory the force at a speed may be less than their steady one"
     if system.machine.follows_load:
         return f"{name}: where the load follows the motion, a body may slide while it is light"
-    if BELT in system.machine.channels:
-        return f"{name}: the ground moves, or what a part is bound to, and gives energy"
+    if system.cyclic is None:
+        return f"{name}: the machine does not travel"
     if not system.machine.over_ground:
         return f"{name}: not all contacts are with the ground"
     around = system.environment
-    if _pulled(system) or (around is not None and (around.inclination != 0.0 or around.force != 0.0)):
-        return f"{name}: gravity or a force from outside may give energy"
-    if system.cyclic is None:
-        return f"{name}: the machine does not travel"
+    outside = around is not None and (around.inclination != 0.0 or around.force != 0.0)
+    if outside or system.machine.ground_speed() != 0.0 or _fed(system):
+        return f"{name}: the ground, gravity, a damper or a force from outside may give energy"
     least = sum(_least_friction(law, load) for law, load in zip(system.laws, system.law_loads, strict=True))
     unit, scale = measure_unit(system, "cost_of_transport")
     source = "friction times distance; reached by a body that never slides back"
     return PerformanceBound("cost_of_transport", "least", least * scale, unit, scale, "all steady motions", source)
 
 
+def _places(system: System) -> Iterator[tuple[Any, float, tuple[float, ...], tuple[float, ...]]]:
+    """(the machine under its drive, time, its states, friction at its contacts) at places like any other."""
+    machine, draw = system.machine.driven_by(system.drive, system.drives), np.random.default_rng(0)
+    for size in SIZES:
+        y, frictions = (size * draw.normal(size=len(n)) for n in (machine.states, machine.contact_states))
+        yield machine, system.drive.period * draw.uniform(), tuple(y), tuple(frictions)
+
+
 def _pulled(system: System) -> bool:
-    """Whether more than drive and friction acts along the line, on level ground: at a place like any other."""
-    y = tuple(np.sqrt(np.arange(2.0, 2.0 + len(system.machine.states))))
-    return system.machine.outer_force(0.0, y, 0.0, (0.0,) * len(system.laws)) != 0.0
+    """Whether more than drive and friction acts along the line, on level ground."""
+    still = (0.0,) * len(system.laws)
+    return any(machine.outer_force(t, y, 0.0, still) != 0.0 for machine, t, y, _ in _places(system))
+
+
+def _fed(system: System) -> bool:
+    """Whether anything but the drive gives energy: through a channel, or as what is stored falls with travel."""
+    states, channels = system.machine.states, system.machine.channels
+    other = [i for i, name in enumerate(channels) if name != "drive"]
+    for machine, t, y, frictions in _places(system):
+        power, away = machine.powers(t, y, 0.0, frictions), dict(zip(states, y, strict=True)) | {system.cyclic: 0.0}
+        if any(power[i] > 0.0 for i in other):
+            return True
+        here, there = machine.energy(t, y), machine.energy(t, tuple(away.values()))
+        if abs(here - there) > ROUNDING * (abs(here) + abs(there)):
+            return True
+    return False
 
 
 def _least_friction(law: Any, load: float) -> float:
