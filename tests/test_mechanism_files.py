@@ -483,6 +483,17 @@ def test_values_in_si_have_no_defaults():
 
 # --- what is refused --------------------------------------------------------------------------------------------------
 
+
+@pytest.mark.parametrize(
+    ("path", "row"),
+    [("mechanism.parameters", {"unit": "N", "default": 1.0}), ("mechanism.signals", {"unit": "N"})],
+)
+def test_what_no_part_uses_is_named(path, row):
+    """Its values changed nothing, and were taken and swept in silence."""
+    table = {**TABLES["described-capsule"]["mechanism"].get(path.split(".")[1], {}), "pull": row}
+    assert complaints(changed("described-capsule", (path, table))) == (f"{path}.pull: no part uses it",)
+
+
 BAD = (
     *("__import__('os').system('x')", "angle.real", "angle[0]", "lambda: 0", "angl", "sin(angle", "10**10**10"),
     *("[1]*9", "angle if 1 else 2", "angle ** angle", "sin(angle, 1)", "1 " + "+ 1" * 400, "2**999", "1e999"),

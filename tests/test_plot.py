@@ -233,6 +233,7 @@ def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
     still = motion.time > low + (high - low) / 1.25 + motion.period / 128
     for name in motion.state_names:
         assert np.ptp(motion[name][still]) <= 1e-3 * np.ptp(motion[name])
+    assert panels["Controller"].get_ylabel() == "error $r -$ $x$"
     error = panels["Controller"].lines[0].get_ydata()
     assert error[[0, -1]] == pytest.approx([1.0, 1.0 - motion.state["position"]], abs=1e-9)
     assert np.max(np.abs(panels["Actuator"].lines[0].get_ydata())) == pytest.approx(5.0, abs=1e-13)

@@ -88,6 +88,9 @@ def made(text: str) -> type[Mechanism]:
         form = kind.form(whole_pattern(kind))
         for name in ("rates", "contacts", "energy"):
             form.program(name)
+    reading.judge_use()
+    if reading.complaints:
+        raise MechanismError(reading.complaints)
     return kind
 
 
@@ -112,6 +115,7 @@ class Reading:
         if self.effort in IMPOSED:
             self.sizes["drive"] = EFFORTS[self.effort]
         self.words: set[str] = set()  # parameters that may be a word
+        self.used: set[str] = set()  # names that stand in expressions
         self.required: list[str] = []  # parameters without a default
         self.space: dict[str, Any] = {"__annotations__": {}}
         for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
@@ -142,6 +146,13 @@ class Reading:
         }
         with placed(KIND):
             return parameters(type(name.title().replace("-", ""), (Mechanism,), self.space))
+
+    def judge_use(self) -> None:
+        """A complaint for each parameter and signal that no part uses."""
+        for table in ("parameters", "signals"):
+            for name in self.tables.get(table, {}):
+                if name not in self.used:
+                    self.complaints.add(f"{KIND}.{table}.{name}", "no part uses it")
 
     # --- names -------------------------------------------------------------------------------------------------------
 
@@ -327,6 +338,7 @@ class Reading:
         if key == "load" and value in LOADS:
             return value
         expression = Expression(value, self.sizes, self.bodies)
+        self.used |= expression.names_in
         if (inside := self.words & expression.names_in) and not (key == "load" and expression.is_name):
             raise ExpressionError(f"{shown(value)}: {min(inside)!r} may be a word, so it stands alone, as a load")
         return expression

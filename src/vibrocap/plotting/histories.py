@@ -358,7 +358,7 @@ def error_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> None:
     """What a controller sees: the error, or the reference of a function of states."""
     system, trace, (unit, time) = motion.system, Trace(motion, *stretch), clock(motion)
     followed = system.controller.compared(system.machine)
-    label = "error $r - y$" if followed else "reference $r$"
+    label = f"error $r -$ {quantity_label(followed, system).rsplit(' ', 1)[-1]}" if followed else "reference $r$"
     ax.plot(trace.time / unit, trace["reference"] - (trace[followed] if followed else 0.0), **LAST)
     ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
     ax.set(ylabel=with_unit(label, followed or "reference", system), xlabel=time)
