@@ -54,6 +54,11 @@ def test_a_table_or_a_study_is_no_case(case, capsys):
 
 
 def test_a_list_is_of_one_case_and_equations_are_of_a_machine(case, capsys):
+    """The parts of a case in SI stand in SI: a list of one said 6.28 for a frequency of 1 Hz."""
+    assert main(["list", str(EXAMPLES / "bench-in-si.toml")]) == OK
+    rows = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert {"frequency ω 1 Hz drive frequency", "capsule_mass λ 0.5 kg mass of the capsule"} <= {*rows}
+    assert "Equations of motion, derived from its description, without units:" in rows
     assert "NAMES: should hold one case" in refused(capsys, "list", case, case)
     assert "--latex: shows the equations of a machine, got lugre" in refused(capsys, "list", "lugre", "--latex")
 

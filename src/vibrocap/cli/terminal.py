@@ -79,18 +79,24 @@ def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
     return listing
 
 
-def parameters_in_words(part: Any) -> Table:
-    """The parameters of a part with their symbols, values and meanings."""
+def parameters_in_words(part: Any, name: str = "", system: Any = None) -> Table:
+    """The parameters of a part with their symbols, values and meanings; in SI as the part of this name of a system."""
+    from vibrocap.physics.dimensions.stated import parameters_stated
     from vibrocap.physics.parameters import parameter_table
     from vibrocap.physics.symbols import printed
 
+    in_si = {} if system is None or system.units is None else {own.name: own for own in parameters_stated(name, system)}
     listing = Table(box=None, pad_edge=False)
     for title in ("parameter", "symbol", "value", "meaning"):
         listing.add_column(title, justify="right" if title == "value" else "left")
     for info in parameter_table(part):
-        value = getattr(part, info.name)
-        shown = f"{value:g}" if isinstance(value, (int, float)) else "none" if value is None else str(value)
-        listing.add_row(info.name, printed(info.symbol), shown, info.meaning)
+        value, called, meaning = getattr(part, info.name), info.name, info.meaning
+        unit = ""
+        if own := in_si.get(info.name):
+            value, called, meaning = own.value, own.stem, info.in_si
+            unit = "" if own.unit == "1" else f" {own.unit}"
+        shown = f"{value:g}{unit}" if isinstance(value, (int, float)) else "none" if value is None else str(value)
+        listing.add_row(called, printed(info.symbol), shown, meaning)
     return listing
 
 

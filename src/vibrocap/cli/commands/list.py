@@ -74,11 +74,11 @@ def list_(request: ListRequest) -> Answer:
     if what in ("measures", "datasets"):
         return _measures(system) if what == "measures" else _data_sets()
     if system is not None and (what in PARTS or not what):
-        own = [part for name, part in system.parts.items() if name.startswith(OF_SYSTEM.get(what, ""))]
-        return _sheets(own, request.latex)
+        own = {name: part for name, part in system.parts.items() if name.startswith(OF_SYSTEM.get(what, ""))}
+        return _sheets(own, request.latex, system)
     if what in PARTS:
         return _kind(what)
-    return _sheets([part() for part in _named([what, *more])], request.latex)
+    return _sheets({part.name: part() for part in _named([what, *more])}, request.latex)
 
 
 def _overview() -> Answer:
@@ -121,12 +121,15 @@ def _named(names: Sequence[str]) -> list[Any]:
     return [known[name] for name in names for known in catalogues if name in known]
 
 
-def _sheets(parts: list[Any], latex: bool) -> Answer:
-    """Parts with their words, parameters, sources, and the equations of a machine."""
+def _sheets(named: dict[str, Any], latex: bool, system: System | None = None) -> Answer:
+    """Parts with their words, parameters, in SI those of a system, sources, and the equations of a machine."""
+    from vibrocap.physics.dimensions.scales import SIScales
     from vibrocap.physics.equations import equations_of
     from vibrocap.physics.machines.machine import Machine
 
-    form = "latex" if latex else "text"
+    form, parts = "latex" if latex else "text", list(named.values())
+    scaled = system is not None and system.units is not None and not isinstance(system.units, SIScales)
+    bare = ", without units" if scaled else ""
     equations = {part.name: equations_of(part, form).lines for part in parts if isinstance(part, Machine)}
     if latex and not equations:
         raise Refusal(f"--latex: shows the equations of a machine, got {', '.join(part.name for part in parts)}")
@@ -136,11 +139,11 @@ def _sheets(parts: list[Any], latex: bool) -> Answer:
     record = [{"name": part.name, "equations": list(equations.get(part.name, ()))} for part in parts]
 
     def text(page: Page) -> None:
-        for part in parts:
+        for name, part in named.items():
             page.say(inspect.cleandoc(type(part).__doc__ or part.name) + "\n")
-            page.print(parameters_in_words(part))
+            page.print(parameters_in_words(part, name, system))
             if part.name in PARTS["machines"]() or part.name in equations:
-                page.say("\nEquations of motion, derived from its description:\n")
+                page.say(f"\nEquations of motion, derived from its description{bare}:\n")
                 own = equations.get(part.name) or ["none: it is not described by its parts"]
                 page.say("\n".join(f"    {line}" for line in own))
             source = [reference.text for reference in references(type(part).source, part.name)] or ["not recorded"]
