@@ -175,7 +175,7 @@ def test_a_machine_that_cannot_travel_has_no_best_design_no_front_and_no_cost(fr
         assert design.status is vc.OptimumStatus.NO_TRAVEL
         assert (design.design, design.value, design.slopes, design.nearest) == (None, None, {}, None)
         assert "no design travels" in str(design)
-    for objectives in (("mean_velocity", "cost_of_transport"), ("peak_drive_power", "mean_velocity")):
+    for objectives in (("mean_velocity", "cost_of_transport"), ("drive_work", "mean_velocity")):
         front = vc.pareto_front(system, over, objectives, evaluations=100)
         assert (front.status, len(front)) == (vc.OptimumStatus.NO_TRAVEL, 0)
     spread = vc.robustness(system, over, "cost_of_transport", samples=8)
