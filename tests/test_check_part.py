@@ -66,7 +66,7 @@ FAULTS = {
     "words": (of(LAW, creeps="no"), "creeps: should be True or False, got 'no'"),
     "unknown shape": (of(LAW, shape_parameters=("alpha",)), "shape_parameters: should be a tuple of names among"),
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
-    "effort": (of(CAPSULE, effort="torqe"), "effort: should be one of force, torque, displacement, number, got"),
+    "effort": (of(CAPSULE, effort="torqe"), "effort: should be one of force, torque, displacement, angle, number, got"),
     "impulse of the ground": (of(vc.OscillatorWithStops, strikes_ground=()), "after_switch: guard 0 changes the momen"),
     "half": (
         of(vc.OscillatorWithStops, after_switch=lambda self, *at: (*at[2][:2], 0.5)),

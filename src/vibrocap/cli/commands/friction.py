@@ -73,8 +73,9 @@ def print_limits(page: Page, name: str, limits: Any, force: str = "", speed: str
     """The limits of friction at a contact, with the units of their numbers."""
     page.say(f"{name}: {limits.law} at normal load N = {said(limits.load, force)}", style="bold")
     listing = table("Limits", "limit", "value", "meaning")
+    bristles = "" if limits.deflection_limit is None else ": approached, not reached, by bristles"
     for name, value, unit, meaning in (
-        ("breakaway force", limits.breakaway_force, force, "N eta_s: approached, not reached, by bristles"),
+        ("breakaway force", limits.breakaway_force, force, f"N eta_s{bristles}"),
         ("Coulomb force", limits.coulomb_force, force, "N eta_c"),
         ("deflection limit", limits.deflection_limit, length, "g(0), eq. 10: |xi| never exceeds it"),
         ("boundary velocity", limits.boundary_velocity, speed, BOUNDARY),
