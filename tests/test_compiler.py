@@ -17,7 +17,10 @@ from plain_kernels import kernel_of
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
+from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.lowering import lowered
+from vibrocap.numerics.compiler.subset import parsed
+from vibrocap.numerics.compiler.typed.program import Program
 from vibrocap.numerics.linker import plain_kernel
 from vibrocap.numerics.run import ensemble, motion
 from vibrocap.numerics.run.budget import Budget, EnsembleStart, Form, MotionStart
@@ -563,3 +566,22 @@ def test_floats_keep_all_their_bits():
 
 def _spelled(x):
     return f"{'-' if x < 0 else ''}math.inf" if math.isinf(x) else "math.nan" if math.isnan(x) else repr(x)
+
+
+def test_what_kernels_share_is_the_same_in_both():
+    """A page had the step of another kernel: what watches it names the step in its words, which made a circle."""
+    text = '''
+def a_watch(x):
+    """As `moves` asks."""
+    return x + {number}
+
+def moves(x):
+    return a_watch(x)
+
+def advance(floats, ints, trace, rounds):
+    floats[0] = a_watch(moves(floats[0]))
+'''
+    shared: dict = {}
+    for number in (1.0, 2.0, 1.0):
+        Program(parsed(text.format(number=number)), 0, shared=shared).entry("advance", (FLOATS, INTS, FLOATS, INT))
+    assert len(shared) == 6

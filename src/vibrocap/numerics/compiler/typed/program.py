@@ -99,18 +99,23 @@ class Program:
         return self._whole_power
 
     def _content(self, name: str) -> bytes:
-        """A digest of all that decides a function: its text, and the constants and functions that it names."""
+        """A digest of all that decides a function: its text, the constants that it names, the functions that it calls.
+
+        Not those that its words or its names happen to be: a circle of such would leave out what is called within it.
+        """
         if name not in self._contents:
             kernel, node = self.kernel, self.kernel.functions[name]
             text = "\n".join(kernel.lines[node.lineno - 1 : node.end_lineno])
             digest = hashlib.sha256(text.encode())
             self._contents[name] = b""  # what calls itself is refused when it is typed
-            for word in sorted(set(WORD.findall(text))):
-                if word in kernel.constants:
-                    value = kernel.constants[word]
-                    digest.update(f"{word}={getattr(value, 'tolist', lambda value=value: value)()!r}".encode())
-                elif word in kernel.functions:
-                    digest.update(self._content(word))
+            for word in sorted(set(WORD.findall(text)).intersection(kernel.constants)):
+                value = kernel.constants[word]
+                digest.update(f"{word}={getattr(value, 'tolist', lambda value=value: value)()!r}".encode())
+            calls = (each.func for each in ast.walk(node) if isinstance(each, ast.Call))
+            for called in sorted(
+                {each.id for each in calls if isinstance(each, ast.Name)}.intersection(kernel.functions)
+            ):
+                digest.update(self._content(called))
             self._contents[name] = digest.digest()
         return self._contents[name]
 

@@ -151,10 +151,9 @@ def step(floats, ints, trace, lane):
     if not (longest > 0.0):
         return
     event, c, h = end_of_step(floats, ints, trace, lane, longest, remaining)
-    if not (h > 0.0):
+    if h < 0.0:
         return
-    move_on(floats, ints, trace, lane, event, h)
-    if lane.status == RUNNING:
+    if moves_on(floats, ints, trace, lane, event, h):
         next_mode(floats, ints, trace, lane, event, c, h, remaining)
 
 
@@ -195,20 +194,20 @@ def length_of_step(floats, ints, lane, remaining):
 
 
 def end_of_step(floats, ints, trace, lane, longest, remaining):
-    """(event, its contact, length of the step): the first event, or the end; 0.0 where the step is to be explicit."""
+    """(event, its contact, length of the step): the first event, or the end; -1.0 where the step is to be explicit."""
     event, c, h, touch = first_event(floats, ints, lane, longest)
     # Alone on a slow manifold a step has a series throughout; lanes take implicit steps beside theirs.
     if SEVERAL and not (SLOWED and LANES == 1) and lane.stiff == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
             h = hook.shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):
-                return 0, 0, 0.0  # so near an event steps are explicit, and its series finds it
+                return 0, 0, -1.0  # so near an event steps are explicit, and its series finds it
             event, c, h, touch = first_event(floats, ints, lane, h)
             if event == 0 and touch < 0.0:
                 break
         if event != 0 or touch >= 0.0:
             hook.leave_implicit(ints, lane)
-            return 0, 0, 0.0
+            return 0, 0, -1.0
     if 0.0 <= touch < h:
         hook.on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
@@ -224,8 +223,8 @@ def end_of_step(floats, ints, trace, lane, longest, remaining):
     return event, c, h
 
 
-def move_on(floats, ints, trace, lane, event, h):
-    """The lane moves to the end of the step, told to all that watch it."""
+def moves_on(floats, ints, trace, lane, event, h):
+    """Whether the lane moves to the end of the step, told to all that watch it: its states are finite there."""
     hook.on_piece(floats, ints, trace, lane, h)
     hook.watch_load(floats, ints, lane, h)
     if lane.stiff == 0:
@@ -239,9 +238,10 @@ def move_on(floats, ints, trace, lane, event, h):
     for i in range(STATES):
         if not (abs(lane.state[i]) <= HUGE):
             lane.status = NOT_FINITE
-            return
+            return False
     settle(ints, lane)
     lane.zero_progress = 0
+    return True
 
 
 def next_mode(floats, ints, trace, lane, event, c, h, remaining):
