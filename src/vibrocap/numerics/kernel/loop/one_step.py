@@ -133,6 +133,7 @@ def present_velocity(floats, lane, c):
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
 APPROACHES = 8  # times that an implicit step is made shorter before the event that it would end with
+EXPLICIT = -1  # in place of an event: an implicit step is to be made anew, an explicit one
 MOST_ZERO_PROGRESS = 12  # decisions in a row without advance, per contact, before one counts as undecided
 
 
@@ -151,7 +152,7 @@ def step(floats, ints, trace, lane):
     if not (longest > 0.0):
         return
     event, c, h = end_of_step(floats, ints, trace, lane, longest, remaining)
-    if h < 0.0:
+    if event == EXPLICIT:
         return
     if moves_on(floats, ints, trace, lane, event, h):
         next_mode(floats, ints, trace, lane, event, c, h, remaining)
@@ -194,20 +195,20 @@ def length_of_step(floats, ints, lane, remaining):
 
 
 def end_of_step(floats, ints, trace, lane, longest, remaining):
-    """(event, its contact, length of the step): the first event, or the end; -1.0 where the step is to be explicit."""
+    """(event, its contact, length of the step): the first event, or the end; EXPLICIT: the step is to be made anew."""
     event, c, h, touch = first_event(floats, ints, lane, longest)
     # Alone on a slow manifold a step has a series throughout; lanes take implicit steps beside theirs.
     if SEVERAL and not (SLOWED and LANES == 1) and lane.stiff == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
             h = hook.shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):
-                return 0, 0, -1.0  # so near an event steps are explicit, and its series finds it
+                return EXPLICIT, 0, h  # so near an event steps are explicit, and its series finds it
             event, c, h, touch = first_event(floats, ints, lane, h)
             if event == 0 and touch < 0.0:
                 break
         if event != 0 or touch >= 0.0:
             hook.leave_implicit(ints, lane)
-            return 0, 0, -1.0
+            return EXPLICIT, 0, h
     if 0.0 <= touch < h:
         hook.on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
