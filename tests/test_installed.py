@@ -77,7 +77,8 @@ def test_the_wheel_holds_the_package_its_types_and_its_examples(distributions):
 
 def test_the_source_distribution_makes_the_same_wheel(distributions, tmp_path):
     with tarfile.open(distributions[0]) as archive:
-        archive.extractall(tmp_path, filter="data")
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)  # from 3.11.4 on
+        archive.extractall(tmp_path)
     (sources,) = tmp_path.iterdir()
     for name in ("README.md", "LICENSE", "Makefile", "docs/index.md", "tests/test_installed.py", "requirements.lock"):
         assert (sources / name).is_file(), name
