@@ -34,6 +34,7 @@ class Forms:
         self._degrees: dict[int, int] = {}
         self._multiples: dict[int, tuple[Expression, int]] = {}
         self._linear: dict[int, tuple[Expression, int]] = {}
+        self._affine: dict[int, bool] = {}
 
     def degree(self, index: int) -> int:
         """Degree in time of a node if it is a polynomial for every motion, else FREE. Higher coefficients vanish."""
@@ -56,14 +57,15 @@ class Forms:
 
     def affine(self, index: int) -> bool:
         """Whether a node is a sum of multiples of states, time and constants, whose series tells it to rounding."""
-        op, *operands = self.graph.nodes[index]
-        if op in ("time", "state") or self.degree(index) == 0:
-            return True
-        if op in ("add", "sub", "neg"):
-            return all(map(self.affine, operands))
-        if op == "div":
-            return self.degree(operands[1]) == 0 and self.affine(operands[0])
-        return op == "mul" and min(map(self.degree, operands)) == 0 and all(map(self.affine, operands))
+        if index not in self._affine:
+            op, *operands = self.graph.nodes[index]
+            known = op in ("time", "state") or self.degree(index) == 0
+            if op == "div":
+                known = known or (self.degree(operands[1]) == 0 and self.affine(operands[0]))
+            elif not known and (op in ("add", "sub", "neg") or (op == "mul" and 0 in map(self.degree, operands))):
+                known = all(map(self.affine, operands))
+            self._affine[index] = known
+        return self._affine[index]
 
     def multiple(self, index: int) -> tuple[Expression, int]:
         """(factor, base): the node is factor * base with a constant factor, drawn out of products too."""

@@ -66,7 +66,7 @@ def replayed(
             kernel["on_jump"](floats, ints, 0, jump)
         remaining = floats[until] - floats[time]
         floats[time] += h
-        near = remaining - h <= 2.0 * EPSILON * motion.period  # as in `one_step.step`
+        near = remaining - h <= 2.0 * EPSILON * motion.period  # as in `one_step.next_mode`
         if near and not kernel["at_corner"](floats, ints, trace, 0):
             ints[count] += 1
             floats[time] = 0.0

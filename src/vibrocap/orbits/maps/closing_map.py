@@ -242,8 +242,9 @@ class ClosingMap(Residual):
         if apart:  # as near a grazing motion, where a nudge leads too far
             beside = rows[0] + FINER_NUDGE * (rows[m:] - rows[0])
             again = map_.run(budget, start[m:], beside, recording=recording, order=ORDER, mark_distance=lengths[m:])
-            finer, happens = self._seen(again, rows[0])
-            slope, _ = nudged_slope([images[0], *finer], [alike[0], *happens], self.nudge * FINER_NUDGE, near)
+            if np.all(again.finished):
+                finer, happens = self._seen(again, rows[0])
+                slope, _ = nudged_slope([images[0], *finer], [alike[0], *happens], self.nudge * FINER_NUDGE, near)
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not map_.keeps_order or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
@@ -266,14 +267,14 @@ class ClosingMap(Residual):
 
     def _seen(self, ended: RunResults, row: np.ndarray) -> tuple[np.ndarray, list[tuple]]:
         """(images of runs [runs, unknowns] over natural sizes, what happens along each: words, impacts, sides)."""
-        ends, count = ended.state[:, : self.map.states], len(ended)
+        ends, count = ended.state[:, : self.map.states] * self.mirror, len(ended)
         stops = IMPACT in self.system.machine.switch_events
         gathered = Gathered(self.system, ended, np.ones(count), lambda: np.ones(count, dtype=bool), 0.0)
         impacts = gathered.impacts.tolist() if stops else [NO_STOPS] * count
         sides = np.atleast_2d(self.map.contact_side(ends.T, row)).T
-        seen = zip(self._words(gathered), impacts, sides, (ends * self.mirror)[:, self.switched], strict=True)
+        seen = zip(self._words(gathered), impacts, sides, ends[:, self.switched], strict=True)
         alike = [(word, struck, *side, *switched) for word, struck, side, switched in seen]
-        return (ends * self.mirror)[:, self.unknowns] / self.sizes[self.unknowns], alike
+        return ends[:, self.unknowns] / self.sizes[self.unknowns], alike
 
     def lifts_off(self, ended: RunResults) -> bool:
         """Whether a run ended as a contact lost its load."""
